@@ -1,0 +1,113 @@
+//! What can go wrong, said in one line: where, what, and what to do; and the exit code that goes with it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Exit code of wrong usage and bad input.
+pub const EXIT_BAD_INPUT: u8 = 2;
+/// Exit code of trouble with the hardware or the link to it.
+pub const EXIT_HARDWARE: u8 = 3;
+
+/// A place in a file: line and column count from one; zero means "not known".
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// Line, from one.
+    pub line: usize,
+    /// Column, from one.
+    pub column: usize,
+}
+
+impl Place {
+    /// A whole file.
+    pub fn file(path: impl AsRef<Path>) -> Self {
+        Self { path: path.as_ref().to_owned(), line: 0, column: 0 }
+    }
+    /// A line and a column of a file.
+    pub fn at(path: impl AsRef<Path>, line: usize, column: usize) -> Self {
+        Self { path: path.as_ref().to_owned(), line, column }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if self.line > 0 {
+            write!(f, ":{}", self.line)?;
+            if self.column > 0 {
+                write!(f, ":{}", self.column)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An error that the user can act on.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file holds something that cannot be used.
+    #[error("{place}: {what}; {remedy}")]
+    Input {
+        /// Where it is.
+        place: Place,
+        /// What is wrong.
+        what: String,
+        /// What the user can do about it.
+        remedy: String,
+    },
+    /// The command line asks for something impossible.
+    #[error("{what}; {remedy}")]
+    Usage {
+        /// What is wrong.
+        what: String,
+        /// What the user can do about it.
+        remedy: String,
+    },
+    /// The operating system refused a file.
+    #[error("{path}: {source}; {remedy}", path = path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's own words.
+        source: std::io::Error,
+        /// What the user can do about it.
+        remedy: String,
+    },
+    /// The user pressed Ctrl-C; nothing half-written is left.
+    #[error("interrupted; nothing was written")]
+    Interrupted,
+}
+
+/// A result with the user's kind of error.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An input error at a place.
+    pub fn input(place: Place, what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Input { place, what: what.into(), remedy: remedy.into() }
+    }
+    /// An error of the command line.
+    pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Usage { what: what.into(), remedy: remedy.into() }
+    }
+    /// A refusal by the operating system, with the advice that fits its kind.
+    pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
+        use std::io::ErrorKind as K;
+        let remedy = match source.kind() {
+            K::NotFound => "check the spelling and the folder",
+            K::PermissionDenied => "check the permissions of the file and of its folder",
+            K::StorageFull | K::QuotaExceeded => "free some space and run the command again; nothing was written",
+            K::IsADirectory => "name a file, not a folder",
+            _ => "check the file and the medium it is on",
+        };
+        Self::Io { path: path.as_ref().to_owned(), source, remedy: remedy.into() }
+    }
+    /// The exit code for the shell.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Interrupted => 130,
+            _ => EXIT_BAD_INPUT,
+        }
+    }
+}

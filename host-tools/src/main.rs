@@ -1,0 +1,2 @@
+//! The `greyrig` command.
+fn main() {}

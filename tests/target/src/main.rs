@@ -1,0 +1,2 @@
+//! The core on an emulated Cortex-M4F.
+fn main() {}
