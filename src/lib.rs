@@ -1,2 +1,4 @@
-//! Core.
+//! The core of the rig.
 #![no_std]
+
+pub mod scalar;
