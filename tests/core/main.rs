@@ -1,1 +1,4 @@
 //! Tests of the core.
+
+mod butterworth;
+mod butterworth_arithmetic;
