@@ -155,8 +155,8 @@ fn lowest_cutoff_still_follows_a_step() {
         }
         worst = worst.max((output - 1.0).abs());
     }
-    // ε/g, for the eight orders together.
-    assert!(worst < 3e-4, "{worst}");
+    // A section loses at most k ε/g, and the dampings k of order 8 sum to 5.1: 5.1 · 6e-8/3.1e-4.
+    assert!(worst < 1e-3, "{worst}");
 }
 
 #[test]
