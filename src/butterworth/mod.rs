@@ -48,7 +48,7 @@
 //! that cut-off the noise of the `f32` filter is some 700 times below that of the direct forms, which exceeds the
 //! quantisation noise of a 12-bit converter (figures and command in `docs/filter.md`), a constant input is reproduced exactly because the gain at zero frequency depends
 //! on no coefficient, and coefficients may be exchanged while the filter runs, because the states mean the same
-//! whatever the cut-off. It costs three arithmetic instructions a section more than transposed direct form 2.
+//! whatever the cut-off. It takes 11 additions and multiplications a section, transposed direct form 2 nine.
 //!
 //! Sections stand in the order of falling damping, the resonant ones last, and each has unit gain at zero frequency:
 //! no section then sees more than a few times the input, which is what keeps fixed point from overflowing.

@@ -1,0 +1,35 @@
+//! What is counted in instructions.
+
+use core::hint::black_box;
+
+use greyrig::butterworth::{Cascade, Settings, fixed};
+
+/// Counts instructions, or on the host merely runs what would be counted.
+pub trait Counter {
+    /// Counts `run`, which works on `state`; it is run several times in a row. Names have no spaces.
+    fn count<S>(&mut self, name: &str, state: S, run: impl FnMut(&mut S));
+}
+
+/// Everything that is counted: a line each.
+pub fn all(counter: &mut impl Counter) {
+    for (name, order) in
+        [("butterworth_f32_order_2", 2), ("butterworth_f32_order_4", 4), ("butterworth_f32_order_8", 8)]
+    {
+        let settings = Settings { order, ..Settings::default() };
+        let Ok(coefficients) = settings.build::<f32>() else { return };
+        counter.count(name, (coefficients, Cascade::default()), |(coefficients, cascade)| {
+            black_box(cascade.process(coefficients, black_box(0.7)));
+        });
+    }
+    let Ok(coefficients) = Settings::default().build_fixed() else { return };
+    counter.count("butterworth_fixed_order_4", (coefficients, fixed::Cascade::default()), |(coefficients, cascade)| {
+        black_box(cascade.process(coefficients, black_box(123_456_789)));
+    });
+    let Ok(coefficients) = Settings::default().build::<f64>() else { return };
+    counter.count("butterworth_f64_order_4", (coefficients, Cascade::default()), |(coefficients, cascade)| {
+        black_box(cascade.process(coefficients, black_box(0.7)));
+    });
+    counter.count("exp_f32", (), |()| {
+        black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));
+    });
+}

@@ -1,0 +1,111 @@
+//! What has to come out the same on the host and on the microcontroller.
+
+use greyrig::butterworth::{self, Settings, fixed};
+use greyrig::scalar::Scalar;
+
+use crate::Outputs;
+
+/// All scenarios, by name.
+pub const ALL: &[(&str, fn(&mut Outputs))] = &[
+    ("butterworth_design", butterworth_design),
+    ("butterworth_f32", butterworth_f32),
+    ("butterworth_f64", butterworth_f64),
+    ("butterworth_fixed", butterworth_fixed),
+    ("butterworth_bad_samples", butterworth_bad_samples),
+    ("scalar_functions", scalar_functions),
+];
+
+/// Samples for each setting.
+const SAMPLES: usize = 250;
+
+/// Pseudo-random numbers: xorshift with the shifts 13, 17, 5 (Marsaglia 2003, "Xorshift RNGs").
+struct Noise(u32);
+
+impl Noise {
+    fn bits(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// Within ±1, in steps of 2^-23, so that it is exact in both precisions.
+    fn uniform<S: Scalar>(&mut self) -> S {
+        S::constant(f64::from(self.bits() >> 8) / f64::from(1 << 23) - 1.0)
+    }
+}
+
+/// Every order at a low, the usual and a high cut-off.
+fn settings() -> impl Iterator<Item = Settings> {
+    (1..=8).flat_map(|order| {
+        [1.0, 10.0, 250.0, 3_900.0].map(|cutoff_hz| Settings { order, cutoff_hz, sample_rate_hz: 10_000.0 })
+    })
+}
+
+fn butterworth_design(outputs: &mut Outputs) {
+    for settings in settings() {
+        for section in settings.second_order_sections().iter().flatten() {
+            section.iter().for_each(|&coefficient| outputs.f64(coefficient));
+        }
+    }
+    outputs.f64(Settings::default().settling_samples().map_or(f64::NAN, f64::from));
+}
+
+fn floating<S: Scalar>(mut sample: impl FnMut() -> S, mut output: impl FnMut(S)) {
+    for coefficients in settings().flat_map(|settings| settings.build::<S>()) {
+        let mut cascade = butterworth::Cascade::default();
+        for _ in 0..SAMPLES {
+            output(cascade.process(&coefficients, sample()));
+        }
+    }
+}
+
+fn butterworth_f32(outputs: &mut Outputs) {
+    let mut noise = Noise(1);
+    floating::<f32>(|| noise.uniform(), |y| outputs.f32(y));
+}
+
+fn butterworth_f64(outputs: &mut Outputs) {
+    let mut noise = Noise(2);
+    floating::<f64>(|| noise.uniform(), |y| outputs.f64(y));
+}
+
+/// Any 32 bits are a sample: NaNs, infinities, subnormals and magnitudes beyond the limit are all among them.
+fn butterworth_bad_samples(outputs: &mut Outputs) {
+    const SPECIAL: [f32; 8] =
+        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1e30, 1e-40, f32::MIN_POSITIVE, -0.0];
+    let mut noise = Noise(3);
+    let sample = || match noise.bits() % 16 {
+        special @ 0..8 => SPECIAL[special as usize],
+        8..12 => f32::from_bits(noise.bits()),
+        _ => noise.uniform(),
+    };
+    floating::<f32>(sample, |y| outputs.f32(y));
+}
+
+/// Full range, hence overload most of the time.
+fn butterworth_fixed(outputs: &mut Outputs) {
+    let mut noise = Noise(4);
+    for coefficients in settings().flat_map(|settings| settings.build_fixed()) {
+        let mut cascade = fixed::Cascade::default();
+        for n in 0..SAMPLES {
+            let sample = match n % 64 {
+                0 => i32::MIN,
+                1 => i32::MAX,
+                _ => noise.bits().cast_signed(),
+            };
+            outputs.i32(cascade.process(&coefficients, sample));
+        }
+    }
+}
+
+/// The functions under all models, for any bits as their argument.
+fn scalar_functions(outputs: &mut Outputs) {
+    let mut noise = Noise(5);
+    for n in 0..2_000 {
+        let x = if n % 2 == 0 { f32::from_bits(noise.bits()) } else { 8.0 * noise.uniform::<f32>() };
+        for y in [Scalar::sqrt(x), Scalar::exp(x), Scalar::ln(x), Scalar::tanh(x), Scalar::atan(x)] {
+            outputs.f32(y);
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The host and the emulated microcontroller compute the same bits, and the instruction counts are exact.
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use greyrig_target_tests::counted::{self, Counter};
+
+/// The most instructions that may be spent on a sample, so that nobody makes the filter slower unawares: a tenth above
+/// what was measured with rustc 1.95.
+const LIMITS: [(&str, u32); 4] = [
+    ("butterworth_f32_order_2", 44),
+    ("butterworth_f32_order_4", 63),
+    ("butterworth_f32_order_8", 101),
+    ("butterworth_fixed_order_4", 83),
+];
+
+/// Builds the program for the emulated board and gives the path to it.
+fn build() -> String {
+    let output = Command::new(env!("CARGO"))
+        .args(["build", "--profile", "firmware", "--target", "thumbv7em-none-eabihf"])
+        .args(["--package", "greyrig-target-tests", "--bin", "on-target"])
+        .args(["--message-format", "json-render-diagnostics"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .stderr(Stdio::inherit())
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "needs the target: rustup target add thumbv7em-none-eabihf");
+    let messages = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
+    let (_, rest) = messages.split_once("\"executable\":\"").expect("cargo names the executable");
+    rest.split('"').next().expect("a string ends").to_owned()
+}
+
+/// Runs the program and gives what it printed. An endless loop, such as that after a hard fault, is ended.
+fn run(program: &str) -> String {
+    let mut emulator = Command::new("qemu-system-arm")
+        .args(["-M", "mps2-an386", "-nographic", "-monitor", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        // An instruction takes 2^10 ns of the board's time, whatever the host's load.
+        .args(["-icount", "shift=10,sleep=off"])
+        .args(["-kernel", program])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("needs qemu-system-arm (on Debian: apt-get install qemu-system-arm)");
+    let mut stdout = emulator.stdout.take().expect("stdout is a pipe");
+    let reader = std::thread::spawn(move || {
+        let mut text = String::new();
+        stdout.read_to_string(&mut text).map(|_| text)
+    });
+    let deadline = Instant::now() + Duration::from_secs(120);
+    let status = loop {
+        match emulator.try_wait().expect("the emulator can be waited for") {
+            Some(status) => break Some(status),
+            None if Instant::now() > deadline => {
+                emulator.kill().expect("the emulator can be ended");
+                break None;
+            }
+            None => std::thread::sleep(Duration::from_millis(20)),
+        }
+    };
+    let text = reader.join().expect("the reader ends").expect("the program prints UTF-8");
+    assert!(status.is_some_and(|status| status.success()), "{status:?} after:\n{text}");
+    text
+}
+
+struct Names(Vec<String>);
+
+impl Counter for Names {
+    fn count<S>(&mut self, name: &str, mut state: S, mut run: impl FnMut(&mut S)) {
+        run(&mut state);
+        self.0.push(name.to_owned());
+    }
+}
+
+#[test]
+fn host_equals_target() {
+    let printed = run(&build());
+    assert_eq!(printed.lines().last(), Some("done"));
+
+    let mut host = String::new();
+    greyrig_target_tests::write_bits(&mut host).expect("a string takes everything");
+    let target: Vec<_> = printed.lines().filter(|line| line.starts_with("bits") || line.starts_with("first")).collect();
+    for (host, target) in host.lines().zip(&target) {
+        assert_eq!(host, *target, "host (left) and target differ, at the latest at the output counted here");
+    }
+    assert_eq!(host.lines().count(), target.len());
+
+    let counts: Vec<(&str, u32)> = printed
+        .lines()
+        .filter_map(|line| line.strip_prefix("count "))
+        .map(|line| {
+            let mut words = line.split(' ');
+            let name = words.next().expect("a name");
+            (name, words.next().and_then(|count| count.parse().ok()).expect("a count"))
+        })
+        .collect();
+    println!("| instructions (QEMU, Cortex-M4F) | most |\n| --- | --- |");
+    for (name, count) in &counts {
+        println!("| {name} | {count} |");
+    }
+    let count = |name| counts.iter().find(|(n, _)| *n == name).map(|(_, count)| *count);
+    assert_eq!(count("self_test_100_nops"), Some(100));
+    assert_eq!(count("self_test_3_nops"), Some(3));
+    for (name, limit) in LIMITS {
+        let count = count(name).unwrap_or_else(|| panic!("{name} was not counted"));
+        assert!(count <= limit, "{name} takes {count} instructions, more than {limit}");
+    }
+    let mut names = Names(Vec::new());
+    counted::all(&mut names);
+    assert_eq!(counts.len(), names.0.len() + 2, "{names}", names = names.0.join(" "));
+}
