@@ -5,8 +5,11 @@ use greyrig::scalar::Scalar;
 
 use crate::Outputs;
 
-/// All scenarios, by name.
-pub const ALL: &[(&str, fn(&mut Outputs))] = &[
+/// A name without spaces, and what computes the outputs.
+pub type Scenario = (&'static str, fn(&mut Outputs));
+
+/// All scenarios.
+pub const ALL: &[Scenario] = &[
     ("butterworth_design", butterworth_design),
     ("butterworth_f32", butterworth_f32),
     ("butterworth_f64", butterworth_f64),
