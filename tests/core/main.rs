@@ -1,1 +1,3 @@
-//! Tests of the core.
+//! Tests of the core against independent references.
+
+mod stepper;
