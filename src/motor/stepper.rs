@@ -39,17 +39,20 @@ use crate::motor::parameters::{FluxLaw, ParameterError};
 use crate::scalar::Scalar;
 
 /// γ of ROS3: the root of γ³ − 3γ² + 3γ/2 − 1/6 = 0 that gives L-stability.
+#[allow(clippy::excessive_precision, reason = "the digits as published")]
 const GAMMA: f64 = 0.435_866_521_508_458_999_416_019_451_193_56;
 /// Sums of the γ coefficients of a stage: weights of h ∂f/∂t.
 const GAMMA_SUM: [f64; 3] =
     [GAMMA, 0.242_919_964_548_168_043_665_922_496_833_14, 2.185_138_002_766_405_851_151_316_948_583_2];
 /// Coupling of a stage to the earlier ones: C21, C31, C32.
+#[allow(clippy::excessive_precision, reason = "the digits as published")]
 const C: [f64; 3] = [
     -1.015_617_108_387_770_209_197_560_015_554_5,
     4.075_995_645_253_769_982_480_583_535_806_7,
     9.207_679_429_833_079_124_215_681_847_400_3,
 ];
 /// Weights of the stages in the result.
+#[allow(clippy::excessive_precision, reason = "the digits as published")]
 const M: [f64; 3] = [1.0, 6.169_794_704_382_824_559_255_361_568_973, -0.427_722_564_321_857_332_623_837_380_651];
 
 /// Sub-steps per sample are chosen so that h R/L stays below this; at 0.75 a voltage step is followed to 0.04 % of the
@@ -71,13 +74,22 @@ pub struct State<S> {
     pub speed: S,
 }
 
-/// What holds the motor during an interval.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Constraints {
-    /// The rotor is held: ω = 0.
-    pub rotor_locked: bool,
-    /// The supply is open: i = 0, the voltage is what the terminals show.
-    pub supply_open: bool,
+/// What is imposed on the motor during an interval, instead of following from the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Constraints<S> {
+    /// ω, rad/s: zero with a locked rotor, the measured speed when the electrical side is looked at alone.
+    pub speed: Option<S>,
+    /// i, A: zero with an open supply, the measured current when the mechanical side is looked at alone.
+    pub current: Option<S>,
+}
+
+impl<S: Scalar> Constraints<S> {
+    /// Nothing is imposed.
+    pub const FREE: Self = Self { speed: None, current: None };
+    /// The rotor is held.
+    pub const ROTOR_LOCKED: Self = Self { speed: Some(S::ZERO), current: None };
+    /// The supply is open: no current flows, the voltage is what the terminals show.
+    pub const SUPPLY_OPEN: Self = Self { speed: None, current: Some(S::ZERO) };
 }
 
 /// A motor with its state, stepped from sample to sample.
@@ -174,7 +186,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the state
     /// at its end.
     #[inline]
-    pub fn step(&mut self, from: S, to: S, constraints: Constraints) -> State<S> {
+    pub fn step(&mut self, from: S, to: S, constraints: Constraints<S>) -> State<S> {
         let rise = (to - from) * self.inverse_substeps;
         let mut voltage = from;
         for _ in 1..self.substeps {
@@ -187,18 +199,18 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     }
 
     #[inline(always)]
-    fn substep(&mut self, from: S, to: S, constraints: Constraints) {
-        if constraints.rotor_locked {
-            self.state.speed = S::ZERO;
+    fn substep(&mut self, from: S, to: S, constraints: Constraints<S>) {
+        if let Some(speed) = constraints.speed {
+            self.state.speed = speed;
             self.rounding.speed = S::ZERO;
         }
-        if constraints.supply_open {
-            self.state.current = S::ZERO;
+        if let Some(current) = constraints.current {
+            self.state.current = current;
             self.rounding.current = S::ZERO;
         }
         let State { current, speed } = self.state;
         let direction = self.motor.direction(current, speed);
-        let rotor_held = constraints.rotor_locked || (speed == S::ZERO && direction == S::ZERO);
+        let rotor_held = constraints.speed.is_some() || (speed == S::ZERO && direction == S::ZERO);
 
         let here = OperatingPoint {
             current: Gradient::current(current),
@@ -210,7 +222,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let mut jacobian =
             [[slopes.current.by_current, slopes.current.by_speed], [slopes.speed.by_current, slopes.speed.by_speed]];
         let mut drift = (to - from) * self.inverse_interval / slopes.inductance.value;
-        if constraints.supply_open {
+        if constraints.current.is_some() {
             (f[0], jacobian[0], drift) = (S::ZERO, [S::ZERO; 2], S::ZERO);
         }
         if rotor_held {
@@ -224,7 +236,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let second = OperatingPoint { current: current + k1[0], speed: speed + k1[1], direction };
         let slopes = self.motor.slopes(from + (to - from) * S::constant(GAMMA), &second);
         let f = [
-            if constraints.supply_open { S::ZERO } else { slopes.current },
+            if constraints.current.is_some() { S::ZERO } else { slopes.current },
             if rotor_held { S::ZERO } else { slopes.speed },
         ];
         let c21 = S::constant(C[0]) * self.inverse_interval;
@@ -240,7 +252,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let increment = |n: usize| S::constant(M[0]) * k1[n] + S::constant(M[1]) * k2[n] + S::constant(M[2]) * k3[n];
         compensated_add(&mut self.state.current, &mut self.rounding.current, increment(0));
         compensated_add(&mut self.state.speed, &mut self.rounding.speed, increment(1));
-        if direction * self.state.speed < S::ZERO {
+        if constraints.speed.is_none() && direction * self.state.speed < S::ZERO {
             self.state.speed = self.speed_after_crossing(speed, direction);
             self.rounding.speed = S::ZERO;
         }

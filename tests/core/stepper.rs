@@ -110,7 +110,7 @@ fn in_single_precision(p: &Parameters<f64>, start: State<f64>, u: &[f64]) -> Vec
     stepper.set_state(State { current: start.current as f32, speed: start.speed as f32 });
     let mut states = vec![start];
     for pair in u.windows(2) {
-        let s = stepper.step(pair[0] as f32, pair[1] as f32, Constraints::default());
+        let s = stepper.step(pair[0] as f32, pair[1] as f32, Constraints::FREE);
         states.push(State { current: f64::from(s.current), speed: f64::from(s.speed) });
     }
     states
@@ -187,7 +187,7 @@ fn converges_with_third_order() {
         let u = |k: u32| 100.0 + 5000.0 * h * f64::from(k);
         let mut stepper = Stepper::build(Motor::build(UNIVERSAL, &[]).unwrap(), h).unwrap();
         stepper.set_state(State { current: 1.0, speed: 3000.0 });
-        (0..steps).map(|k| stepper.step(u(k), u(k + 1), Constraints::default()).current).last().unwrap()
+        (0..steps).map(|k| stepper.step(u(k), u(k + 1), Constraints::FREE).current).last().unwrap()
     };
     let exact = at_the_end(2000);
     let errors: Vec<f64> = [2, 4, 8, 16].map(|n| (at_the_end(n) - exact).abs()).to_vec();
@@ -199,7 +199,7 @@ fn converges_with_third_order() {
 fn follows_the_analytic_rl_response_when_locked() {
     let motor = Motor::build(single(&UNIVERSAL), &[]).unwrap();
     let mut stepper = Stepper::build(motor, H as f32).unwrap();
-    let locked = Constraints { rotor_locked: true, supply_open: false };
+    let locked = Constraints::ROTOR_LOCKED;
     let tau = UNIVERSAL.inductance / UNIVERSAL.resistance;
     for n in 1..=1000 {
         let i = f64::from(stepper.step(10.0, 10.0, locked).current);
@@ -221,7 +221,7 @@ fn coasts_down_like_the_analytic_solution() {
     let stop = m.inertia / (m.turbulent_friction * q) * (((start + p) / q).atan() - (p / q).atan());
     let mut stepper = Stepper::build(Motor::build(single(&m), &[]).unwrap(), H as f32).unwrap();
     stepper.set_state(State { current: 3.0, speed: start as f32 });
-    let open = Constraints { rotor_locked: false, supply_open: true };
+    let open = Constraints::SUPPLY_OPEN;
     let samples = ((stop + 1.0) / H) as usize;
     for n in 1..=samples {
         let t = n as f64 * H;
@@ -241,7 +241,7 @@ fn sticks_below_breakaway_and_turns_above() {
     for (u, sign) in [(0.98, 0), (-0.98, 0), (1.02, 1), (-1.02, -1)] {
         let mut stepper = Stepper::build(motor.clone(), H as f32).unwrap();
         for _ in 0..2000 {
-            stepper.step(u * breakaway, u * breakaway, Constraints::default());
+            stepper.step(u * breakaway, u * breakaway, Constraints::FREE);
         }
         let speed = stepper.state().speed;
         let moves = if speed > 0.0 {
@@ -262,7 +262,7 @@ fn small_accelerations_are_not_lost_in_rounding() {
     let mut stepper = Stepper::build(Motor::build(single(&p), &[]).unwrap(), H as f32).unwrap();
     stepper.set_state(State { current: 0.0, speed: 3000.0 });
     for _ in 0..100_000 {
-        stepper.step(0.0, 0.0, Constraints { rotor_locked: false, supply_open: true });
+        stepper.step(0.0, 0.0, Constraints::SUPPLY_OPEN);
     }
     let lost = 3000.0 - f64::from(stepper.state().speed);
     assert!((lost - 1.0).abs() < 1e-3, "ten seconds took {lost} rad/s instead of 1");
@@ -299,7 +299,7 @@ proptest! {
         let mut supplied = first_step;
         for n in 0..3000 {
             let before = stepper.state();
-            let s = stepper.step(u(n), u(n + 1), Constraints::default());
+            let s = stepper.step(u(n), u(n + 1), Constraints::FREE);
             prop_assert!(s.current.is_finite() && s.speed.is_finite(), "sample {n}: {s:?}");
             supplied += volts * H * f64::from(before.current.abs().max(s.current.abs()));
             let stored = 0.5 * l * f64::from(s.current).powi(2) + 0.5 * j * f64::from(s.speed).powi(2);
