@@ -3,6 +3,7 @@
 //! The modules are in the order in which a sample passes through them.
 #![no_std]
 
+pub mod butterworth;
 pub mod scalar;
 
 pub mod units;

@@ -39,21 +39,18 @@ use crate::motor::parameters::{FluxLaw, ParameterError};
 use crate::scalar::Scalar;
 
 /// γ of ROS3: the root of γ³ − 3γ² + 3γ/2 − 1/6 = 0 that gives L-stability.
-#[allow(clippy::excessive_precision, reason = "the digits as published")]
 const GAMMA: f64 = 0.435_866_521_508_458_999_416_019_451_193_56;
 /// Sums of the γ coefficients of a stage: weights of h ∂f/∂t.
 const GAMMA_SUM: [f64; 3] =
-    [GAMMA, 0.242_919_964_548_168_043_665_922_496_833_14, 2.185_138_002_766_405_851_151_316_948_583_2];
+    [GAMMA, 0.242_919_964_548_168_05, 2.185_138_002_766_406];
 /// Coupling of a stage to the earlier ones: C21, C31, C32.
-#[allow(clippy::excessive_precision, reason = "the digits as published")]
 const C: [f64; 3] = [
-    -1.015_617_108_387_770_209_197_560_015_554_5,
-    4.075_995_645_253_769_982_480_583_535_806_7,
-    9.207_679_429_833_079_124_215_681_847_400_3,
+    -1.015_617_108_387_770_3,
+    4.075_995_645_253_77,
+    9.207_679_429_833_08,
 ];
 /// Weights of the stages in the result.
-#[allow(clippy::excessive_precision, reason = "the digits as published")]
-const M: [f64; 3] = [1.0, 6.169_794_704_382_824_559_255_361_568_973, -0.427_722_564_321_857_332_623_837_380_651];
+const M: [f64; 3] = [1.0, 6.169_794_704_382_824_5, -0.427_722_564_321_857_35];
 
 /// Sub-steps per sample are chosen so that h R/L stays below this; at 0.75 a voltage step is followed to 0.04 % of the
 /// current's RMS (tests/core/stepper.rs, coreless motor).
