@@ -41,14 +41,9 @@ use crate::scalar::Scalar;
 /// γ of ROS3: the root of γ³ − 3γ² + 3γ/2 − 1/6 = 0 that gives L-stability.
 const GAMMA: f64 = 0.435_866_521_508_458_999_416_019_451_193_56;
 /// Sums of the γ coefficients of a stage: weights of h ∂f/∂t.
-const GAMMA_SUM: [f64; 3] =
-    [GAMMA, 0.242_919_964_548_168_05, 2.185_138_002_766_406];
+const GAMMA_SUM: [f64; 3] = [GAMMA, 0.242_919_964_548_168_05, 2.185_138_002_766_406];
 /// Coupling of a stage to the earlier ones: C21, C31, C32.
-const C: [f64; 3] = [
-    -1.015_617_108_387_770_3,
-    4.075_995_645_253_77,
-    9.207_679_429_833_08,
-];
+const C: [f64; 3] = [-1.015_617_108_387_770_3, 4.075_995_645_253_77, 9.207_679_429_833_08];
 /// Weights of the stages in the result.
 const M: [f64; 3] = [1.0, 6.169_794_704_382_824_5, -0.427_722_564_321_857_35];
 
