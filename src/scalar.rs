@@ -20,6 +20,12 @@ pub trait Scalar:
     + AddAssign
     + SubAssign
 {
+    /// The plain number behind this one: itself, or the value type of a [`Gradient`](crate::motor::Gradient).
+    type Base: Scalar<Base = Self::Base>;
+    /// A plain number as one of this type.
+    fn lift(value: Self::Base) -> Self;
+    /// The plain number that this one stands for.
+    fn value(self) -> Self::Base;
     /// Zero.
     const ZERO: Self;
     /// One.
@@ -45,6 +51,15 @@ pub trait Scalar:
 macro_rules! scalar {
     ($type:ty, $sqrt:ident, $exp:ident, $ln:ident, $tanh:ident, $atan:ident) => {
         impl Scalar for $type {
+            type Base = Self;
+            #[inline(always)]
+            fn lift(value: Self) -> Self {
+                value
+            }
+            #[inline(always)]
+            fn value(self) -> Self {
+                self
+            }
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             #[inline(always)]

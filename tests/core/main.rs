@@ -1,4 +1,6 @@
-//! Tests of the core.
+//! Tests of the core against independent references.
 
 mod butterworth;
 mod butterworth_arithmetic;
+mod stepper;
+mod tick;

@@ -1,0 +1,440 @@
+//! The model file: what was identified, in TOML that an engineer can read and edit.
+//!
+//! ```toml
+//! schema = 1
+//! kind = "universal"
+//! base = "full"
+//!
+//! [parameters.R]
+//! value = 2.2
+//! unit = "ohm"
+//! ci95 = [2.19, 2.21]
+//! ```
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use greyrig::butterworth;
+use greyrig::effects::Effect;
+use greyrig::motor::{FluxLaw, Motor, ParameterError, Parameters};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Place, Result};
+use crate::output;
+use crate::recording::Motion;
+
+/// Version of the file's layout.
+pub const SCHEMA: u32 = 1;
+
+/// Names of the base parameters, in the core's order.
+pub const BASE_PARAMETERS: [&str; 7] = ["R", "L", "K", "J", "mu0", "mu1", "mu2"];
+
+/// Kind of motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Series motor for AC and DC: flux proportional to the current.
+    #[default]
+    Universal,
+    /// Permanent-magnet DC motor: constant flux.
+    PmDc,
+}
+
+impl Kind {
+    /// The core's flux law.
+    pub fn flux_law(self) -> FluxLaw {
+        match self {
+            Self::Universal => FluxLaw::Series,
+            Self::PmDc => FluxLaw::PermanentMagnet,
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Universal => "universal",
+            Self::PmDc => "pm-dc",
+        })
+    }
+}
+
+/// Which friction terms the base model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Base {
+    /// Dry, viscous and turbulent friction: mu0, mu1, mu2.
+    Full,
+    /// Dry and viscous friction: mu0, mu1.
+    DryViscous,
+    /// Viscous friction alone: mu1.
+    Viscous,
+    /// Dry friction alone: mu0.
+    Dry,
+    /// No friction.
+    Frictionless,
+}
+
+impl Base {
+    /// The base that a kind of motor starts from: a fan's motor needs the turbulent term, a servo motor has no fan.
+    pub fn usual(kind: Kind) -> Self {
+        match kind {
+            Kind::Universal => Self::Full,
+            Kind::PmDc => Self::DryViscous,
+        }
+    }
+
+    /// Whether the base has a friction term (`mu0`, `mu1`, `mu2`); all other parameters are always there.
+    pub fn has(self, name: &str) -> bool {
+        match name {
+            "mu0" => matches!(self, Self::Full | Self::DryViscous | Self::Dry),
+            "mu1" => matches!(self, Self::Full | Self::DryViscous | Self::Viscous),
+            "mu2" => matches!(self, Self::Full),
+            _ => true,
+        }
+    }
+}
+
+/// How a value came to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// Estimated from the recordings.
+    Identified,
+    /// Given by the user.
+    #[default]
+    Fixed,
+    /// The recordings say nothing about it; the value is an assumption.
+    NotIdentifiable,
+}
+
+/// A parameter's value and how well it is known.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// In SI units.
+    pub value: f64,
+    /// The unit, as a reminder and a check.
+    pub unit: String,
+    /// 95 % interval.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+    /// How it came to be.
+    #[serde(default)]
+    pub status: Status,
+}
+
+/// An effect beyond the base model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectEntry {
+    /// Identifier of the catalogue.
+    pub id: String,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Parameter>,
+}
+
+/// The filter that measured and modelled signals go through before they are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Filter {
+    /// Order of the Butterworth low-pass.
+    pub order: u8,
+    /// Cut-off, Hz.
+    pub cutoff_hz: f64,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        let usual = butterworth::Settings::default();
+        Self { order: usual.order, cutoff_hz: usual.cutoff_hz }
+    }
+}
+
+/// A recording that the parameters came from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Origin {
+    /// File, as it was named.
+    pub file: String,
+    /// Its SHA-256.
+    pub sha256: String,
+    /// Number of samples.
+    pub samples: usize,
+    /// Sampling interval, s.
+    pub sample_time_s: f64,
+}
+
+/// Where the model comes from.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// Version of greyrig that wrote the file.
+    pub greyrig: String,
+    /// Method of the last estimation step.
+    pub method: String,
+    /// Error-to-signal ratio on the recordings below, by signal.
+    #[serde(default)]
+    pub esr: BTreeMap<String, f64>,
+    /// The recordings.
+    #[serde(default)]
+    pub recordings: Vec<Origin>,
+}
+
+/// A model of a motor type.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Layout version of the file.
+    pub schema: u32,
+    /// Kind of motor.
+    pub kind: Kind,
+    /// Friction terms of the base model.
+    pub base: Base,
+    /// Rotary or linear.
+    #[serde(default)]
+    pub motion: Motion,
+    /// Name of the motor type, if the recordings told it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<String>,
+    /// Filter of the comparison.
+    #[serde(default)]
+    pub filter: Filter,
+    /// Base parameters by name (R, L, K, J, mu0, mu1, mu2).
+    pub parameters: BTreeMap<String, Parameter>,
+    /// Effects, in the order in which they act.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectEntry>,
+    /// Where it all comes from.
+    #[serde(default)]
+    pub provenance: Provenance,
+}
+
+/// The unit of a base parameter or, by the core's name for it, of an effect's parameter.
+pub fn unit(name: &str, kind: Kind, motion: Motion) -> &'static str {
+    let rotary = motion == Motion::Rotary;
+    match name {
+        "R" => "ohm",
+        "L" => "H",
+        "K" => match (kind, rotary) {
+            (Kind::Universal, true) => "V s/(rad A)",
+            (Kind::Universal, false) => "V s/(m A)",
+            (Kind::PmDc, true) => "V s/rad",
+            (Kind::PmDc, false) => "V s/m",
+        },
+        "J" => {
+            if rotary {
+                "kg m2"
+            } else {
+                "kg"
+            }
+        }
+        "mu0" => {
+            if rotary {
+                "N m"
+            } else {
+                "N"
+            }
+        }
+        "mu1" => {
+            if rotary {
+                "N m s/rad"
+            } else {
+                "N s/m"
+            }
+        }
+        "mu2" => {
+            if rotary {
+                "N m s2/rad2"
+            } else {
+                "N s2/m2"
+            }
+        }
+        other => {
+            if rotary {
+                other_unit(other)
+            } else {
+                linear(other_unit(other))
+            }
+        }
+    }
+}
+
+/// Unit of an effect's parameter.
+fn other_unit(name: &str) -> &'static str {
+    Effect::<f64>::CATALOGUE.iter().flat_map(|d| d.parameters).find(|p| p.name == name).map_or("1", |p| p.unit)
+}
+
+/// The linear counterpart of a rotary unit.
+fn linear(unit: &'static str) -> &'static str {
+    match unit {
+        "N m" => "N",
+        "N m s/rad" => "N s/m",
+        "rad/s" => "m/s",
+        "rad" => "m",
+        other => other,
+    }
+}
+
+impl Model {
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values that
+    /// no motor can have.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
+        let model: Self = toml::from_str(&text).map_err(|e| {
+            let (line, column) = e.span().map_or((0, 0), |span| line_and_column(&text, span.start));
+            let what = e.message().lines().next().unwrap_or("not a model file").to_owned();
+            Error::input(Place::at(path, line, column), what, "correct the file or identify the model again")
+        })?;
+        model.check(path, &text)?;
+        Ok(model)
+    }
+
+    fn check(&self, path: &Path, text: &str) -> Result<()> {
+        let at = |key: &str| {
+            let offset = text.find(key).unwrap_or(0);
+            let (line, column) = line_and_column(text, offset);
+            Place::at(path, line, column)
+        };
+        if self.schema != SCHEMA {
+            return Err(Error::input(
+                at("schema"),
+                format!("this is layout {} of the model file, and this greyrig reads layout {SCHEMA}", self.schema),
+                "identify the model again, or use the greyrig that wrote it",
+            ));
+        }
+        for (name, parameter) in &self.parameters {
+            let place = || at(&format!("[parameters.{name}]"));
+            if !BASE_PARAMETERS.contains(&name.as_str()) {
+                return Err(Error::input(
+                    place(),
+                    format!("there is no parameter {name}"),
+                    format!("the base model has {}", BASE_PARAMETERS.join(", ")),
+                ));
+            }
+            let expected = unit(name, self.kind, self.motion);
+            if parameter.unit != expected {
+                return Err(Error::input(
+                    place(),
+                    format!("{name} is in {:?}, not in {expected:?}", parameter.unit),
+                    format!("convert the value and write unit = {expected:?}"),
+                ));
+            }
+        }
+        if self.filter.order == 0 || self.filter.order > butterworth::MAX_ORDER || !(self.filter.cutoff_hz > 0.0) {
+            return Err(Error::input(
+                at("[filter]"),
+                format!(
+                    "a Butterworth filter of order {} at {} Hz does not exist",
+                    self.filter.order, self.filter.cutoff_hz
+                ),
+                format!("choose an order from 1 to {} and a positive cut-off", butterworth::MAX_ORDER),
+            ));
+        }
+        for entry in &self.effects {
+            let place = || at(&format!("id = {:?}", entry.id));
+            let Some(effect) = Effect::<f64>::from_id(&entry.id, &[]) else {
+                let known: Vec<_> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
+                return Err(Error::input(
+                    place(),
+                    format!("there is no effect {}", entry.id),
+                    format!("known are {}", known.join(", ")),
+                ));
+            };
+            let names: Vec<_> = effect.description().parameters.iter().map(|p| p.name).collect();
+            if let Some(stranger) = entry.parameters.keys().find(|k| !names.contains(&k.as_str())) {
+                return Err(Error::input(
+                    place(),
+                    format!("the effect {} has no parameter {stranger}", entry.id),
+                    format!("it has {}", names.join(", ")),
+                ));
+            }
+        }
+        self.motor::<f64>().map(|_| ()).map_err(|e| {
+            Error::input(at("[parameters"), e.to_string(), "correct the value; see the interval for what is plausible")
+        })
+    }
+
+    /// Writes the model file, whole or not at all.
+    ///
+    /// # Errors
+    /// An existing file without `force`, or what the system refuses.
+    pub fn save(&self, path: &Path, force: bool) -> Result<()> {
+        let text = toml::to_string_pretty(self)
+            .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))?;
+        output::write_file(path, force, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// The value of a base parameter; zero for friction terms that the base does not have.
+    pub fn value(&self, name: &str) -> f64 {
+        self.parameters.get(name).map_or_else(|| placeholder(name), |p| p.value)
+    }
+
+    /// The effects with their values, in the core's number type.
+    pub fn effects<S: greyrig::scalar::Scalar<Base = S>>(&self) -> Vec<Effect<S>> {
+        self.effects
+            .iter()
+            .filter_map(|entry| {
+                let description = *Effect::<S>::from_id(&entry.id, &[])?.description();
+                let values: Vec<S> = description
+                    .parameters
+                    .iter()
+                    .map(|p| S::constant(entry.parameters.get(p.name).map_or(p.start, |v| v.value)))
+                    .collect();
+                Effect::from_id(&entry.id, &values)
+            })
+            .collect()
+    }
+
+    /// The motor of the core, in `f32` as on the microcontroller or in `f64` for fits.
+    ///
+    /// # Errors
+    /// A value that no motor can have.
+    pub fn motor<S: greyrig::scalar::Scalar<Base = S>>(&self) -> std::result::Result<Motor<S>, ParameterError> {
+        let values = BASE_PARAMETERS.map(|name| S::constant(self.value(name)));
+        Motor::build(Parameters::from_values(self.kind.flux_law(), values), &self.effects::<S>())
+    }
+}
+
+/// Stands in for a parameter that a model lacks, because nothing in its recordings needs it: the mechanical side alone
+/// has no R, L and K.
+fn placeholder(name: &str) -> f64 {
+    match name {
+        "R" | "L" | "K" | "J" => 1.0,
+        _ => 0.0,
+    }
+}
+
+fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..offset.min(text.len())];
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+    (line, column)
+}
+
+/// `NAME=VALUE` of the command line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assignment {
+    /// Left of the sign.
+    pub name: String,
+    /// Right of the sign, in SI units.
+    pub value: f64,
+}
+
+impl FromStr for Assignment {
+    type Err = String;
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (name, value) =
+            text.split_once('=').ok_or_else(|| format!("{text:?} is not NAME=VALUE, such as J=1.8e-4"))?;
+        let value: f64 = value.trim().parse().map_err(|_| format!("{value:?} is not a number"))?;
+        if !value.is_finite() {
+            return Err(format!("{value} is not finite"));
+        }
+        Ok(Self { name: name.trim().to_owned(), value })
+    }
+}

@@ -1,0 +1,44 @@
+//! Constant torque: gravity on the load, an unbalanced spring, or the offset of a torque sensor or drive.
+//!
+//! `J dω/dt = … − T` with T in N m (a force in N on a linear drive). Unlike dry friction it does not change its sign
+//! with the direction of motion, which is what tells the two apart: a recording in both directions.
+//!
+//! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
+//! is the offset of the drive's force.
+
+use super::{Description, EffectParameter, MAX_EFFECT_PARAMETERS, PhysicalEffect};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Constant torque against the positive direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorqueOffset<S> {
+    /// T, N m.
+    pub torque: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
+    const DESCRIPTION: Description = Description {
+        id: "torque_offset",
+        name: "constant torque",
+        equation: "J dω/dt = … − T",
+        parameters: &[EffectParameter {
+            name: "torque_offset",
+            unit: "N m",
+            range: (-1e4, 1e4),
+            start: 0.0,
+            meaning: "constant torque against the positive direction",
+        }],
+        source: "Janot, Gautier, Brunot 2019 (EMPS)",
+    };
+    fn from_values(values: &[S]) -> Self {
+        Self { torque: values.first().copied().unwrap_or_default() }
+    }
+    fn values(&self) -> [S; MAX_EFFECT_PARAMETERS] {
+        [self.torque, S::ZERO, S::ZERO, S::ZERO]
+    }
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, balance: &mut Balance<N>) {
+        balance.torque -= N::lift(self.torque);
+    }
+}

@@ -1,0 +1,105 @@
+//! One tick: everything that happens to a sample, every 100 µs.
+//!
+//! ```text
+//! counts ─ calibration ─┬─ u ──────► model ──┬─ i, ω ─► Butterworth ─┐
+//!                       └─ i, ω ─────────────┼────────► Butterworth ─┴─► residual = modelled − measured
+//! ```
+//! The raw voltage drives the model; one and the same filter then runs over the measured and the modelled signals.
+//! (Filtering u instead would not do: the products K i ω and K i² of filtered signals are not the filtered products.)
+//!
+//! The model never sees the measured current or speed after its start: it runs freely, and what it departs from the
+//! motor is what the residual shows.
+
+use crate::butterworth::{Cascade, Coefficients};
+use crate::motor::{Constraints, State, Stepper};
+use crate::units::Sample;
+
+/// What one tick gives.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Output {
+    /// Measured and filtered current (A) and speed (rad/s).
+    pub measured: State<f32>,
+    /// Modelled and filtered current (A) and speed (rad/s).
+    pub modelled: State<f32>,
+}
+
+impl Output {
+    /// Modelled minus measured: A, rad/s.
+    pub fn residual(&self) -> State<f32> {
+        State {
+            current: self.modelled.current - self.measured.current,
+            speed: self.modelled.speed - self.measured.speed,
+        }
+    }
+}
+
+/// The filters of the two signals of one side.
+#[derive(Debug, Clone, Default)]
+struct Filters {
+    current: Cascade<f32>,
+    speed: Cascade<f32>,
+}
+
+impl Filters {
+    #[inline(always)]
+    fn process(&mut self, coefficients: &Coefficients<f32>, signal: State<f32>) -> State<f32> {
+        State {
+            current: self.current.process(coefficients, signal.current),
+            speed: self.speed.process(coefficients, signal.speed),
+        }
+    }
+
+    fn reset_to(&mut self, signal: State<f32>) {
+        self.current.reset_to(signal.current);
+        self.speed.reset_to(signal.speed);
+    }
+}
+
+/// The state of the rig's computation between two samples.
+#[derive(Debug, Clone)]
+pub struct Tick {
+    stepper: Stepper<f32>,
+    filter: Coefficients<f32>,
+    measured: Filters,
+    modelled: Filters,
+    last_voltage: Option<f32>,
+}
+
+impl Tick {
+    /// From a model and a filter.
+    pub fn new(stepper: Stepper<f32>, filter: Coefficients<f32>) -> Self {
+        Self { stepper, filter, measured: Filters::default(), modelled: Filters::default(), last_voltage: None }
+    }
+
+    /// Starts the model from a state instead of from standstill.
+    pub fn start_from(&mut self, state: State<f32>) {
+        self.stepper.set_state(state);
+    }
+
+    /// Processes one sample. The first one only starts the filters in their steady state.
+    ///
+    /// A sample that is not a finite number is replaced: the voltage by the last one, current and speed within the
+    /// filter, so that one bad sample does not silence the model for ever.
+    #[inline]
+    pub fn process(&mut self, sample: Sample, constraints: Constraints<f32>) -> Output {
+        let measured = State { current: sample.current.0, speed: sample.speed.0 };
+        let voltage = sample.voltage.0;
+        let modelled = match self.last_voltage {
+            Some(last) => {
+                let voltage = if voltage.is_finite() { voltage } else { last };
+                self.last_voltage = Some(voltage);
+                self.stepper.step(last, voltage, constraints)
+            }
+            None => {
+                self.last_voltage = Some(if voltage.is_finite() { voltage } else { 0.0 });
+                self.measured.reset_to(measured);
+                self.modelled.reset_to(self.stepper.state());
+                self.stepper.state()
+            }
+        };
+        Output {
+            measured: self.measured.process(&self.filter, measured),
+            modelled: self.modelled.process(&self.filter, modelled),
+        }
+    }
+}

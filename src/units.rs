@@ -1,0 +1,129 @@
+//! Raw counts of the analogue-to-digital converter and the quantities that they stand for.
+
+use core::fmt;
+
+/// Full scale of the 12-bit converter, counts.
+pub const FULL_SCALE: u16 = 4095;
+
+/// Voltage, V.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+pub struct Volts(pub f32);
+
+/// Current, A.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+pub struct Amperes(pub f32);
+
+/// Speed, rad/s.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+pub struct RadiansPerSecond(pub f32);
+
+/// One sample of the three channels as the converter gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Supply voltage.
+    pub voltage: u16,
+    /// Current.
+    pub current: u16,
+    /// Speed.
+    pub speed: u16,
+}
+
+/// One sample of the three channels in SI units.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// u.
+    pub voltage: Volts,
+    /// i.
+    pub current: Amperes,
+    /// ω.
+    pub speed: RadiansPerSecond,
+}
+
+/// A channel's straight line from counts to its quantity: `value = (counts − zero) · per_count`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Counts at which the quantity is zero; a fraction, since it is a mean of many samples.
+    pub zero: f32,
+    /// Quantity per count.
+    pub per_count: f32,
+}
+
+impl Scale {
+    /// A channel whose whole range of counts spans `from..=to`.
+    pub fn spanning(from: f32, to: f32) -> Self {
+        let per_count = (to - from) / f32::from(FULL_SCALE);
+        Self { zero: -from / per_count, per_count }
+    }
+
+    /// Counts to the quantity.
+    #[inline(always)]
+    pub fn quantity(&self, counts: u16) -> f32 {
+        (f32::from(counts) - self.zero) * self.per_count
+    }
+}
+
+/// Calibration of the three channels, as an engineer sets it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationSettings {
+    /// Voltage, V.
+    pub voltage: Scale,
+    /// Current, A.
+    pub current: Scale,
+    /// Speed, rad/s.
+    pub speed: Scale,
+}
+
+impl Default for CalibrationSettings {
+    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0 to
+    /// 5,000 rad/s (nominal 3,455).
+    fn default() -> Self {
+        Self {
+            voltage: Scale::spanning(-400.0, 400.0),
+            current: Scale::spanning(-40.0, 40.0),
+            speed: Scale::spanning(0.0, 5000.0),
+        }
+    }
+}
+
+/// A scale that cannot be right, named by its channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CalibrationError(pub &'static str);
+
+impl fmt::Display for CalibrationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "calibration of the {}: zero and gain must be finite and the gain not zero", self.0)
+    }
+}
+
+impl core::error::Error for CalibrationError {}
+
+/// A validated calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Calibration(CalibrationSettings);
+
+impl CalibrationSettings {
+    /// Validates the settings.
+    ///
+    /// # Errors
+    /// The channel whose scale is not finite or has no gain.
+    pub fn build(self) -> Result<Calibration, CalibrationError> {
+        for (name, scale) in [("voltage", self.voltage), ("current", self.current), ("speed", self.speed)] {
+            if !scale.zero.is_finite() || !scale.per_count.is_finite() || scale.per_count == 0.0 {
+                return Err(CalibrationError(name));
+            }
+        }
+        Ok(Calibration(self))
+    }
+}
+
+impl Calibration {
+    /// A sample in SI units.
+    #[inline(always)]
+    pub fn sample(&self, counts: Counts) -> Sample {
+        Sample {
+            voltage: Volts(self.0.voltage.quantity(counts.voltage)),
+            current: Amperes(self.0.current.quantity(counts.current)),
+            speed: RadiansPerSecond(self.0.speed.quantity(counts.speed)),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! One tick, seen from outside.
+
+use greyrig::butterworth::Settings;
+use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
+use greyrig::tick::Tick;
+use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Scale, Volts};
+
+fn stepper() -> Stepper<f32> {
+    let parameters = Parameters {
+        flux_law: FluxLaw::Series,
+        resistance: 2.2,
+        inductance: 20e-3,
+        flux_coefficient: 9.45e-3,
+        inertia: 1.8e-4,
+        dry_friction: 0.015,
+        viscous_friction: 8e-6,
+        turbulent_friction: 2.98e-8,
+    };
+    Stepper::build(Motor::build(parameters, &[]).unwrap(), 1e-4).unwrap()
+}
+
+fn tick() -> Tick {
+    Tick::new(stepper(), Settings::default().build().unwrap())
+}
+
+fn sample(u: f32, i: f32, speed: f32) -> Sample {
+    Sample { voltage: Volts(u), current: Amperes(i), speed: RadiansPerSecond(speed) }
+}
+
+#[test]
+fn residual_vanishes_when_the_motor_is_the_model() {
+    // The measurement comes from a second model, so both sides are the same numbers through the same filter.
+    let mut rig = tick();
+    let mut truth = stepper();
+    let mut last = 0.0;
+    for n in 0..20_000u32 {
+        let u = 325.0 * (n as f32 * 0.031_415_93).sin();
+        let state = if n == 0 { State::default() } else { truth.step(last, u, Constraints::FREE) };
+        last = u;
+        let output = rig.process(sample(u, state.current, state.speed), Constraints::FREE);
+        assert_eq!(output.residual(), State::default(), "sample {n}");
+    }
+}
+
+#[test]
+fn measured_signals_never_reach_the_model() {
+    let (mut one, mut other) = (tick(), tick());
+    for n in 0..5000u32 {
+        let u = 200.0 * (n as f32 * 0.03).sin();
+        let a = one.process(sample(u, 0.0, 0.0), Constraints::FREE);
+        let b = other.process(sample(u, n as f32, f32::NAN), Constraints::FREE);
+        assert_eq!(a.modelled.current.to_bits(), b.modelled.current.to_bits());
+        assert_eq!(a.modelled.speed.to_bits(), b.modelled.speed.to_bits());
+    }
+}
+
+#[test]
+fn bad_samples_pass_without_a_trace_that_lasts() {
+    let (mut clean, mut disturbed) = (tick(), tick());
+    let mut outputs = Default::default();
+    for n in 0..40_000u32 {
+        let u = 325.0 * (n as f32 * 0.031_415_93).sin();
+        let bad = n == 10_000;
+        let seen = if bad { sample(f32::NAN, f32::INFINITY, f32::NAN) } else { sample(u, 5.0, 100.0) };
+        outputs = (clean.process(sample(u, 5.0, 100.0), Constraints::FREE), disturbed.process(seen, Constraints::FREE));
+        let o = outputs.1;
+        assert!(
+            [o.measured.current, o.measured.speed, o.modelled.current, o.modelled.speed].iter().all(|x| x.is_finite())
+        );
+    }
+    // Three seconds later; the mechanical time constant is about half a second.
+    assert!((outputs.0.modelled.speed - outputs.1.modelled.speed).abs() < 0.5);
+    assert_eq!(outputs.0.measured, outputs.1.measured);
+}
+
+#[test]
+fn counts_become_quantities() {
+    let calibration = CalibrationSettings::default().build().unwrap();
+    let low = calibration.sample(Counts { voltage: 0, current: 0, speed: 0 });
+    let high = calibration.sample(Counts { voltage: 4095, current: 4095, speed: 4095 });
+    assert!((low.voltage.0 + 400.0).abs() < 1e-3 && (high.voltage.0 - 400.0).abs() < 1e-3);
+    assert!((low.current.0 + 40.0).abs() < 1e-4 && (high.current.0 - 40.0).abs() < 1e-4);
+    assert!(low.speed.0 == 0.0 && (high.speed.0 - 5000.0).abs() < 1e-2);
+    let broken = CalibrationSettings { current: Scale { zero: 0.0, per_count: 0.0 }, ..Default::default() };
+    assert_eq!(broken.build().unwrap_err().0, "current");
+}
