@@ -1,2 +1,27 @@
-//! Chores of the repository.
-fn main() {}
+//! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need.
+
+mod checks;
+mod needs;
+mod tally;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.split_first() {
+        Some((command, names)) if command == "test" => match checks::choose(names) {
+            Ok(chosen) => checks::run(&chosen),
+            Err(sentence) => {
+                eprintln!("xtask: {sentence}");
+                ExitCode::from(2)
+            }
+        },
+        _ => {
+            eprintln!("Usage: cargo xtask test [STEP]…\n\nWithout a step, all of them in this order:\n");
+            for check in checks::ALL {
+                eprintln!("  {:8} {}", check.name, check.what);
+            }
+            ExitCode::from(2)
+        }
+    }
+}

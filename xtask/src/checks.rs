@@ -1,0 +1,200 @@
+//! The checks, in the order in which they run: quick ones first.
+
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::needs::{self, Need};
+use crate::tally::Tally;
+
+/// A check that can be run by its name.
+pub struct Check {
+    /// What the command line calls it.
+    pub name: &'static str,
+    /// What it checks.
+    pub what: &'static str,
+    /// What the machine has to have.
+    needs: &'static [Need],
+    /// Runs it; what it prints has reached the terminal when it returns.
+    run: fn() -> Result<Tally, String>,
+}
+
+/// All checks. Those that only look at the code share one build of the dependencies (`--all-features`), and the tests
+/// share theirs with `cargo greyrig-full` (release, the feature `full`).
+pub const ALL: &[Check] = &[
+    Check {
+        name: "fmt",
+        what: "the code is formatted",
+        needs: &[Need::Rustfmt],
+        run: || cargo(&["fmt", "--all", "--check"]),
+    },
+    Check {
+        name: "clippy",
+        what: "no lint complains, tests and benchmarks included",
+        needs: &[Need::Clippy],
+        run: || {
+            cargo(&["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "--deny", "warnings"])
+        },
+    },
+    Check {
+        name: "doc",
+        what: "the documentation has no warning",
+        needs: &[],
+        run: || {
+            run_command(
+                cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
+                    .env("RUSTDOCFLAGS", "--deny warnings"),
+            )
+        },
+    },
+    Check {
+        name: "firmware",
+        what: "the core builds for the microcontroller (cargo fw), and no lint complains there",
+        needs: &[Need::Clippy, Need::Target],
+        run: || {
+            cargo(&["fw", "--locked"])?;
+            cargo(&[
+                "clippy",
+                "--target",
+                needs::TARGET,
+                "--profile",
+                "firmware",
+                "--package",
+                "greyrig",
+                "--package",
+                "greyrig-target-tests",
+                "--locked",
+                "--",
+                "--deny",
+                "warnings",
+            ])
+        },
+    },
+    Check {
+        name: "tests",
+        what: "all tests of the workspace, the emulated microcontroller and the browser included",
+        needs: &[Need::Target, Need::Qemu, Need::Browser],
+        run: tests,
+    },
+];
+
+/// The checks with these names, in the order of [`ALL`]; all of them if there is no name.
+pub fn choose(names: &[String]) -> Result<Vec<&'static Check>, String> {
+    if let Some(unknown) = names.iter().find(|name| !ALL.iter().any(|check| check.name == name.as_str())) {
+        let known: Vec<&str> = ALL.iter().map(|check| check.name).collect();
+        return Err(format!("there is no step {unknown}; the steps are {}", known.join(", ")));
+    }
+    Ok(ALL.iter().filter(|check| names.is_empty() || names.iter().any(|name| name == check.name)).collect())
+}
+
+/// Provides what the checks need, runs them until one fails, and prints a table and the counts. A check that is not
+/// made of tests counts as one; those that were not reached count as skipped.
+pub fn run(checks: &[&Check]) -> ExitCode {
+    let mut total = Tally::default();
+    let mut table = Vec::new();
+    let mut failure = None;
+
+    let begin = Instant::now();
+    let wanted = checks.iter().flat_map(|check| check.needs);
+    if let Err(sentence) = needs::provide(wanted) {
+        failure = Some(sentence);
+        total.failed += 1;
+    }
+    table.push(("needs", begin.elapsed(), if failure.is_none() { "ok" } else { "FAILED" }));
+
+    for check in checks {
+        if failure.is_some() {
+            total.skipped.push((check.name.to_owned(), "not reached".to_owned()));
+            table.push((check.name, Duration::ZERO, "not reached"));
+            continue;
+        }
+        eprintln!("\n=== {}: {}", check.name, check.what);
+        let begin = Instant::now();
+        let mut tally = (check.run)().unwrap_or_else(|sentence| {
+            failure = Some(format!("{}: {sentence}", check.name));
+            Tally::default()
+        });
+        if tally.failed > 0 && failure.is_none() {
+            failure = Some(format!("{}: {} failed", check.name, tally.failed));
+        }
+        if failure.is_some() {
+            tally.failed = tally.failed.max(1);
+        } else if tally.is_empty() {
+            tally.passed = 1;
+        }
+        table.push((check.name, begin.elapsed(), if failure.is_none() { "ok" } else { "FAILED" }));
+        total.add(tally);
+    }
+
+    println!("\n{:10} {:>8}  result", "step", "seconds");
+    for (name, time, result) in &table {
+        println!("{name:10} {:>8.1}  {result}", time.as_secs_f64());
+    }
+    for (name, reason) in &total.skipped {
+        println!("skipped: {name}: {reason}");
+    }
+    if let Some(sentence) = &failure {
+        println!("xtask: {sentence}");
+    }
+    println!("{} passed, {} failed, {} skipped", total.passed, total.failed, total.skipped.len());
+    if failure.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
+fn tests() -> Result<Tally, String> {
+    let mut command = cargo_command(&["test", "--workspace", "--release", "--features", "greyrig-host/full"]);
+    // The output of tests that passed is where they say that they skipped something.
+    command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let tally = Tally::of(&text);
+    if output.status.success() {
+        return Ok(tally);
+    }
+    println!("{text}");
+    if tally.failed > 0 { Ok(tally) } else { Err(format!("{} ended with {}", shown(&command), output.status)) }
+}
+
+fn cargo(arguments: &[&str]) -> Result<Tally, String> {
+    run_command(&mut cargo_command(arguments))
+}
+
+/// Cargo in the workspace's root: the one that runs this program, so that the toolchain is the same.
+fn cargo_command(arguments: &[&str]) -> Command {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut command = Command::new(cargo);
+    command.args(arguments).current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
+    command
+}
+
+/// Runs a command whose output goes to the terminal.
+fn run_command(command: &mut Command) -> Result<Tally, String> {
+    let status = command.status().map_err(|error| not_started(command, &error))?;
+    if status.success() { Ok(Tally::default()) } else { Err(format!("{} ended with {status}", shown(command))) }
+}
+
+fn not_started(command: &Command, error: &std::io::Error) -> String {
+    format!("{} cannot be started: {error}", shown(command))
+}
+
+/// The command as one would type it.
+fn shown(command: &Command) -> String {
+    let arguments = command.get_args().map(|argument| argument.to_string_lossy());
+    std::iter::once("cargo".into()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_chosen_by_name() {
+        let names = |wanted: &[&str]| {
+            let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
+            choose(&wanted).map(|checks| checks.iter().map(|check| check.name).collect::<Vec<_>>())
+        };
+        assert_eq!(names(&[]).map(|all| all.len()), Ok(ALL.len()));
+        assert_eq!(names(&["tests", "fmt"]), Ok(vec!["fmt", "tests"]));
+        assert!(names(&["tset"]).is_err_and(|sentence| sentence.contains("tset") && sentence.contains("clippy")));
+    }
+}
