@@ -445,7 +445,10 @@ impl Assembly<'_> {
     }
 
     fn nothing_recognised(&self) -> Error {
-        let example = self.table.columns.iter().map(|c| c.name.as_str()).take(3).zip(["u_v", "i_a", "omega_rad_s"]);
+        let free =
+            (0..self.headers.len()).filter(|&k| self.headers[k].role.is_none() && !self.table.columns[k].is_time);
+        let names = free.map(|k| self.table.columns[k].name.as_str());
+        let example = names.take(3).zip(["u_v", "i_a", "omega_rad_s"]);
         let example: Vec<String> = example.map(|(name, target)| mapping::example_for(target, name)).collect();
         if example.is_empty() {
             return self

@@ -2,12 +2,13 @@
 //!
 //! A clipped channel rests at one value at the edge of its range while the quantity goes on. Resting there is not enough
 //! of a reason: a constant channel, a locked rotor, a commanded voltage and a quantised but unclipped signal rest, too.
-//! With *level* the largest (smallest) value, *q* the smallest step between different neighbours, and *run* at least
+//! With *level* the largest (smallest) value, *q* the smallest distance between two values, and *run* at least
 //! [`RUN`] equal samples at the level, either of two observations counts:
 //!
-//! 1. **The noise vanishes.** Away from the level fewer than [`REPEATS`] of all neighbours are equal, so the channel is
-//!    noisy, and yet there are two runs or more. (A run of three at the extreme of Gaussian noise would need three draws
-//!    in a row from the outermost quantum.) At least [`COUNT`] samples at the level.
+//! 1. **The noise vanishes.** Away from the level fewer than [`REPEATS`] of all neighbours are equal, and within
+//!    [`WINDOW`] samples of the runs at least [`TURNS`] of the increments change their sign, so the channel is noisy, and
+//!    yet there are two runs or more, with at least [`COUNT`] samples at the level. (A run of three at the extreme of
+//!    Gaussian noise would need three draws in a row from the outermost quantum; a smooth peak does not change sign.)
 //! 2. **The slope breaks off** (current, speed and torque, twice or more). Let w be the smaller of the run's length and
 //!    [`WINDOW`]. On both sides the signal moves by more than [`FLAT_TOP`] q within w samples of the run; no step in it is
 //!    more than 3/4 of that (a jump between two constants is a command, not a limit); and the nearer half holds at least
@@ -26,6 +27,8 @@ pub const RUN: usize = 3;
 pub const COUNT: usize = 8;
 /// Largest share of equal neighbours of a noisy channel.
 pub const REPEATS: f64 = 0.2;
+/// Smallest share of increments that change their sign in noise. White noise on a constant has two thirds.
+pub const TURNS: f64 = 0.1;
 /// Samples before and after a run that are looked at.
 pub const WINDOW: usize = 8;
 /// How far, in quanta, the signal moves within that window if its slope broke off.
@@ -51,8 +54,10 @@ pub fn find(channel: Channel, values: &[f64]) -> Vec<Clipped> {
         return Vec::new();
     }
     // Values computed from integer codes differ by rounding where the codes are equal steps apart.
-    let quantum =
-        values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|&d| d > 1e-9 * range).fold(f64::INFINITY, f64::min);
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let gaps = sorted.windows(2).map(|w| w[1] - w[0]);
+    let quantum = gaps.filter(|&d| d > 1e-9 * range).fold(f64::INFINITY, f64::min);
     [high, low]
         .into_iter()
         .filter(|&level| at_level(channel, values, level, quantum))
@@ -83,10 +88,24 @@ fn at_level(channel: Channel, values: &[f64], level: f64, quantum: f64) -> bool 
         equal += usize::from(w[0] == w[1]);
     }
     let noisy = (equal as f64) < REPEATS * pairs as f64;
-    if noisy && count >= COUNT {
+    if noisy && count >= COUNT && turns_near(values, &runs) {
         return true;
     }
     channel != Channel::Voltage && runs.iter().filter(|&&run| slope_breaks_off(values, run, quantum)).count() >= 2
+}
+
+/// Whether the increments beside the runs change their sign as noise does.
+fn turns_near(values: &[f64], runs: &[(usize, usize)]) -> bool {
+    let (mut pairs, mut turns) = (0_usize, 0_usize);
+    for &(start, end) in runs {
+        for side in [&values[start.saturating_sub(WINDOW)..start], &values[end..(end + WINDOW).min(values.len())]] {
+            for w in side.windows(3) {
+                pairs += 1;
+                turns += usize::from((w[1] - w[0]) * (w[2] - w[1]) < 0.0);
+            }
+        }
+    }
+    turns as f64 >= TURNS * pairs as f64 && turns > 0
 }
 
 fn slope_breaks_off(values: &[f64], (start, end): (usize, usize), quantum: f64) -> bool {
@@ -176,6 +195,9 @@ mod tests {
                 assert_eq!(find(Channel::Speed, &x), vec![], "period {period}, quantum {quantum}, noise {noise}");
             }
         }
+        // A commanded sine, printed with four decimals.
+        let command = signal(20_000, sine(4000.0, 12.0), 0.0, 1e-4, 1e9);
+        assert_eq!(find(Channel::Voltage, &command), vec![]);
         // First-order steps that settle on a quantised value, again and again.
         for tau in [0.5, 1.0, 2.0, 5.0, 30.0] {
             let x = signal(

@@ -130,12 +130,12 @@ fn values_of(dataset: &Dataset) -> std::result::Result<Option<Vec<f64>>, String>
             Ok(Some(array.iter().map(|&x| x as f64).collect()))
         }};
     }
-    let base = match dataset.dtype() {
-        // Booleans of h5py.
-        Datatype::Enum { base, .. } => base.as_ref(),
-        other => other,
-    };
-    match base {
+    match dataset.dtype() {
+        // Booleans of h5py are bytes with names.
+        Datatype::Enum { base, .. } if matches!(**base, Datatype::FixedPoint { size: 1, .. }) => {
+            let bytes = dataset.read_native_bytes().map_err(|e| e.to_string())?;
+            Ok(Some(bytes.iter().map(|&b| f64::from(b as i8)).collect()))
+        }
         Datatype::FloatingPoint { size: 4, .. } => read!(f32),
         Datatype::FloatingPoint { size: 8, .. } => read!(f64),
         Datatype::FixedPoint { size: 1, signed: true, .. } => read!(i8),

@@ -3,6 +3,7 @@
 //! Units: pyarrow and polars keep a field's metadata (`unit`) in an Arrow schema that is stored, in base64, among the
 //! file's metadata; the few fields needed are read from it here. Files of greyrig hold `unit:COLUMN` entries as well.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
@@ -69,18 +70,18 @@ pub fn read(path: &Path) -> Result<Table> {
             continue;
         }
         let mut values = Vec::new();
+        let epoch = Cell::new(None);
         for group in 0..reader.num_row_groups() {
             let column = reader.get_row_group(group).and_then(|g| g.get_column_reader(k));
             let column = column.map_err(|e| damaged(path, "Parquet", e))?;
-            append(column, descriptor, rows, &mut values).map_err(|e| damaged(path, "Parquet", e))?;
+            append(column, descriptor, rows, &epoch, &mut values).map_err(|e| damaged(path, "Parquet", e))?;
         }
         if values.len() != rows {
             return Err(damaged(path, "Parquet", format!("column {name} has {} of {rows} rows", values.len())));
         }
         let stamp = stamp_factor(descriptor);
         if let Some(factor) = stamp {
-            let first = values.first().copied().unwrap_or(0.0);
-            values.iter_mut().for_each(|t| *t = (*t - first) * factor);
+            values.iter_mut().for_each(|t| *t *= factor);
         }
         let unit = if stamp.is_some() { Some("s".into()) } else { units.get(&name).cloned() };
         table.columns.push(Column { unit, is_time: stamp.is_some(), position: k + 1, ..Column::new(name, values) });
@@ -106,8 +107,15 @@ fn append(
     column: ColumnReader,
     descriptor: &ColumnDescriptor,
     limit: usize,
+    epoch: &Cell<Option<i64>>,
     out: &mut Vec<f64>,
 ) -> std::result::Result<(), ParquetError> {
+    // Nanoseconds since 1970 do not fit a double: time stamps are counted from the first one.
+    let since_first = |x: &i64| {
+        let first = epoch.get().unwrap_or(*x);
+        epoch.set(Some(first));
+        x.saturating_sub(first) as f64
+    };
     let nullable = descriptor.max_def_level();
     let unsigned = matches!(descriptor.converted_type(), ConvertedType::UINT_32);
     let unsigned_64 = matches!(descriptor.converted_type(), ConvertedType::UINT_64);
@@ -115,6 +123,9 @@ fn append(
         ColumnReader::BoolColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(u8::from(*x))),
         ColumnReader::Int32ColumnReader(r) if unsigned => typed(r, nullable, limit, out, |x| f64::from(*x as u32)),
         ColumnReader::Int32ColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(*x)),
+        ColumnReader::Int64ColumnReader(r) if stamp_factor(descriptor).is_some() => {
+            typed(r, nullable, limit, out, since_first)
+        }
         ColumnReader::Int64ColumnReader(r) if unsigned_64 => typed(r, nullable, limit, out, |x| *x as u64 as f64),
         ColumnReader::Int64ColumnReader(r) => typed(r, nullable, limit, out, |x| *x as f64),
         ColumnReader::FloatColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(*x)),

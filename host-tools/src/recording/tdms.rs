@@ -42,6 +42,8 @@ struct Object {
     layout: Option<Layout>,
     values: Vec<f64>,
     text: bool,
+    /// Seconds of the first time stamp: the others are counted from it, so that microseconds survive in a double.
+    epoch: Option<i64>,
 }
 
 struct Cursor<'a> {
@@ -77,6 +79,12 @@ impl<'a> Cursor<'a> {
         let n = self.u32()? as usize;
         Ok(String::from_utf8_lossy(self.take(n)?).into_owned())
     }
+    /// Seconds since 1904 and the fraction: units of 2^-64 s first, in big-endian files the other way round.
+    fn stamp(&mut self) -> Parsed<(i64, f64)> {
+        let (a, b) = (u64::from_le_bytes(self.array()?), u64::from_le_bytes(self.array()?));
+        let (fraction, seconds) = if self.big { (b, a) } else { (a, b) };
+        Ok((seconds as i64, fraction as f64 / 2.0_f64.powi(64)))
+    }
     /// A number of a TDMS type.
     fn number(&mut self, kind: u32) -> Parsed<f64> {
         Ok(match kind {
@@ -90,11 +98,9 @@ impl<'a> Cursor<'a> {
             8 => u64::from_le_bytes(self.array()?) as f64,
             9 | 0x19 => f64::from(f32::from_le_bytes(self.array()?)),
             10 | 0x1a => f64::from_le_bytes(self.array()?),
-            // Fractions of 2^-64 s, then seconds since 1904; in big-endian files the other way round.
             0x44 => {
-                let (a, b) = (u64::from_le_bytes(self.array()?), u64::from_le_bytes(self.array()?));
-                let (fraction, seconds) = if self.big { (b, a) } else { (a, b) };
-                seconds as i64 as f64 + fraction as f64 / 2.0_f64.powi(64)
+                let (seconds, fraction) = self.stamp()?;
+                seconds as f64 + fraction
             }
             _ => return Err("a data type is not supported"),
         })
@@ -246,7 +252,7 @@ impl File {
                 }
                 for _ in 0..rows {
                     for (path, layout) in &layouts {
-                        let value = cursor.number(layout.kind)?;
+                        let value = self.value(&mut cursor, path, layout.kind)?;
                         self.push(path, &[value])?;
                     }
                 }
@@ -262,12 +268,21 @@ impl File {
                 }
                 let mut values = Vec::new();
                 for _ in 0..layout.count {
-                    values.push(cursor.number(layout.kind)?);
+                    values.push(self.value(&mut cursor, path, layout.kind)?);
                 }
                 self.push(path, &values)?;
             }
         }
         Ok(())
+    }
+
+    fn value(&mut self, cursor: &mut Cursor<'_>, path: &str, kind: u32) -> Parsed<f64> {
+        if kind != 0x44 {
+            return cursor.number(kind);
+        }
+        let (seconds, fraction) = cursor.stamp()?;
+        let epoch = self.objects.get_mut(path).map_or(seconds, |o| *o.epoch.get_or_insert(seconds));
+        Ok(seconds.saturating_sub(epoch) as f64 + fraction)
     }
 
     fn push(&mut self, path: &str, values: &[f64]) -> Parsed<()> {

@@ -72,7 +72,9 @@ pub fn check(t: &[f64]) -> Result<TimeAxis, Fault> {
         let allowed = (1e-4 * steps.len() as f64).max(1.0) + rounding;
         let off = |k: usize| ((t[k] - t[0]) / interval - k as f64).abs();
         if (0..t.len()).all(|k| off(k) <= allowed) {
-            return Ok(TimeAxis { start_s: t[0], interval_s: interval, jitter: worst });
+            // Twelve digits are more than any stamp has; the rest is the noise of binary fractions.
+            let interval_s = format!("{interval:.11e}").parse().unwrap_or(interval);
+            return Ok(TimeAxis { start_s: t[0], interval_s, jitter: worst });
         }
     }
     let unlike = |s: f64, reference: f64| (s / reference - 1.0).abs() > JITTER_LIMIT;

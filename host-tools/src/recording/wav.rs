@@ -1,7 +1,8 @@
 //! WAV: audio interfaces used as data loggers. Channels are called `ch1`, `ch2` … and need `--map`.
 //!
-//! Integer samples are fractions of full scale, code / (2^(bits-1) - 1), as sound libraries write them; so the gain in
-//! `--map u_v=ch1*20` is the physical full scale. Floating-point samples are taken as they are.
+//! Integer samples are fractions of full scale, so the gain in `--map u_v=ch1*20` is the physical full scale: code / 32767
+//! in 16 bits (in general 2^(bits-1) - 1), code / 2^(bits-1) in wider ones, as NumPy users and libsndfile write them. (The
+//! other convention differs by one part in 32768, less than a code.) Floating-point samples are taken as they are.
 
 use std::path::Path;
 
@@ -28,7 +29,8 @@ pub fn read(path: &Path) -> Result<Table> {
     if reader.len() as usize > MAX_VALUES {
         return Err(super::too_large(path, &format!("{} samples", reader.len())));
     }
-    let full_scale = f64::from((1_u32 << (spec.bits_per_sample - 1)) - 1).max(1.0);
+    let half = 1_u32 << (spec.bits_per_sample - 1);
+    let full_scale = f64::from(if spec.bits_per_sample <= 16 { half - 1 } else { half }).max(1.0);
     let samples: std::result::Result<Vec<f64>, hound::Error> = match spec.sample_format {
         SampleFormat::Float => reader.samples::<f32>().map(|s| s.map(f64::from)).collect(),
         SampleFormat::Int => reader.samples::<i32>().map(|s| s.map(|x| f64::from(x) / full_scale)).collect(),
