@@ -123,7 +123,7 @@ fn mappings() {
     map(&["u_v"], &["no '='", "TARGET=SOURCE"]);
     map(&["u_v="], &["names no column"]);
     map(&["sample_time_s=-1", "u_v=VoltageCh1"], &["sampling interval"]);
-    map(&["u_v=VoltageCh1[rpm]"], &["rpm", "no unit of the voltage"]);
+    map(&["u_v=VoltageCh1[rpm]"], &["rpm", "no unit of voltage"]);
     // Several pairs after one --map, and a good result.
     let good = convert("run.csv", table.as_bytes(), &["--map", "u_v=VoltageCh1*0.01", "i_a=CurrentCh2[mA]", "--json"]);
     assert_eq!(good.status.code(), Some(0), "{}", String::from_utf8_lossy(&good.stderr));

@@ -75,7 +75,7 @@ fn files_of_other_tools_damaged() {
         if ["json", "py", "mcap"].iter().any(|e| name.ends_with(e)) {
             continue;
         }
-        mutate(&name, &std::fs::read(entry.path()).expect("readable"), 120);
+        mutate(&name, &std::fs::read(entry.path()).expect("readable"), 200);
     }
 }
 

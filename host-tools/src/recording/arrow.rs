@@ -1,6 +1,6 @@
 //! Arrow IPC files and Feather version 2, decoded by the Arrow project's crates.
 
-use std::fs::File;
+use std::io::Cursor;
 use std::path::Path;
 
 use arrow_array::cast::AsArray;
@@ -11,6 +11,7 @@ use arrow_array::types::{
 };
 use arrow_array::{Array, ArrayRef};
 use arrow_ipc::reader::FileReader;
+use arrow_ipc::{root_as_footer, root_as_message};
 use arrow_schema::{DataType, TimeUnit};
 
 use super::read::damaged;
@@ -22,8 +23,9 @@ use crate::error::{Error, Result};
 /// # Errors
 /// Damaged content, too many values.
 pub fn read(path: &Path) -> Result<Table> {
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let reader = FileReader::try_new(std::io::BufReader::new(file), None).map_err(|e| damaged(path, "Arrow", e))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    refuse_bombs(&bytes).map_err(|reason| damaged(path, "Arrow", reason))?;
+    let reader = FileReader::try_new(Cursor::new(&bytes), None).map_err(|e| damaged(path, "Arrow", e))?;
     let schema = reader.schema();
     let mut table = Table { metadata: schema.metadata().clone().into_iter().collect(), ..Table::default() };
     table.metadata.remove("pandas");
@@ -63,11 +65,46 @@ pub fn read(path: &Path) -> Result<Table> {
             let first = values.first().copied().unwrap_or(0.0);
             values.iter_mut().for_each(|t| *t = (*t - first) * factor);
         }
-        let stated = ["unit", "units", "Unit"].iter().find_map(|key| field.metadata().get(*key).cloned());
+        let stated = ["unit", "units", "Unit"].iter().find_map(|key| field.metadata().get(key).cloned());
         let unit = if stamp.is_some() { Some("s".into()) } else { stated };
         table.columns.push(Column { unit, is_time: stamp.is_some(), position: k + 1, ..Column::new(name, values) });
     }
     Ok(table)
+}
+
+/// Checks the unpacked sizes that compressed buffers claim: the decoder allocates them unseen, and a failed allocation
+/// ends the program. The layout is that of the Arrow columnar format 1.5, "IPC File Format".
+fn refuse_bombs(bytes: &[u8]) -> std::result::Result<(), &'static str> {
+    const CUT: &str = "it ends too early";
+    let tail = bytes.len().checked_sub(10).ok_or(CUT)?;
+    let word = |at: usize| -> Option<usize> {
+        let b = bytes.get(at..at.checked_add(4)?)?;
+        usize::try_from(i32::from_le_bytes([b[0], b[1], b[2], b[3]])).ok()
+    };
+    let start = tail.checked_sub(word(tail).ok_or("the length of the footer is negative")?).ok_or(CUT)?;
+    let footer = root_as_footer(&bytes[start..tail]).map_err(|_| "the footer is damaged")?;
+    let blocks = [footer.recordBatches(), footer.dictionaries()];
+    for block in blocks.iter().flatten().flatten() {
+        let at = usize::try_from(block.offset()).map_err(|_| CUT)?;
+        let body = usize::try_from(block.metaDataLength()).ok().and_then(|n| at.checked_add(n)).ok_or(CUT)?;
+        // A mark of four bytes precedes the length, except in old files.
+        let skip = if bytes.get(at..at.saturating_add(4)) == Some(&[0xff; 4][..]) { 8 } else { 4 };
+        let message = at.checked_add(skip).and_then(|from| bytes.get(from..body)).ok_or(CUT)?;
+        let message = root_as_message(message).map_err(|_| "a message is damaged")?;
+        let batch = message.header_as_record_batch();
+        let batch = batch.or_else(|| message.header_as_dictionary_batch().and_then(|d| d.data()));
+        let Some(batch) = batch.filter(|b| b.compression().is_some()) else { continue };
+        for buffer in batch.buffers().iter().flatten().filter(|b| b.length() > 0) {
+            let from = usize::try_from(buffer.offset()).ok().and_then(|n| body.checked_add(n)).ok_or(CUT)?;
+            let size = from.checked_add(8).and_then(|end| bytes.get(from..end)).ok_or(CUT)?;
+            let size = i64::from_le_bytes(size.try_into().map_err(|_| CUT)?);
+            // -1 stands for a buffer that was left unpacked.
+            if !(-1..=8 * MAX_VALUES as i64).contains(&size) {
+                return Err("a compressed buffer claims an impossible size");
+            }
+        }
+    }
+    Ok(())
 }
 
 fn numbers(array: &ArrayRef) -> Option<Vec<f64>> {

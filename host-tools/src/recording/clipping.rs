@@ -2,7 +2,8 @@
 //!
 //! A clipped channel rests at one value at the edge of its range while the quantity goes on. Resting there is not enough
 //! of a reason: a constant channel, a locked rotor, a commanded voltage and a quantised but unclipped signal rest, too.
-//! With *level* the largest (smallest) value, *q* the smallest distance between two values, and *run* at least
+//! With *level* the largest (smallest) value, *q* the step of which all differences between values are multiples
+//! (at least 10^-6 of the range), and *run* at least
 //! [`RUN`] equal samples at the level, either of two observations counts:
 //!
 //! 1. **The noise vanishes.** Away from the level fewer than [`REPEATS`] of all neighbours are equal, and within
@@ -54,15 +55,32 @@ pub fn find(channel: Channel, values: &[f64]) -> Vec<Clipped> {
         return Vec::new();
     }
     // Values computed from integer codes differ by rounding where the codes are equal steps apart.
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let gaps = sorted.windows(2).map(|w| w[1] - w[0]);
-    let quantum = gaps.filter(|&d| d > 1e-9 * range).fold(f64::INFINITY, f64::min);
+    let quantum = quantum(values, 1e-6 * range);
     [high, low]
         .into_iter()
         .filter(|&level| at_level(channel, values, level, quantum))
         .map(|level| Clipped { level, samples: (0..values.len()).filter(|&k| values[k] == level).collect() })
         .collect()
+}
+
+/// The step of which all differences between values are multiples (Euclid), or `resolution` if there is none.
+fn quantum(values: &[f64], resolution: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut step = 0.0_f64;
+    for gap in sorted.windows(2).map(|w| w[1] - w[0]).filter(|&d| d > resolution) {
+        let (mut a, mut b) = (step, gap);
+        while b > resolution {
+            // Rounding leaves a remainder just below the divisor as well as just above zero.
+            let rest = (a - b * (a / b).round()).abs();
+            (a, b) = (b, rest);
+        }
+        step = a;
+        if step <= 2.0 * resolution {
+            return resolution;
+        }
+    }
+    step.max(resolution)
 }
 
 fn at_level(channel: Channel, values: &[f64], level: f64, quantum: f64) -> bool {
@@ -175,7 +193,7 @@ mod tests {
     fn resting_signals_are_left_alone() {
         let constant = vec![3.0; 1000];
         let locked = vec![0.0; 1000];
-        let command = signal(2000, |k| if (k as usize / 250) % 2 == 0 { 12.0 } else { -6.0 }, 0.0, 0.0, 100.0);
+        let command = signal(2000, |k| if (k as usize / 250).is_multiple_of(2) { 12.0 } else { -6.0 }, 0.0, 0.0, 100.0);
         let square: Vec<f64> = (0..2000).map(|k| if (k / 5) % 2 == 0 { 1.0 } else { 0.0 }).collect();
         for x in [&constant, &locked, &command, &square] {
             for channel in Channel::ALL {

@@ -77,8 +77,7 @@ fn read_4(path: &Path) -> Result<Table> {
     // Buffered, not memory-mapped: a file that is cut short by another program while being read is then an error.
     let file = Mf4File::open_buffered(path).map_err(|e| damaged(path, "MDF", e))?;
     let mut build = Builder { path, table: Table::default(), paths: Vec::new(), values: 0 };
-    let mut raster = 0;
-    for group in file.data_groups().iter().flat_map(|g| &g.channel_groups) {
+    for (raster, group) in file.data_groups().iter().flat_map(|g| &g.channel_groups).enumerate() {
         for channel in group.channels.iter().filter(|c| c.is_numeric() && !c.is_array()) {
             let samples = || {
                 let signal = file.signal(channel)?;
@@ -93,7 +92,6 @@ fn read_4(path: &Path) -> Result<Table> {
             let unit = if channel.is_time_channel() && channel.unit.is_empty() { "s" } else { &channel.unit };
             build.add(raster, (&channel.name, unit, channel.is_time_channel()), group.sample_count, samples)?;
         }
-        raster += 1;
     }
     for (key, value) in [("comment", file.comment().trim())] {
         if !value.is_empty() && !value.contains('<') {

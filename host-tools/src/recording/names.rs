@@ -250,28 +250,31 @@ pub fn header(label: &str) -> Header {
 /// The unit in brackets, behind a slash with blanks, or behind " in ".
 fn split_unit(label: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
-        if let (Some(a), true) = (label.rfind(open), label.ends_with(close)) {
-            if a > 0 && a + 1 < label.len() {
-                let unit = label[a + 1..label.len() - 1].trim();
-                // `i(1)` is a channel number and `Ch1(ADC)` a remark, unless the name is one of the field.
-                let base = label[..a].trim();
-                if !unit.is_empty() && !unit.chars().all(|c| c.is_ascii_digit()) {
-                    return (base.to_owned(), Some(unit.to_owned()));
-                }
+        if let (Some(a), true) = (label.rfind(open), label.ends_with(close))
+            && a > 0
+            && a + 1 < label.len()
+        {
+            let unit = label[a + 1..label.len() - 1].trim();
+            // `i(1)` is a channel number and `Ch1(ADC)` a remark, unless the name is one of the field.
+            let base = label[..a].trim();
+            if !unit.is_empty() && !unit.chars().all(|c| c.is_ascii_digit()) {
+                return (base.to_owned(), Some(unit.to_owned()));
             }
         }
     }
     for separator in [" / ", " in ", "/"] {
-        if let Some((base, unit)) = label.split_once(separator) {
-            if !base.trim().is_empty() && Unit::parse(unit).is_some() {
-                return (base.trim().to_owned(), Some(unit.trim().to_owned()));
-            }
+        if let Some((base, unit)) = label.split_once(separator)
+            && !base.trim().is_empty()
+            && Unit::parse(unit).is_some()
+        {
+            return (base.trim().to_owned(), Some(unit.trim().to_owned()));
         }
     }
-    if let Some((base, unit)) = label.rsplit_once(' ') {
-        if lookup(base).is_some() && Unit::parse(unit).is_some() {
-            return (base.trim().to_owned(), Some(unit.to_owned()));
-        }
+    if let Some((base, unit)) = label.rsplit_once(' ')
+        && lookup(base).is_some()
+        && Unit::parse(unit).is_some()
+    {
+        return (base.trim().to_owned(), Some(unit.to_owned()));
     }
     (label.to_owned(), None)
 }
