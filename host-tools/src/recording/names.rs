@@ -255,7 +255,7 @@ fn split_unit(label: &str) -> (String, Option<String>) {
             && a + 1 < label.len()
         {
             let unit = label[a + 1..label.len() - 1].trim();
-            // `i(1)` is a channel number and `Ch1(ADC)` a remark, unless the name is one of the field.
+            // `i(1)` is a channel number, not a unit.
             let base = label[..a].trim();
             if !unit.is_empty() && !unit.chars().all(|c| c.is_ascii_digit()) {
                 return (base.to_owned(), Some(unit.to_owned()));

@@ -126,7 +126,7 @@ fn size(kind: u32) -> Parsed<Option<u64>> {
 /// Damaged or unsupported segments, too many values.
 pub fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    let mut file = File { objects: BTreeMap::new(), order: Vec::new(), active: Vec::new(), values: 0 };
+    let mut file = File { objects: BTreeMap::new(), order: Vec::new(), active: Vec::new(), values: 0, cut: false };
     match file.segments(&bytes) {
         Ok(()) => {}
         Err("too many values") => return Err(super::too_large(path, "too many samples")),
@@ -141,6 +141,8 @@ struct File {
     /// Objects with raw data in the present segment, in the order of their data.
     active: Vec<String>,
     values: usize,
+    /// A segment ends within a chunk.
+    cut: bool,
 }
 
 impl File {
@@ -243,7 +245,8 @@ impl File {
             return Ok(());
         }
         let available = (cursor.bytes.len() - cursor.at) as u64;
-        // An incomplete chunk at the end (power cut) is not counted.
+        // An incomplete chunk at the end (power cut) is left out.
+        self.cut |= !available.is_multiple_of(chunk);
         for _ in 0..available / chunk {
             if interleaved {
                 let rows = layouts.first().map_or(0, |l| l.1.count);
@@ -298,6 +301,9 @@ impl File {
 
     fn table(self, file: &Path) -> Result<Table> {
         let mut table = Table::default();
+        if self.cut {
+            table.warnings.push("the last samples are incomplete and left out; was the recording cut off?".into());
+        }
         let mut paths = Vec::new();
         // Channels of one length and one interval were sampled together, whatever group they are in.
         let mut rasters: Vec<(usize, Option<u64>, String)> = Vec::new();
