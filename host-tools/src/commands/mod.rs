@@ -1,5 +1,8 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
+pub mod convert;
+
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -17,7 +20,10 @@ pub struct Cli {
 
 /// All subcommands.
 #[derive(Debug, Subcommand)]
-pub enum Command {}
+pub enum Command {
+    /// Any supported recording to CSV or Parquet, in SI units.
+    Convert(convert::Args),
+}
 
 impl Command {
     /// Runs the command.
@@ -25,6 +31,13 @@ impl Command {
     /// # Errors
     /// Whatever the user has to act on.
     pub fn run(&self) -> Result<ExitCode> {
-        match *self {}
+        match self {
+            Self::Convert(args) => convert::run(args),
+        }
     }
+}
+
+/// The command line, with one `--map` for each mapping (several may follow one `--map`).
+pub fn arguments() -> Vec<OsString> {
+    crate::recording::mapping::spread(std::env::args_os())
 }

@@ -4,8 +4,37 @@
 //! path ([`load`]) turns a table into a [`Recording`]: names and units are recognised or mapped, time is checked,
 //! invalid samples are masked.
 
+pub mod clipping;
+pub mod mapping;
+pub mod names;
+pub mod table;
+pub mod time_axis;
+pub mod units;
+
+mod assemble;
+mod read;
+mod write;
+
+#[cfg(feature = "arrow")]
+mod arrow;
+mod hdf5;
+mod mat;
+mod mdf;
+mod npz;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod tdms;
+mod text;
+mod wav;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+pub use mapping::{MapArgs, Mapping};
+pub use read::{load, load_all};
+pub use write::write;
+
+use read::{looks_like, too_large};
 
 /// A measured quantity that the models know. The discriminant is the order of the columns in files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,6 +63,20 @@ impl Channel {
             Self::Speed => "omega_rad_s",
             Self::Angle => "angle_rad",
             Self::Torque => "torque_n_m",
+        }
+    }
+
+    /// The SI unit of its values.
+    pub const fn unit(self, motion: Motion) -> &'static str {
+        match (self, motion) {
+            (Self::Voltage, _) => "V",
+            (Self::Current, _) => "A",
+            (Self::Speed, Motion::Rotary) => "rad/s",
+            (Self::Speed, Motion::Linear) => "m/s",
+            (Self::Angle, Motion::Rotary) => "rad",
+            (Self::Angle, Motion::Linear) => "m",
+            (Self::Torque, Motion::Rotary) => "N m",
+            (Self::Torque, Motion::Linear) => "N",
         }
     }
 }

@@ -1,0 +1,329 @@
+//! MATLAB .mat: levels 4 and 5 here, 7.3 by the HDF5 reader.
+//!
+//! Own reader after MathWorks' "MAT-File Format" (2023), because structs, which is how colleagues send recordings, and
+//! level 4 are needed. Vectors become columns, matrices one column per channel, scalars and texts metadata. A struct
+//! `rec` with the fields `t`, `u`, `i` gives columns of these names; texts in its field `unit` (`unit.u = 'V'`) are units.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use super::read::damaged;
+use super::table::{Column, MAX_VALUES, Table};
+use crate::error::{Error, Result};
+
+type Parsed<T> = std::result::Result<T, &'static str>;
+
+/// Structs nest; damaged files nest without end.
+const DEEPEST: usize = 16;
+/// A matrix with more columns than this is no set of channels.
+const WIDEST: usize = 64;
+
+/// Reads a .mat file.
+///
+/// # Errors
+/// Damaged content, too many values.
+pub fn read(path: &Path) -> Result<Table> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
+        return super::hdf5::read_as(path, "MATLAB 7.3");
+    }
+    let mut found = Found::default();
+    let parsed = if bytes.get(126..128).is_some_and(|e| e == b"IM" || e == b"MI") {
+        level_5(&bytes, &mut found)
+    } else {
+        level_4(&bytes, &mut found)
+    };
+    match parsed {
+        Err("too many values") => return Err(super::too_large(path, "too many values")),
+        Err(reason) => return Err(damaged(path, "MATLAB", reason)),
+        Ok(()) => {}
+    }
+    Ok(found.table())
+}
+
+/// Everything found, by path (`rec/u`).
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) arrays: Vec<(Vec<String>, Vec<f64>)>,
+    pub(super) units: BTreeMap<Vec<String>, String>,
+    pub(super) texts: Vec<(Vec<String>, String)>,
+    count: usize,
+}
+
+impl Found {
+    /// An array of `rows` x `columns`, stored column by column.
+    pub(super) fn matrix(&mut self, path: &[String], rows: usize, columns: usize, values: Vec<f64>) -> Parsed<()> {
+        self.count = self.count.saturating_add(values.len());
+        if self.count > MAX_VALUES {
+            return Err("too many values");
+        }
+        if values.is_empty() {
+            return Ok(());
+        }
+        if rows == 1 || columns == 1 {
+            self.arrays.push((path.to_vec(), values));
+            return Ok(());
+        }
+        // Channels are the short side, whichever way the matrix lies.
+        let (length, width, by_column) = if rows >= columns { (rows, columns, true) } else { (columns, rows, false) };
+        if width > WIDEST || length.checked_mul(width) != Some(values.len()) {
+            return Ok(());
+        }
+        for k in 0..width {
+            let mut name = path.to_vec();
+            if let Some(last) = name.last_mut() {
+                *last = format!("{last}_{}", k + 1);
+            }
+            let column = (0..length).map(|j| if by_column { values[k * length + j] } else { values[j * width + k] });
+            self.arrays.push((name, column.collect()));
+        }
+        Ok(())
+    }
+
+    pub(super) fn text(&mut self, path: &[String], text: String) {
+        let text = text.trim().to_owned();
+        // `unit.u`, `units.u` or `u_unit` beside `u`.
+        let mut unit_of = path.to_vec();
+        match path {
+            [.., group, _] if matches!(group.to_lowercase().as_str(), "unit" | "units" | "einheit" | "einheiten") => {
+                unit_of.remove(path.len() - 2);
+                self.units.insert(unit_of, text);
+            }
+            _ => {
+                if let Some(base) = path.last().and_then(|n| n.strip_suffix("_unit")) {
+                    let last = unit_of.len() - 1;
+                    unit_of[last] = base.to_owned();
+                    self.units.insert(unit_of, text.clone());
+                }
+                self.texts.push((path.to_vec(), text));
+            }
+        }
+    }
+
+    pub(super) fn table(self) -> Table {
+        let mut table = Table::default();
+        let mut paths = Vec::new();
+        let mut lengths: Vec<usize> = Vec::new();
+        for (path, text) in self.texts {
+            if let Some(key) = path.last() {
+                table.metadata.insert(key.clone(), text.split_whitespace().collect::<Vec<_>>().join(" "));
+            }
+        }
+        for (path, values) in self.arrays {
+            let Some(name) = path.last().cloned() else { continue };
+            if values.len() == 1 {
+                table.metadata.insert(name, format!("{}", values[0]));
+                continue;
+            }
+            // These formats do not say what was sampled together; the length does.
+            let raster = lengths.iter().position(|&n| n == values.len()).unwrap_or_else(|| {
+                lengths.push(values.len());
+                lengths.len() - 1
+            });
+            let unit = self.units.get(&path).cloned();
+            table.columns.push(Column { raster, unit, ..Column::new(name, values) });
+            paths.push(path.join("/"));
+        }
+        table.make_names_unique(&paths);
+        table
+    }
+}
+
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    big: bool,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, n: usize) -> Parsed<&'a [u8]> {
+        let (head, tail) = self.bytes.split_at_checked(n).ok_or("it ends within an array")?;
+        self.bytes = tail;
+        Ok(head)
+    }
+    fn u32(&mut self) -> Parsed<u32> {
+        let b = self.take(4)?;
+        let b = [b[0], b[1], b[2], b[3]];
+        Ok(if self.big { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) })
+    }
+}
+
+/// Numbers of a level 5 data type.
+fn numbers(kind: u32, bytes: &[u8], big: bool) -> Parsed<Vec<f64>> {
+    fn each<const N: usize>(bytes: &[u8], big: bool, convert: fn([u8; N]) -> f64) -> Vec<f64> {
+        let chunk = |c: &[u8]| {
+            let mut b = [0; N];
+            b.copy_from_slice(c);
+            if big {
+                b.reverse();
+            }
+            convert(b)
+        };
+        bytes.chunks_exact(N).map(chunk).collect()
+    }
+    Ok(match kind {
+        1 => each::<1>(bytes, big, |b| f64::from(b[0] as i8)),
+        2 | 16 => each::<1>(bytes, big, |b| f64::from(b[0])),
+        3 => each::<2>(bytes, big, |b| f64::from(i16::from_le_bytes(b))),
+        4 | 17 => each::<2>(bytes, big, |b| f64::from(u16::from_le_bytes(b))),
+        5 => each::<4>(bytes, big, |b| f64::from(i32::from_le_bytes(b))),
+        6 => each::<4>(bytes, big, |b| f64::from(u32::from_le_bytes(b))),
+        7 => each::<4>(bytes, big, |b| f64::from(f32::from_le_bytes(b))),
+        9 => each::<8>(bytes, big, f64::from_le_bytes),
+        12 => each::<8>(bytes, big, |b| i64::from_le_bytes(b) as f64),
+        13 => each::<8>(bytes, big, |b| u64::from_le_bytes(b) as f64),
+        _ => return Err("a data type is not known"),
+    })
+}
+
+fn level_5(bytes: &[u8], found: &mut Found) -> Parsed<()> {
+    let big = bytes[126] == b'M';
+    let mut cursor = Cursor { bytes: &bytes[128..], big };
+    while cursor.bytes.len() >= 8 {
+        let (kind, body) = element(&mut cursor)?;
+        match kind {
+            14 => matrix_5(body, big, &[], found, 0)?,
+            15 => {
+                // The limit on numbers bounds what a small file may unpack to.
+                let mut unpacked = Vec::new();
+                let limit = (MAX_VALUES as u64) * 8;
+                let read = flate2::read::ZlibDecoder::new(body).take(limit + 1).read_to_end(&mut unpacked);
+                read.map_err(|_| "a compressed array is damaged")?;
+                if unpacked.len() as u64 > limit {
+                    return Err("too many values");
+                }
+                let mut inner = Cursor { bytes: &unpacked, big };
+                let (kind, body) = element(&mut inner)?;
+                if kind == 14 {
+                    matrix_5(body, big, &[], found, 0)?;
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// A tagged element: its type and its bytes; padding to eight bytes is skipped.
+fn element<'a>(cursor: &mut Cursor<'a>) -> Parsed<(u32, &'a [u8])> {
+    let tag = cursor.u32()?;
+    if tag >> 16 != 0 {
+        // The small form: length and type in one word, the data in the next.
+        let (size, data) = ((tag >> 16) as usize, cursor.take(4)?);
+        return Ok((tag & 0xffff, data.get(..size).ok_or("a small element is too long")?));
+    }
+    let size = cursor.u32()? as usize;
+    let data = cursor.take(size)?;
+    // Compressed elements are not padded, and the last one need not be.
+    let padding = if tag == 15 { 0 } else { size.next_multiple_of(8) - size };
+    cursor.take(padding.min(cursor.bytes.len()))?;
+    Ok((tag, data))
+}
+
+fn matrix_5(bytes: &[u8], big: bool, path: &[String], found: &mut Found, depth: usize) -> Parsed<()> {
+    if bytes.is_empty() || depth > DEEPEST {
+        return Ok(());
+    }
+    let mut cursor = Cursor { bytes, big };
+    let (_, flags) = element(&mut cursor)?;
+    let flags = Cursor { bytes: flags, big }.u32()?;
+    let class = flags & 0xff;
+    let (kind, dimensions) = element(&mut cursor)?;
+    let dimensions: Vec<usize> = numbers(kind, dimensions, big)?.iter().map(|&d| d.max(0.0) as usize).collect();
+    let (_, name) = element(&mut cursor)?;
+    let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
+    let mut path = path.to_vec();
+    if !name.is_empty() {
+        path.push(name);
+    }
+    let (rows, columns) = match dimensions[..] {
+        [r, c] => (r, c),
+        [r, ref rest @ ..] => {
+            (r, rest.iter().try_fold(1_usize, |a, &b| a.checked_mul(b)).ok_or("a size is out of range")?)
+        }
+        [] => return Err("an array has no size"),
+    };
+    let elements = rows.checked_mul(columns).ok_or("a size is out of range")?;
+    match class {
+        // Struct, and object behind its class name.
+        2 | 3 => {
+            if class == 3 {
+                element(&mut cursor)?;
+            }
+            let (kind, length) = element(&mut cursor)?;
+            let length = numbers(kind, length, big)?.first().map_or(0, |&n| n.max(0.0) as usize);
+            let (_, fields) = element(&mut cursor)?;
+            if length == 0 || elements > 1 {
+                // An array of structs is no recording.
+                return Ok(());
+            }
+            for field in fields.chunks(length) {
+                let name = field.split(|&b| b == 0).next().unwrap_or(field);
+                let mut inner = path.clone();
+                inner.push(String::from_utf8_lossy(name).into_owned());
+                let (kind, body) = element(&mut cursor)?;
+                if kind == 14 && elements == 1 {
+                    matrix_5(body, big, &inner, found, depth + 1)?;
+                }
+            }
+            Ok(())
+        }
+        4 => {
+            let (kind, body) = element(&mut cursor)?;
+            let codes = numbers(kind, body, big)?;
+            if rows <= 1 && codes.len() < 4096 {
+                found.text(&path, codes.iter().filter_map(|&c| char::from_u32(c as u32)).collect());
+            }
+            Ok(())
+        }
+        6..=15 => {
+            let (kind, body) = element(&mut cursor)?;
+            let values = numbers(kind, body, big)?;
+            if values.len() != elements {
+                return Err("an array is shorter than its size");
+            }
+            found.matrix(&path, rows, columns, values)
+        }
+        // Cells, sparse matrices, function handles.
+        _ => Ok(()),
+    }
+}
+
+fn level_4(bytes: &[u8], found: &mut Found) -> Parsed<()> {
+    let first = bytes.get(..4).ok_or("it is too short")?;
+    // The type word is at most 4052 in the machine's own order.
+    let little = u32::from_le_bytes([first[0], first[1], first[2], first[3]]);
+    let big = little > 5000;
+    let mut cursor = Cursor { bytes, big };
+    while !cursor.bytes.is_empty() {
+        let kind = cursor.u32()?;
+        let (rows, columns) = (cursor.u32()? as usize, cursor.u32()? as usize);
+        let (complex, name) = (cursor.u32()?, cursor.u32()? as usize);
+        let (order, precision, class) = (kind / 1000, kind / 10 % 10, kind % 10);
+        if order > 1 || kind / 100 % 10 != 0 || complex > 1 || class > 2 || name > 256 {
+            return Err("it is neither level 4 nor level 5");
+        }
+        let name = String::from_utf8_lossy(cursor.take(name)?).trim_end_matches('\0').to_owned();
+        let (kind, size) = match precision {
+            0 => (9, 8),
+            1 => (7, 4),
+            2 => (5, 4),
+            3 => (3, 2),
+            4 => (4, 2),
+            5 => (2, 1),
+            _ => return Err("a data type is not known"),
+        };
+        let total = rows.checked_mul(columns).and_then(|n| n.checked_mul(size)).ok_or("a size is out of range")?;
+        let body = cursor.take(total)?;
+        if complex == 1 {
+            cursor.take(total)?;
+        }
+        let values = numbers(kind, body, big)?;
+        match class {
+            0 => found.matrix(&[name], rows, columns, values)?,
+            1 if rows == 1 => found.text(&[name], values.iter().filter_map(|&c| char::from_u32(c as u32)).collect()),
+            _ => {}
+        }
+    }
+    Ok(())
+}

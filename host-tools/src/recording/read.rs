@@ -1,0 +1,234 @@
+//! From a path to a recording: the reader by extension, limits, and a fence around other people's decoders.
+
+use std::cell::Cell;
+use std::fs::File;
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use sha2::{Digest, Sha256};
+
+use super::mapping::Mapping;
+use super::table::{MAX_VALUES, Table};
+use super::{Recording, assemble};
+use crate::error::{Error, Place, Result};
+use crate::output;
+
+/// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator each.
+const MAX_BYTES: u64 = 2 << 30;
+
+const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz";
+
+/// The formats, by extension.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Text { gzip: bool },
+    Parquet,
+    Arrow,
+    Mat,
+    Hdf5,
+    Mdf,
+    Tdms,
+    Wav,
+    Npz,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let name = path.file_name().map(|n| n.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let (stem, gzip) = match name.strip_suffix(".gz") {
+            Some(stem) => (stem, true),
+            None => (name.as_str(), false),
+        };
+        let extension = stem.rsplit_once('.').map_or("", |(_, e)| e);
+        match extension {
+            "csv" | "tsv" | "txt" | "tab" => Ok(Self::Text { gzip }),
+            // INCA and CANape call MDF files .dat, too; the content tells.
+            "dat" if !gzip && starts_with(path, b"MDF ") => Ok(Self::Mdf),
+            "dat" => Ok(Self::Text { gzip }),
+            _ if gzip => Err(unknown(path, &format!("{extension}.gz"))),
+            "parquet" | "pq" => Ok(Self::Parquet),
+            "feather" | "arrow" | "ipc" => Ok(Self::Arrow),
+            "mat" => Ok(Self::Mat),
+            "h5" | "hdf5" | "hdf" => Ok(Self::Hdf5),
+            "mf4" | "mdf" | "mf3" => Ok(Self::Mdf),
+            "tdms" => Ok(Self::Tdms),
+            "wav" => Ok(Self::Wav),
+            "npz" => Ok(Self::Npz),
+            _ => Err(unknown(path, extension)),
+        }
+    }
+}
+
+fn unknown(path: &Path, extension: &str) -> Error {
+    let what = if extension.is_empty() {
+        "the name has no extension that tells the format".into()
+    } else {
+        format!("no reader for '.{extension}'")
+    };
+    Error::input(Place::file(path), what, KNOWN)
+}
+
+/// Loads a recording from any supported file, chosen by extension.
+///
+/// # Errors
+/// Whatever keeps the file from being one run of one motor, uniformly sampled; each error says where and what to do.
+pub fn load(path: &Path, mapping: &Mapping) -> Result<Recording> {
+    let about = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+    if about.is_dir() {
+        return Err(Error::io(path, std::io::Error::from(std::io::ErrorKind::IsADirectory)));
+    }
+    if !about.is_file() {
+        return Err(Error::input(Place::file(path), "this is no regular file", "save the recording to a file first"));
+    }
+    let format = Format::of(path)?;
+    File::open(path).map_err(|e| Error::io(path, e))?;
+    if about.len() == 0 {
+        return Err(Error::input(Place::file(path), "the file is empty", "record again, or copy the file again"));
+    }
+    if about.len() > MAX_BYTES {
+        return Err(too_large(path, &format!("{:.1} GB", about.len() as f64 / 1e9)));
+    }
+    let table = fence(path, || read(path, format))?;
+    let values: usize = table.columns.iter().map(|c| c.values.len()).sum();
+    if values > MAX_VALUES {
+        return Err(too_large(path, &format!("{values} numbers")));
+    }
+    let sha256 = checksum(path)?;
+    assemble::assemble(path, &table, mapping, sha256)
+}
+
+/// Loads a set of recordings of one motor type.
+///
+/// # Errors
+/// As [`load`], for the first file that fails.
+pub fn load_all(paths: &[PathBuf], mapping: &Mapping) -> Result<Vec<Recording>> {
+    paths.iter().map(|path| load(path, mapping)).collect()
+}
+
+fn read(path: &Path, format: Format) -> Result<Table> {
+    match format {
+        Format::Text { gzip } => super::text::read(path, gzip),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => super::parquet::read(path),
+        #[cfg(not(feature = "parquet"))]
+        Format::Parquet => Err(not_built(path, "Parquet")),
+        #[cfg(feature = "arrow")]
+        Format::Arrow => super::arrow::read(path),
+        #[cfg(not(feature = "arrow"))]
+        Format::Arrow => Err(not_built(path, "Arrow and Feather")),
+        Format::Mat => super::mat::read(path),
+        Format::Hdf5 => super::hdf5::read(path),
+        Format::Mdf => super::mdf::read(path),
+        Format::Tdms => super::tdms::read(path),
+        Format::Wav => super::wav::read(path),
+        Format::Npz => super::npz::read(path),
+    }
+}
+
+/// What a build without a reader says.
+#[cfg(not(all(feature = "parquet", feature = "arrow")))]
+pub(super) fn not_built(path: &Path, what: &str) -> Error {
+    Error::input(
+        Place::file(path),
+        format!("this build does not handle {what} files"),
+        "use the full build (in a checkout: cargo greyrig-full …), or convert the file to CSV",
+    )
+}
+
+/// A file beyond the limit.
+pub(super) fn too_large(path: &Path, size: &str) -> Error {
+    Error::input(
+        Place::file(path),
+        format!("the file is too large: {size}, the limit is {} million numbers or 2 GB", MAX_VALUES / 1_000_000),
+        "cut the run into several recordings, or leave out columns and samples that are not needed",
+    )
+}
+
+/// A decoder's complaint, with a hint where the content is of another format.
+pub(super) fn damaged(path: &Path, format: &str, detail: impl std::fmt::Display) -> Error {
+    let mut head = Vec::new();
+    if let Ok(file) = File::open(path) {
+        // A file that cannot be read again only loses the hint.
+        let _ = file.take(4096).read_to_end(&mut head);
+    }
+    let detail: String =
+        detail.to_string().split_whitespace().collect::<Vec<_>>().join(" ").chars().take(160).collect();
+    let remedy = match looks_like(&head) {
+        Some(found) if !format.starts_with(found) && !found.starts_with(format) => {
+            format!("it looks like {found}: give it that extension")
+        }
+        None if !head.is_empty() && head.iter().all(|&b| b >= 0x20 || matches!(b, b'\t' | b'\n' | b'\r')) => {
+            "it looks like text: name it .csv".into()
+        }
+        _ => "copy the file again from its source, or export it anew".into(),
+    };
+    Error::input(Place::file(path), format!("the {format} file cannot be read ({detail})"), remedy)
+}
+
+/// The format that the first bytes belong to.
+pub(super) fn looks_like(head: &[u8]) -> Option<&'static str> {
+    let starts = |magic: &[u8]| head.starts_with(magic);
+    match () {
+        () if starts(b"PAR1") => Some("Parquet (.parquet)"),
+        () if starts(b"ARROW1") => Some("Arrow (.feather)"),
+        () if starts(b"\x89HDF") => Some("HDF5 (.h5)"),
+        () if starts(b"MATLAB 5.0") => Some("MATLAB (.mat)"),
+        () if starts(b"MATLAB 7.3") => Some("MATLAB (.mat)"),
+        () if starts(b"MDF ") || starts(b"UnFinMF") => Some("MDF (.mf4)"),
+        () if starts(b"TDSm") => Some("TDMS (.tdms)"),
+        () if starts(b"RIFF") => Some("WAV (.wav)"),
+        () if starts(b"\x1f\x8b") => Some("gzip (.csv.gz)"),
+        () if starts(b"PK\x03\x04") => Some("a ZIP archive (.npz, or a spreadsheet: export it as .csv)"),
+        () => None,
+    }
+}
+
+fn starts_with(path: &Path, magic: &[u8]) -> bool {
+    let mut head = vec![0; magic.len()];
+    File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && head == magic
+}
+
+fn checksum(path: &Path) -> Result<String> {
+    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut hash = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        output::check_interrupt()?;
+        match file.read(&mut buffer).map_err(|e| Error::io(path, e))? {
+            0 => break,
+            n => hash.update(&buffer[..n]),
+        }
+    }
+    Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+}
+
+thread_local! {
+    static FENCED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Turns a panic of a decoder into an error. The decoders of binary formats are other people's crates; a damaged file
+/// must not take the program down with them, whatever they assume.
+fn fence<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    static QUIET: Once = Once::new();
+    QUIET.call_once(|| {
+        // The message of a fenced panic would be a second, unhelpful line on stderr.
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !FENCED.get() {
+                usual(info);
+            }
+        }));
+    });
+    FENCED.set(true);
+    let result = catch_unwind(AssertUnwindSafe(work));
+    FENCED.set(false);
+    result.unwrap_or_else(|_| {
+        Err(Error::input(
+            Place::file(path),
+            "the content is damaged: its decoder gave up",
+            "copy the file again from its source, or export it anew",
+        ))
+    })
+}

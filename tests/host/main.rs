@@ -1,0 +1,5 @@
+//! Tests of the host tool.
+
+mod bad_input;
+mod recording;
+mod recording_mutation;
