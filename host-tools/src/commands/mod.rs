@@ -1,5 +1,7 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
+pub mod simulate;
+
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -17,7 +19,10 @@ pub struct Cli {
 
 /// All subcommands.
 #[derive(Debug, Subcommand)]
-pub enum Command {}
+pub enum Command {
+    /// Run a virtual rig and write what it records.
+    Simulate(simulate::Args),
+}
 
 impl Command {
     /// Runs the command.
@@ -25,6 +30,8 @@ impl Command {
     /// # Errors
     /// Whatever the user has to act on.
     pub fn run(&self) -> Result<ExitCode> {
-        match *self {}
+        match self {
+            Self::Simulate(args) => simulate::run(args),
+        }
     }
 }
