@@ -6,7 +6,7 @@
 //! | skew | 0.87 µs from channel to channel: u, i, ω | one converter in sequence: (24.5 + 12.5) cycles at 42.5 MHz on an STM32G4 |
 //! | resolution | 12 bits | the microcontroller's own converter |
 //! | voltage range | ±400 V, 24 V motor ±40 V | peak of 230 V + 10 % is 358 V |
-//! | current range | ±40 A, magnet motor ±10 A; ±100 A for a direct start | four times the nominal peak leaves room for steps; a direct start draws up to 8 times the nominal current |
+//! | current range | ±40 A, magnet motor ±15 A; ±200 A for a direct start | four times the nominal peak leaves room for steps, and a reversal of the magnet motor draws twice its stall current; a direct start is limited by û/R = 148 A alone |
 //! | speed range | −125 … 5000 rad/s, magnet motor ±640 rad/s | nominal 3456 rad/s, unloaded more; the pedestal keeps noise about standstill from being rectified |
 //! | noise | 0.5, 0.5, 1 LSB RMS on u, i, ω | an assumption: half an LSB dithers the converter, a tacho is somewhat worse |
 
@@ -60,10 +60,10 @@ impl ChainSetup {
         };
         let channels = match motor.kind {
             Kind::Universal => {
-                let amperes = if high_current { 100.0 } else { 40.0 };
+                let amperes = if high_current { 200.0 } else { 40.0 };
                 [channel(-400.0, 400.0, 0.5), channel(-amperes, amperes, 0.5), channel(-125.0, 5000.0, 1.0)]
             }
-            Kind::PmDc => [channel(-40.0, 40.0, 0.5), channel(-10.0, 10.0, 0.5), channel(-640.0, 640.0, 1.0)],
+            Kind::PmDc => [channel(-40.0, 40.0, 0.5), channel(-15.0, 15.0, 0.5), channel(-640.0, 640.0, 1.0)],
         };
         Self { channels, cutoff_hz: Some(4000.0), skew_s: 0.87e-6, bits: Some(bits) }
     }

@@ -143,7 +143,7 @@ pub struct Setup {
 /// What was simulated: never part of the recording unless asked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
-    /// The motor.
+    /// The motor, with what effects did to its base parameters: K and L are those of the unsaturated motor.
     pub motor: Motor,
     /// Its effects.
     pub effects: Vec<ChosenEffect>,
@@ -278,6 +278,7 @@ impl Setup {
         for chosen in &self.faults {
             (chosen.fault.install)(chosen.size, chosen.onset_s, &mut assembly);
         }
+        assembly.keep_nameplate();
         assembly
     }
 
@@ -295,7 +296,9 @@ impl Setup {
         let seconds = self.seconds.unwrap_or(self.profile.seconds);
         let segments = self.profile.segments(&self.motor, self.mains_hz, seconds)?;
         let streams = Streams::new(self.seed);
-        let (mut plant, channel_parts) = Plant::new(self.assemble());
+        let assembly = self.assemble();
+        let truth = Truth { motor: assembly.motor, effects: self.effects.clone(), faults: self.faults.clone() };
+        let (mut plant, channel_parts) = Plant::new(assembly);
         let h = 1.0 / (SAMPLE_RATE_HZ * self.steps as f64);
         let mut chain_setup =
             self.chain.unwrap_or_else(|| ChainSetup::for_motor(&self.motor, self.profile.high_current));
@@ -345,7 +348,7 @@ impl Setup {
                 n += 1;
             }
         }
-        Ok(self.finish(log, &chain_setup))
+        Ok(self.finish(log, truth, &chain_setup))
     }
 
     fn check(&self) -> Result<()> {
@@ -368,8 +371,7 @@ impl Setup {
         Ok(())
     }
 
-    fn finish(&self, log: Log, chain: &ChainSetup) -> Run {
-        let truth = Truth { motor: self.motor, effects: self.effects.clone(), faults: self.faults.clone() };
+    fn finish(&self, log: Log, truth: Truth, chain: &ChainSetup) -> Run {
         let mut metadata = BTreeMap::from(
             [
                 ("motor", self.motor.kind.name().to_owned()),
@@ -390,7 +392,7 @@ impl Setup {
             metadata.insert("rotor".to_owned(), "locked".to_owned());
         }
         if self.reveal {
-            for (name, value) in self.motor.parameters() {
+            for (name, value) in truth.motor.parameters() {
                 metadata.insert(format!("truth_{name}"), value.to_string());
             }
             let join = |texts: Vec<String>| if texts.is_empty() { "none".to_owned() } else { texts.join(" ") };
@@ -436,7 +438,7 @@ fn advance(plant: &mut Plant, wave: &Waveform, t: f64, h: f64, u: [f64; 3]) -> I
         shown = plant.open_voltage();
     }
     let state = plant.state;
-    Instant { t: t + h, u: shown, i: state.i, omega: state.omega, theta: state.theta, flux: plant.flux() }
+    Instant { t: t + h, u: shown, i: state.i, omega: state.omega, theta: state.theta }
 }
 
 /// A stationary Ornstein–Uhlenbeck process of zero mean.

@@ -23,8 +23,6 @@ pub struct Instant {
     pub omega: f64,
     /// Angle of the rotor, rad.
     pub theta: f64,
-    /// Main flux, as the current that would make it in an unsaturated motor, A (universal motor).
-    pub flux: f64,
 }
 
 /// Static magnetisation: the main flux is φ = x Π g(x) of the magnetising current x. Several laws multiply.
@@ -181,6 +179,30 @@ impl Assembly {
             converter: None,
             channels: Default::default(),
         }
+    }
+
+    /// Scales the flux so that the nameplate stays true: with saturation, the mean torque at the nominal current (a sine of
+    /// the nominal peak) is still K I². K and L_m become those of the unsaturated motor, larger by the same factor.
+    ///
+    /// Without this a saturated motor would draw nearly twice its nominal current, and be another motor.
+    pub fn keep_nameplate(&mut self) {
+        if self.flux_laws.is_empty() {
+            return;
+        }
+        let peak = self.motor.nameplate.peak_current_a;
+        let points = 200;
+        let (mut linear, mut actual) = (0.0, 0.0);
+        for n in 0..points {
+            let sine = ((f64::from(n) + 0.5) / f64::from(points) * std::f64::consts::FRAC_PI_2).sin();
+            linear += sine * sine;
+            actual += self.flux_laws.iter().fold(sine * sine, |product, law| product * law.factor(peak * sine));
+        }
+        let gain = linear / actual;
+        let main = gain * self.motor.main_share * self.motor.l;
+        let leakage = (1.0 - self.motor.main_share) * self.motor.l;
+        self.motor.k *= gain;
+        self.motor.l = leakage + main;
+        self.motor.main_share = main / self.motor.l;
     }
 
     /// The parts of a channel.

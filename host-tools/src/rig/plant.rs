@@ -122,7 +122,7 @@ pub struct Plant {
     l_main: f64,
     l_supply: f64,
     k: f64,
-    j: f64,
+    per_inertia: f64,
     mu0: f64,
     mu1: f64,
     mu2: f64,
@@ -163,7 +163,7 @@ impl Plant {
             l_main: motor.main_share * motor.l,
             l_supply,
             k: motor.k,
-            j: motor.j,
+            per_inertia: 1.0 / motor.j,
             mu0: motor.mu0,
             mu1: motor.mu1,
             mu2: motor.mu2,
@@ -220,6 +220,7 @@ impl Plant {
     }
 
     /// Main flux without lag, and the magnetising current after hysteresis, dφ/dξ.
+    #[inline]
     fn static_flux(&self, i: f64) -> (f64, f64) {
         let x = i + self.remanence;
         let x = self.history.as_ref().map_or(x, |h| h.value(x));
@@ -245,6 +246,7 @@ impl Plant {
         Some((x.flux, (target - x.flux) / tau))
     }
 
+    #[inline]
     fn slopes(&self, x: &State, u: f64) -> Slopes {
         let (target, saturation) = if self.universal { self.static_flux(x.i) } else { (1.0, 0.0) };
         let lag = if self.universal { self.lagging(x, target) } else { None };
@@ -274,7 +276,7 @@ impl Plant {
         let domega = match self.rotor {
             Rotor::Locked | Rotor::Resting => 0.0,
             Rotor::Turning(direction) => {
-                (self.torque(x, pull) - direction * self.dry_friction(x.omega.abs(), direction)) / self.j
+                (self.torque(x, pull) - direction * self.dry_friction(x.omega.abs(), direction)) * self.per_inertia
             }
         };
         Slopes { i: di, omega: domega, flux: dflux }

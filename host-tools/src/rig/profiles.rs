@@ -86,7 +86,7 @@ pub static PROFILES: [Profile; 9] = [
         id: "coast-down",
         what: "run up, then the supply open until standstill",
         identifies: "friction and load by themselves; remanence, as the voltage that is left; current offset",
-        seconds: 30.0,
+        seconds: 20.0,
         pm_dc: true,
         high_current: false,
         build: coast_down,
@@ -235,17 +235,20 @@ fn dc_ramp(motor: &Motor, _: f64) -> Vec<Piece> {
     }
 }
 
+/// A magnet motor coasts for a second only, so it does so six times, in both directions.
 fn coast_down(motor: &Motor, mains_hz: f64) -> Vec<Piece> {
-    let run = |share, from, to| match motor.kind {
-        Kind::Universal => ac(share, mains_hz, from, to),
-        Kind::PmDc => dc(share, from, to),
-    };
     let top = peak(motor);
-    let (up, hold, coast) = match motor.kind {
-        Kind::Universal => (3.0, 1.0, 26.0),
-        Kind::PmDc => (3.0, 7.0, 20.0),
-    };
-    vec![run(up, 0.1 * top, top), run(hold, top, top), Piece { drive: Drive::Off, ..run(coast, top, top) }]
+    let off = |piece: Piece| Piece { drive: Drive::Off, ..piece };
+    match motor.kind {
+        Kind::Universal => {
+            vec![ac(3.0, mains_hz, 0.1 * top, top), ac(1.0, mains_hz, top, top), off(ac(16.0, mains_hz, top, top))]
+        }
+        Kind::PmDc => [1.0, -1.0, 0.6, -0.6, 0.3, -0.3]
+            .into_iter()
+            .map(|level| level * top)
+            .flat_map(|v| [dc(0.5, 0.0, v), dc(0.5, v, v), off(dc(2.0, v, v))])
+            .collect(),
+    }
 }
 
 /// Amplitudes for 6, 15, 35, 70 and 100 % of the nominal peak current through |R + jΩL|.

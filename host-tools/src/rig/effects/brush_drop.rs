@@ -1,4 +1,4 @@
-//! Contact drop of the brushes, V (1 − exp(−|i|/i_0)) sign i, i_0 = 3 % of the nominal peak current. Both brushes together:
+//! Contact drop of the brushes, V i/√(i² + i_0²), i_0 = 3 % of the nominal peak current. Both brushes together:
 //! 1–3 V for electrographite, up to 5 V for resin-bonded brushes.
 
 use super::Effect;
@@ -15,6 +15,6 @@ pub const EFFECT: Effect = Effect {
     pm_dc: Sizes::new(1.0, 0.05, 5.0),
     install: |size, _, rig| {
         let i_0 = 0.03 * rig.motor.nameplate.peak_current_a;
-        rig.drops.push(Box::new(move |i: f64, _: f64| size.copysign(i) * (1.0 - (-i.abs() / i_0).exp())));
+        rig.drops.push(Box::new(move |i: f64, _: f64| size * i / (i * i + i_0 * i_0).sqrt()));
     },
 };

@@ -41,12 +41,12 @@ impl FluxHistory for Plays {
         sum / PLAYS as f64
     }
     fn slope(&self, x: f64, rising: bool) -> f64 {
-        let moving = self.radii.iter().zip(&self.centres).filter(|&(r, y)| {
+        let moving = self.radii.iter().zip(&self.centres).fold(0.0, |sum, (r, y)| {
             // A play at its edge moves with x only outwards; rounding must not keep it from that.
-            let tight = r * (1.0 - 1e-12);
-            if rising { x - y >= tight } else { y - x >= tight }
+            let outwards = if rising { x - y } else { y - x };
+            sum + f64::from(u8::from(outwards >= r * (1.0 - 1e-12)))
         });
-        moving.count() as f64 / PLAYS as f64
+        moving / PLAYS as f64
     }
     fn commit(&mut self, x: f64) {
         for (y, r) in self.centres.iter_mut().zip(&self.radii) {
