@@ -1,6 +1,6 @@
 //! The virtual rig against closed-form solutions of its physics.
 
-use std::f64::consts::{PI, SQRT_2, TAU};
+use std::f64::consts::{SQRT_2, TAU};
 
 use clap::Parser;
 use greyrig_host::commands::Cli;
@@ -111,9 +111,9 @@ fn saturated_motor_keeps_its_nameplate_and_its_name_says_how_much_flux_is_lost()
 fn saturation_leaves_the_fingerprint_of_machine_theory() {
     // The residual of the voltage equation with the base parameters, against the zero of the current: flattened flux adds
     // a third harmonic in phase with the current, positive, and more than in proportion to the voltage. Another
-    // simulator gave 15.6 V at 230 V and 4.9 V at 115 V at a typical size, with all inductance unsaturated.
+    // simulator gave 15.6 V at 230 V and 4.9 V at 115 V; a sine of the nominal peak gives 18 V for a fifth of the flux lost.
     let third = |volts: f64| {
-        let mut setup = Setup::new(Kind::Universal).effect("saturation=0.35").unwrap().profile("steady").unwrap();
+        let mut setup = Setup::new(Kind::Universal).effect("saturation=0.2").unwrap().profile("steady").unwrap();
         setup.motor.nameplate.voltage_v = volts;
         let run = setup.seconds(12.0).ideal().run().unwrap();
         let m = Motor::universal();
@@ -133,8 +133,9 @@ fn saturation_leaves_the_fingerprint_of_machine_theory() {
             .sum::<f64>()
     };
     let (full, half) = (third(230.0), third(115.0));
-    assert!((8.0..32.0).contains(&full), "{full} V");
-    assert!(half > 0.0 && full / half > 2.2, "{full} V at 230 V, {half} V at 115 V");
+    // Within a factor of 1.6, for the inductance saturates too, and the current is not a sine any more.
+    assert!((11.0..29.0).contains(&full), "{full} V");
+    assert!(half > 0.0 && full / half > 2.5, "{full} V at 230 V, {half} V at 115 V");
 }
 
 #[test]
@@ -160,20 +161,20 @@ fn halving_the_step_changes_next_to_nothing() {
 
 #[test]
 fn fourth_order_on_a_smooth_problem() {
-    // Locked rotor, closed form below: halving the step divides the error by sixteen, all else by four or eight.
+    // Locked rotor, closed form below: halving the step divides the error by sixteen, an order more or less by eight or
+    // thirty-two. The largest error of two periods, because the error at one moment may pass through zero.
     let error = |h: f64| {
         let mut plant = Setup::new(Kind::Universal).plant();
         plant.lock(true);
-        let mut t = 0.0;
-        while t < 0.02 - 0.5 * h {
+        (0..(0.04 / h).round() as usize).fold(0.0, |worst: f64, n| {
+            let t = n as f64 * h;
             let u = |t: f64| 325.0 * (OMEGA_MAINS * t).sin();
             plant.advance(h, [u(t), u(t + 0.5 * h), u(t + h)], |s| u(t + s));
-            t += h;
-        }
-        (plant.state.i - locked_current(&Motor::universal(), 325.0, t)).abs()
+            worst.max((plant.state.i - locked_current(&Motor::universal(), 325.0, t + h)).abs())
+        })
     };
-    let ratio = error(1e-3) / error(5e-4);
-    assert!((12.0..20.0).contains(&ratio), "{ratio}");
+    let ratio = error(5e-4) / error(2.5e-4);
+    assert!((14.0..18.0).contains(&ratio), "{ratio}");
 }
 
 /// i(t) of an R–L circuit on û sin Ωt from t = 0.
@@ -594,8 +595,6 @@ fn profiles_have_whole_samples_and_the_length_asked_for() {
             assert!((total - seconds).abs() < 0.6e-4, "{}: {total} s", p.id);
         }
     }
-    let phase = |angle_deg: f64| angle_deg / 180.0 * PI;
-    assert!(phase(150.0) < PI);
 }
 
 #[test]

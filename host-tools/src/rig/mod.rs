@@ -322,7 +322,7 @@ impl Setup {
                 (_, other) => other,
             };
             while n < begin + samples {
-                if n % 4096 == 0 {
+                if n.is_multiple_of(4096) {
                     output::check_interrupt()?;
                 }
                 let t = n as f64 / SAMPLE_RATE_HZ;

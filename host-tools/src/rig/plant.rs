@@ -68,47 +68,49 @@ struct Slopes {
 /// f(ξ) and its slope on a grid, odd in ξ, so that a law with powers costs no more than a few multiplications.
 struct FluxTable {
     per_ampere: f64,
-    nodes: Vec<(f64, f64)>,
+    /// Coefficients of s⁰ … s³, s from 0 to 1 across the interval.
+    pieces: Vec<[f64; 4]>,
+    last: i32,
 }
 
+/// Grid intervals to a nominal peak current.
+const TABLE_DENSITY: u32 = 200;
+/// Where the table ends, in nominal peak currents: beyond û/R of the universal motor.
+const TABLE_REACH: u32 = 25;
+
 impl FluxTable {
-    /// Cubic Hermite pieces over twenty-five nominal peak currents, 200 nodes to each: the relative error of the flux is
-    /// below 1e-7 for every law with a knee as sharp as n = 4. Beyond the end the flux goes on in a straight line.
+    /// Cubic Hermite pieces: the relative error of the flux is below 1e-7 for every law with a knee as sharp as n = 4.
+    /// Beyond the end the flux goes on in a straight line.
     fn new(laws: &[Box<dyn FluxLaw>], peak_current_a: f64) -> Self {
-        let per_ampere = 200.0 / peak_current_a;
+        let per_ampere = f64::from(TABLE_DENSITY) / peak_current_a;
         let flux = |node: f64| {
             let x = node / per_ampere;
             laws.iter().fold(x, |f, law| f * law.factor(x.abs()))
         };
-        let nodes = (0..=5000)
-            .map(|n| {
-                let n = f64::from(n);
-                // Five-point central difference; the slope is per grid interval.
-                let slope = (flux(n - 2.0) - 8.0 * flux(n - 1.0) + 8.0 * flux(n + 1.0) - flux(n + 2.0)) / 12.0;
-                (flux(n), slope)
+        // Two nodes more on either side for the five-point central difference; slopes are per grid interval.
+        let values: Vec<f64> = (0..TABLE_DENSITY * TABLE_REACH + 5).map(|n| flux(f64::from(n) - 2.0)).collect();
+        let nodes: Vec<(f64, f64)> =
+            values.windows(5).map(|v| (v[2], (v[0] - 8.0 * v[1] + 8.0 * v[3] - v[4]) / 12.0)).collect();
+        let mut pieces: Vec<[f64; 4]> = nodes
+            .windows(2)
+            .map(|pair| {
+                let ((f0, m0), (f1, m1)) = (pair[0], pair[1]);
+                [f0, m0, 3.0 * (f1 - f0) - 2.0 * m0 - m1, 2.0 * (f0 - f1) + m0 + m1]
             })
             .collect();
-        Self { per_ampere, nodes }
+        pieces.extend(nodes.last().map(|&(f, m)| [f, m, 0.0, 0.0]));
+        Self { per_ampere, pieces, last: (TABLE_DENSITY * TABLE_REACH) as i32 }
     }
 
+    #[inline]
     fn at(&self, x: f64) -> (f64, f64) {
         let place = x.abs() * self.per_ampere;
-        let n = place as usize;
-        let (flux, slope) = match self.nodes.get(n..n + 2) {
-            Some(&[(f0, m0), (f1, m1)]) => {
-                let s = place - n as f64;
-                let rise = f1 - f0;
-                let (a, b) = (m0 - rise, m1 - rise);
-                // f0 + s rise + s(1−s)[a(1−s) − b s]
-                let q = 1.0 - s;
-                (f0 + s * rise + s * q * (a * q - b * s), rise + (q - s) * (a * q - b * s) - s * q * (a + b))
-            }
-            _ => {
-                let last = self.nodes.len() - 1;
-                let (f, m) = self.nodes[last];
-                (f + m * (place - last as f64), m)
-            }
-        };
+        // By way of i32, which converts in one instruction each way.
+        let n = (place as i32).min(self.last);
+        let s = place - f64::from(n);
+        let [c0, c1, c2, c3] = self.pieces[n as usize];
+        let flux = (c0 + s * c1) + (s * s) * (c2 + s * c3);
+        let slope = (c1 + s * (2.0 * c2)) + (s * s) * (3.0 * c3);
         (flux.copysign(x), slope * self.per_ampere)
     }
 }
@@ -137,6 +139,8 @@ pub struct Plant {
     dry: Vec<Box<dyn DryFriction>>,
     torques: Vec<Box<dyn Torque>>,
     converter: Option<Box<dyn Converter>>,
+    /// Whether any of the lists above has an entry; a motor without is simulated at twice the speed.
+    has_parts: bool,
     /// Where the motor is now.
     pub state: State,
     /// How the rotor moves.
@@ -155,7 +159,15 @@ impl Plant {
     pub fn new(parts: Assembly) -> (Self, [super::parts::ChannelParts; 3]) {
         let motor = parts.motor;
         let (r_supply, l_supply) = parts.supply_impedance;
+        let has_parts = !(parts.flux_lags.is_empty()
+            && parts.flux_shares.is_empty()
+            && parts.inductance_laws.is_empty()
+            && parts.drops.is_empty()
+            && parts.rises.is_empty()
+            && parts.dry.is_empty()
+            && parts.torques.is_empty());
         let mut plant = Self {
+            has_parts,
             universal: motor.kind == Kind::Universal,
             r: motor.r,
             r_supply,
@@ -207,12 +219,16 @@ impl Plant {
     /// Total torque but for dry friction, N m, at the present state.
     fn torque(&self, x: &State, pull: f64) -> f64 {
         let air_gap = pull * x.i;
-        let load = x.omega * (self.mu1 + self.mu2 * x.omega.abs());
-        let mut torque = air_gap - load - load * self.gust;
+        let mut torque = self.base_torque(x, pull);
         for part in &self.torques {
             torque += part.torque(x.i, x.omega, x.theta, air_gap);
         }
         torque
+    }
+
+    /// The same of the base model.
+    fn base_torque(&self, x: &State, pull: f64) -> f64 {
+        pull * x.i - x.omega * (self.mu1 + self.mu2 * x.omega.abs()) * (1.0 + self.gust)
     }
 
     fn dry_friction(&self, speed: f64, direction: f64) -> f64 {
@@ -233,8 +249,13 @@ impl Plant {
 
     /// K s φ: volts per rad/s, and newton metres per ampere.
     fn pull(&self, x: &State, flux: f64) -> f64 {
-        let k = if self.universal { self.k * flux } else { self.k };
+        let k = self.linear_pull(flux);
         if self.shares.is_empty() { k } else { k * self.share(x) }
+    }
+
+    /// The same where all flux reaches the armature.
+    fn linear_pull(&self, flux: f64) -> f64 {
+        if self.universal { self.k * flux } else { self.k }
     }
 
     /// Flux in the iron and its rate of change where it lags.
@@ -247,36 +268,47 @@ impl Plant {
     }
 
     #[inline]
-    fn slopes(&self, x: &State, u: f64) -> Slopes {
+    fn slopes<const PARTS: bool>(&self, x: &State, u: f64) -> Slopes {
         let (target, saturation) = if self.universal { self.static_flux(x.i) } else { (1.0, 0.0) };
-        let lag = if self.universal { self.lagging(x, target) } else { None };
+        let lag = if PARTS && self.universal { self.lagging(x, target) } else { None };
         let (flux, dflux) = lag.unwrap_or((target, 0.0));
-        let pull = self.pull(x, flux);
+        let pull = if PARTS { self.pull(x, flux) } else { self.linear_pull(flux) };
         let di = if self.contact == Contact::Open {
             0.0
         } else {
             let mut r = self.r;
-            if !self.rises.is_empty() {
+            if PARTS && !self.rises.is_empty() {
                 r *= self.rises.iter().fold(1.0, |sum, part| sum + part.rise(x.omega));
             }
-            let mut left = u - (r + self.r_supply) * x.i - pull * x.omega - self.l_main * dflux;
-            for part in &self.drops {
-                left -= part.volts(x.i, x.omega);
+            let mut left = u - (r + self.r_supply) * x.i - pull * x.omega;
+            if PARTS {
+                left -= self.l_main * dflux;
+                for part in &self.drops {
+                    left -= part.volts(x.i, x.omega);
+                }
             }
             let mut l = self.l_leakage;
             if lag.is_none() {
                 let history = self.history.as_ref().map_or(1.0, |h| h.slope(x.i + self.remanence, left > 0.0));
                 l += self.l_main * saturation * history;
             }
-            for law in &self.inductance {
-                l *= law.factor(x.i);
+            if PARTS {
+                for law in &self.inductance {
+                    l *= law.factor(x.i);
+                }
             }
-            left / (l + self.l_supply)
+            // The reciprocal does not wait for the voltage.
+            left * (1.0 / (l + self.l_supply))
         };
         let domega = match self.rotor {
             Rotor::Locked | Rotor::Resting => 0.0,
             Rotor::Turning(direction) => {
-                (self.torque(x, pull) - direction * self.dry_friction(x.omega.abs(), direction)) * self.per_inertia
+                let (torque, dry) = if PARTS {
+                    (self.torque(x, pull), self.dry_friction(x.omega.abs(), direction))
+                } else {
+                    (self.base_torque(x, pull), self.mu0)
+                };
+                (torque - direction * dry) * self.per_inertia
             }
         };
         Slopes { i: di, omega: domega, flux: dflux }
@@ -284,6 +316,10 @@ impl Plant {
 
     /// One Runge–Kutta step; `u` at the step's begin, middle and end. Nothing is kept.
     fn runge_kutta(&self, h: f64, u: [f64; 3]) -> State {
+        if self.has_parts { self.step::<true>(h, u) } else { self.step::<false>(h, u) }
+    }
+
+    fn step<const PARTS: bool>(&self, h: f64, u: [f64; 3]) -> State {
         let x = self.state;
         let at = |s: Slopes, h: f64| State {
             i: x.i + h * s.i,
@@ -292,13 +328,13 @@ impl Plant {
             flux: x.flux + h * s.flux,
         };
         let half = 0.5 * h;
-        let a = self.slopes(&x, u[0]);
+        let a = self.slopes::<PARTS>(&x, u[0]);
         let xb = at(a, half);
-        let b = self.slopes(&xb, u[1]);
+        let b = self.slopes::<PARTS>(&xb, u[1]);
         let xc = at(b, half);
-        let c = self.slopes(&xc, u[1]);
+        let c = self.slopes::<PARTS>(&xc, u[1]);
         let xd = at(c, h);
-        let d = self.slopes(&xd, u[2]);
+        let d = self.slopes::<PARTS>(&xd, u[2]);
         let sixth = h / 6.0;
         State {
             i: x.i + sixth * (a.i + 2.0 * (b.i + c.i) + d.i),

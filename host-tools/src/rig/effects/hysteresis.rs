@@ -37,7 +37,7 @@ impl Plays {
 
 impl FluxHistory for Plays {
     fn value(&self, x: f64) -> f64 {
-        let sum: f64 = self.radii.iter().zip(&self.centres).map(|(r, y)| y.clamp(x - r, x + r)).sum();
+        let sum: f64 = self.radii.iter().zip(&self.centres).map(|(r, y)| y.max(x - r).min(x + r)).sum();
         sum / PLAYS as f64
     }
     fn slope(&self, x: f64, rising: bool) -> f64 {
@@ -50,7 +50,7 @@ impl FluxHistory for Plays {
     }
     fn commit(&mut self, x: f64) {
         for (y, r) in self.centres.iter_mut().zip(&self.radii) {
-            *y = y.clamp(x - r, x + r);
+            *y = y.max(x - r).min(x + r);
         }
     }
 }
