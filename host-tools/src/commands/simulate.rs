@@ -246,9 +246,14 @@ fn table(header: &[&str]) -> Table {
 }
 
 fn usual(sizes: Sizes, unit: &str) -> String {
-    format!("{} {unit}", sizes.default).trim_end().to_owned()
+    format!("{} {unit}", short(sizes.default)).trim_end().to_owned()
 }
 
 fn range(sizes: Sizes) -> String {
-    format!("{} … {}", sizes.least, sizes.most)
+    format!("{} … {}", short(sizes.least), short(sizes.most))
+}
+
+/// Small figures with an exponent, the others without.
+fn short(x: f64) -> String {
+    if x != 0.0 && x.abs() < 1e-3 { format!("{x:e}") } else { x.to_string() }
 }

@@ -35,9 +35,18 @@ impl Plays {
     }
 }
 
+/// Where a play of radius r that was at y is dragged to by x. Comparisons instead of `clamp`, which checks its bounds, and
+/// `max`, which treats NaN: this is the innermost loop.
+#[inline]
+fn play(y: f64, x: f64, r: f64) -> f64 {
+    let (low, high) = (x - r, x + r);
+    let y = if low > y { low } else { y };
+    if high < y { high } else { y }
+}
+
 impl FluxHistory for Plays {
     fn value(&self, x: f64) -> f64 {
-        let sum: f64 = self.radii.iter().zip(&self.centres).map(|(r, y)| y.max(x - r).min(x + r)).sum();
+        let sum: f64 = self.radii.iter().zip(&self.centres).map(|(r, y)| play(*y, x, *r)).sum();
         sum / PLAYS as f64
     }
     fn slope(&self, x: f64, rising: bool) -> f64 {
@@ -50,7 +59,7 @@ impl FluxHistory for Plays {
     }
     fn commit(&mut self, x: f64) {
         for (y, r) in self.centres.iter_mut().zip(&self.radii) {
-            *y = y.max(x - r).min(x + r);
+            *y = play(*y, x, *r);
         }
     }
 }
