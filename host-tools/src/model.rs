@@ -32,7 +32,7 @@ pub const SCHEMA: u32 = 1;
 pub const BASE_PARAMETERS: [&str; 7] = ["R", "L", "K", "J", "mu0", "mu1", "mu2"];
 
 /// Kind of motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Series motor for AC and DC: flux proportional to the current.
@@ -43,6 +43,14 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// The name used in commands and files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Universal => "universal",
+            Self::PmDc => "pm-dc",
+        }
+    }
+
     /// The core's flux law.
     pub fn flux_law(self) -> FluxLaw {
         match self {
@@ -54,10 +62,7 @@ impl Kind {
 
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Universal => "universal",
-            Self::PmDc => "pm-dc",
-        })
+        f.write_str(self.name())
     }
 }
 
@@ -326,7 +331,11 @@ impl Model {
                 ));
             }
         }
-        if self.filter.order == 0 || self.filter.order > butterworth::MAX_ORDER || !(self.filter.cutoff_hz > 0.0) {
+        if self.filter.order == 0
+            || self.filter.order > butterworth::MAX_ORDER
+            || self.filter.cutoff_hz.is_nan()
+            || self.filter.cutoff_hz <= 0.0
+        {
             return Err(Error::input(
                 at("[filter]"),
                 format!(

@@ -1,4 +1,4 @@
-//! Physical effects beyond the base model: a file each, listed once in [`catalogue!`].
+//! Physical effects beyond the base model: a file each, listed once in `catalogue!` below.
 //!
 //! An effect changes the terms of the voltage and torque balance ([`Balance`]); the stepper, the fit and the firmware
 //! take it from there. A new effect is one new file and one line here.

@@ -3,3 +3,4 @@
 mod bad_input;
 mod recording;
 mod recording_mutation;
+mod rig;

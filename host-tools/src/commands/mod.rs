@@ -1,6 +1,7 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
 pub mod convert;
+pub mod simulate;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -23,6 +24,8 @@ pub struct Cli {
 pub enum Command {
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
+    /// Run a virtual rig and write what it records.
+    Simulate(simulate::Args),
 }
 
 impl Command {
@@ -33,6 +36,7 @@ impl Command {
     pub fn run(&self) -> Result<ExitCode> {
         match self {
             Self::Convert(args) => convert::run(args),
+            Self::Simulate(args) => simulate::run(args),
         }
     }
 }

@@ -1,0 +1,226 @@
+//! `greyrig simulate`: a recording from the virtual rig.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use comfy_table::{ContentArrangement, Table, presets};
+use serde_json::json;
+
+use crate::error::{Error, Result};
+use crate::output;
+use crate::recording;
+use crate::rig::{EFFECTS, FAULTS, Kind, Motor, PROFILES, Setup, Sizes};
+
+/// Arguments of `greyrig simulate`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  greyrig simulate --effect saturation=0.35 --profile staircase --seed 1 --out run.csv\n  \
+                        greyrig simulate --kind pm-dc --fault resistance_up=0.2@5 --out faulty.csv\n  \
+                        greyrig simulate --list"
+)]
+pub struct Args {
+    /// An effect beyond the base model, with its form and size if not the usual ones; may be repeated
+    #[arg(long = "effect", value_name = "ID[:FORM][=SIZE]")]
+    pub effects: Vec<String>,
+
+    /// A fault, with its size and the time of its onset in seconds; may be repeated
+    #[arg(long = "fault", value_name = "ID[=SIZE][@T]")]
+    pub faults: Vec<String>,
+
+    /// An effect that this seed chooses and nothing names: a puzzle
+    #[arg(long, value_name = "SEED")]
+    pub hidden: Option<u64>,
+
+    /// Excitation; staircase by default, dc-steps for a magnet motor
+    #[arg(long, value_name = "NAME")]
+    pub profile: Option<String>,
+
+    /// Kind of motor
+    #[arg(long, value_enum, default_value = "universal")]
+    pub kind: Kind,
+
+    /// Seed of all randomness: the same seed gives the same bits
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+
+    /// Length of the run; the profile stretches. Its own length by default
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+
+    /// Mains frequency, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 50, value_parser = clap::value_parser!(u16).range(10..=400))]
+    pub mains: u16,
+
+    /// Scatter of the motor's parameters: a unit of the production lot instead of the nominal motor (0.03: 3 %)
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    pub spread: f64,
+
+    /// Factor on the noise of the channels (0: none)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub noise: f64,
+
+    /// Fluctuation of the load, relative
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.003)]
+    pub turbulence: f64,
+
+    /// Fifth harmonic of the mains, relative
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    pub fifth_harmonic: f64,
+
+    /// Write the true parameters, effects and faults into the file's metadata
+    #[arg(long)]
+    pub reveal: bool,
+
+    /// The file to write
+    #[arg(long, value_name = "RUN.csv", required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub force: bool,
+
+    /// List effects, faults and profiles for this kind of motor
+    #[arg(long)]
+    pub list: bool,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Unknown names, impossible sizes, whatever keeps the file from being written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if args.list {
+        return list(args);
+    }
+    let Some(path) = &args.out else {
+        return Err(Error::usage("no file to write", "give --out RUN.csv"));
+    };
+    output::refuse_overwrite(path, args.force)?;
+    let setup = setup(args)?;
+    let recording = setup.run()?.recording;
+    recording::write(&recording, path, args.force)?;
+    let name = path.display().to_string();
+    if args.json {
+        let body = json!({
+            "path": name,
+            "samples": recording.len(),
+            "seconds": recording.duration_s(),
+            "motor": setup.motor.kind.name(),
+            "profile": setup.profile.id,
+            "seed": setup.seed,
+        });
+        output::print_json("simulate", &[name], body)?;
+    } else {
+        output::print_line(&format!(
+            "{name}: {} samples, {} s, {} motor on {}",
+            recording.len(),
+            recording.duration_s(),
+            setup.motor.kind.name(),
+            setup.profile.id
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn setup(args: &Args) -> Result<Setup> {
+    if !(0.0..=0.3).contains(&args.spread) {
+        return Err(Error::usage(format!("a spread of {} is not possible", args.spread), "give one from 0 to 0.3"));
+    }
+    let mut setup = Setup::new(args.kind).seed(args.seed).noise(args.noise);
+    if args.spread > 0.0 {
+        setup.motor = Motor::sample_from_population(&setup.motor, args.spread, args.seed);
+    }
+    setup.seconds = args.seconds;
+    setup.mains_hz = f64::from(args.mains);
+    setup.turbulence = args.turbulence;
+    setup.fifth_harmonic = args.fifth_harmonic;
+    setup.reveal = args.reveal;
+    if let Some(profile) = &args.profile {
+        setup = setup.profile(profile)?;
+    }
+    for effect in &args.effects {
+        setup = setup.effect(effect)?;
+    }
+    for fault in &args.faults {
+        setup = setup.fault(fault)?;
+    }
+    if let Some(seed) = args.hidden {
+        setup = setup.hidden_effect(seed);
+    }
+    Ok(setup)
+}
+
+fn list(args: &Args) -> Result<ExitCode> {
+    let kind = args.kind;
+    if args.json {
+        let effects: Vec<_> = EFFECTS
+            .iter()
+            .filter_map(|e| {
+                let sizes = e.sizes(kind)?;
+                Some(json!({"id": e.id, "what": e.what, "size": e.size, "unit": e.unit, "forms": e.forms,
+                    "default": sizes.default, "least": sizes.least, "most": sizes.most}))
+            })
+            .collect();
+        let faults: Vec<_> = FAULTS
+            .iter()
+            .filter_map(|f| {
+                let sizes = f.sizes(kind)?;
+                Some(json!({"id": f.id, "what": f.what, "size": f.size, "unit": f.unit,
+                    "default": sizes.default, "least": sizes.least, "most": sizes.most}))
+            })
+            .collect();
+        let profiles: Vec<_> = fitting_profiles(kind)
+            .map(|p| json!({"id": p.id, "what": p.what, "identifies": p.identifies, "seconds": p.seconds}))
+            .collect();
+        let body = json!({"kind": kind, "effects": effects, "faults": faults, "profiles": profiles});
+        output::print_json("simulate", &[], body)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut effects = table(&["effect", "what", "usual size", "range", "size is"]);
+    for e in EFFECTS {
+        if let Some(sizes) = e.sizes(kind) {
+            let id = if e.forms.is_empty() { e.id.to_owned() } else { format!("{}[:{}]", e.id, e.forms.join("|")) };
+            effects.add_row([id, e.what.to_owned(), usual(sizes, e.unit), range(sizes), e.size.to_owned()]);
+        }
+    }
+    let mut faults = table(&["fault", "what", "usual size", "range", "size is"]);
+    for f in FAULTS {
+        if let Some(sizes) = f.sizes(kind) {
+            faults.add_row([f.id.to_owned(), f.what.to_owned(), usual(sizes, f.unit), range(sizes), f.size.to_owned()]);
+        }
+    }
+    let mut profiles = table(&["profile", "what", "identifies", "seconds"]);
+    for p in fitting_profiles(kind) {
+        profiles.add_row([p.id.to_owned(), p.what.to_owned(), p.identifies.to_owned(), p.seconds.to_string()]);
+    }
+    output::print_line(&format!("For --kind {}:\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn fitting_profiles(kind: Kind) -> impl Iterator<Item = &'static crate::rig::Profile> {
+    PROFILES.iter().filter(move |p| p.pm_dc || kind == Kind::Universal)
+}
+
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(120);
+    table.set_header(header);
+    table
+}
+
+fn usual(sizes: Sizes, unit: &str) -> String {
+    format!("{} {unit}", short(sizes.default)).trim_end().to_owned()
+}
+
+fn range(sizes: Sizes) -> String {
+    format!("{} … {}", short(sizes.least), short(sizes.most))
+}
+
+/// Small figures with an exponent, the others without.
+fn short(x: f64) -> String {
+    if x != 0.0 && x.abs() < 1e-3 { format!("{x:e}") } else { x.to_string() }
+}
