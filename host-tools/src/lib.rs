@@ -3,7 +3,9 @@
 pub mod commands;
 pub mod compare;
 pub mod error;
+pub mod experiment;
 pub mod identify;
+pub mod mains;
 pub mod model;
 pub mod output;
 pub mod recording;

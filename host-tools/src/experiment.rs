@@ -1,0 +1,281 @@
+//! A recording as the model meets it: what drives the model, what is observed, what is imposed, which samples count.
+
+use greyrig::butterworth::{self, Cascade, Coefficients};
+use greyrig::motor::{Constraints, Motor, ParameterError, State, Stepper};
+use greyrig::scalar::Scalar;
+
+use crate::error::{Error, Place, Result};
+use crate::mains;
+use crate::model::Filter;
+use crate::recording::{Channel, Recording};
+
+/// What drives the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drive {
+    /// The voltage: the whole motor.
+    Voltage,
+    /// The measured torque or force: the mechanical side alone. The model takes it as the current of a motor with K = 1.
+    Torque,
+}
+
+/// Which measured signal stands in for its equation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Imposed {
+    /// None: free run from the driving signal alone.
+    Nothing,
+    /// The measured speed: the electrical side alone.
+    Speed,
+    /// The measured current: the mechanical side alone.
+    Current,
+}
+
+/// A prepared recording.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// The file, as the user named it.
+    pub name: String,
+    /// Sampling interval, s.
+    pub interval_s: f64,
+    /// What drives the model.
+    pub drive: Drive,
+    /// The driving signal: V, or N m.
+    pub input: Vec<f64>,
+    /// Measured current, A.
+    pub current: Option<Vec<f64>>,
+    /// Measured speed, rad/s. Not there while only a locked rotor was recorded.
+    pub speed: Option<Vec<f64>>,
+    /// Where the rotor is held; empty: nowhere.
+    pub locked: Vec<bool>,
+    /// Where the supply is open; empty: nowhere.
+    pub open: Vec<bool>,
+    /// Samples that count: usable, and the filter has settled since the last one that was not.
+    pub counted: Vec<bool>,
+    /// State at the first sample.
+    pub start: State<f64>,
+    /// Period of an AC supply, s.
+    pub mains_period_s: Option<f64>,
+    /// The filter of the comparison at this recording's rate.
+    pub filter: butterworth::Settings,
+}
+
+/// Averaging time for the speed at the first sample, s: a mains period at 50 Hz.
+const START_AVERAGE_S: f64 = 0.02;
+
+/// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
+const LARGEST_CUTOFF_RATIO: f64 = 0.25;
+
+impl Experiment {
+    /// Prepares a recording.
+    ///
+    /// # Errors
+    /// Neither voltage nor torque, nothing to compare with, or too short for the filter to settle.
+    pub fn new(recording: &Recording, filter: &Filter) -> Result<Self> {
+        let name = recording.path.display().to_string();
+        let bad = |what: &str, remedy: &str| Error::input(Place::file(&recording.path), what, remedy);
+        let interval_s = recording.sample_time_s;
+        let torque = recording.channel(Channel::Torque);
+        let voltage = recording.channel(Channel::Voltage);
+        let (drive, input) = match (voltage, torque) {
+            (Some(u), None) => (Drive::Voltage, u.to_vec()),
+            (Some(u), Some(_)) if recording.channel(Channel::Current).is_some() => (Drive::Voltage, u.to_vec()),
+            (_, Some(t)) => (Drive::Torque, t.to_vec()),
+            (None, None) => {
+                return Err(bad(
+                    "there is neither a voltage (u_v) nor a torque (torque_n_m), so nothing drives the model",
+                    "record the voltage at the terminals, or name its column with --map u_v=COLUMN",
+                ));
+            }
+        };
+        let locked = recording.rotor_locked.clone();
+        let always_locked = !locked.is_empty() && locked.iter().all(|l| *l);
+        let speed = if always_locked {
+            None
+        } else {
+            recording
+                .channel(Channel::Speed)
+                .map(<[f64]>::to_vec)
+                .or_else(|| recording.channel(Channel::Angle).map(|angle| derivative(angle, interval_s)))
+        };
+        let current = match drive {
+            Drive::Voltage => recording.channel(Channel::Current).map(<[f64]>::to_vec),
+            Drive::Torque => None,
+        };
+        if speed.is_none() && current.is_none() {
+            return Err(bad(
+                "there is neither a current (i_a) nor a speed (omega_rad_s) to compare the model with",
+                "name the column with --map i_a=COLUMN or --map omega_rad_s=COLUMN",
+            ));
+        }
+        let rate = 1.0 / interval_s;
+        let settings = butterworth::Settings {
+            order: filter.order,
+            cutoff_hz: filter.cutoff_hz.min(LARGEST_CUTOFF_RATIO * rate),
+            sample_rate_hz: rate,
+        };
+        let settling = settings
+            .settling_samples()
+            .map_err(|e| bad(&format!("the filter does not fit this sampling rate: {e}"), "choose another --cutoff"))?
+            as usize;
+        if recording.len() < 4 * settling {
+            return Err(bad(
+                &format!(
+                    "{} samples ({:.3} s) are too few: the filter alone takes {settling} to settle",
+                    recording.len(),
+                    recording.duration_s()
+                ),
+                "record longer, or raise the cut-off with --cutoff",
+            ));
+        }
+        let start = start_state(&speed, &current, &locked, interval_s);
+        Ok(Self {
+            mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
+            counted: settled(&recording.valid, settling),
+            filter: settings,
+            name,
+            interval_s,
+            drive,
+            input,
+            current,
+            speed,
+            locked,
+            open: recording.supply_open.clone(),
+            start,
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.input.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.input.is_empty()
+    }
+
+    /// Whether the rotor is held at a sample.
+    pub fn is_locked(&self, n: usize) -> bool {
+        self.locked.get(n).copied().unwrap_or(false)
+    }
+
+    /// Whether the supply is open at a sample.
+    pub fn is_open(&self, n: usize) -> bool {
+        self.open.get(n).copied().unwrap_or(false)
+    }
+
+    /// The filter's coefficients.
+    pub fn coefficients<S: Scalar>(&self) -> Coefficients<S> {
+        // The settings have built a filter once, in `new`.
+        self.filter.build().unwrap_or_else(|_| unreachable!("settings were checked"))
+    }
+
+    /// A signal through the filter, started in its steady state.
+    pub fn filtered(&self, signal: &[f64]) -> Vec<f64> {
+        let coefficients = self.coefficients::<f64>();
+        let mut cascade = Cascade::default();
+        cascade.reset_to(signal.first().copied().unwrap_or(0.0));
+        signal.iter().map(|x| cascade.process(&coefficients, *x)).collect()
+    }
+
+    /// Steps the model over the recording and hands each sample's state, unfiltered, to `take`.
+    ///
+    /// # Errors
+    /// Parameters that the stepper refuses.
+    pub fn run<S: Scalar<Base = S>>(
+        &self,
+        motor: &Motor<S>,
+        substeps: u8,
+        imposed: Imposed,
+        mut take: impl FnMut(usize, State<S>),
+    ) -> std::result::Result<(), ParameterError> {
+        let interval = S::constant(self.interval_s);
+        let mut stepper = Stepper::with_substeps(motor.clone(), interval, substeps)?;
+        stepper.set_state(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
+        let middle = |signal: &[f64], n: usize| S::constant(0.5 * (signal[n - 1] + signal[n]));
+        let speed = self.speed.as_deref().filter(|_| imposed == Imposed::Speed);
+        let current = match self.drive {
+            Drive::Torque => Some(self.input.as_slice()),
+            Drive::Voltage => self.current.as_deref().filter(|_| imposed == Imposed::Current),
+        };
+        take(0, stepper.state());
+        for n in 1..self.len() {
+            let constraints = Constraints {
+                speed: match speed {
+                    _ if self.is_locked(n) => Some(S::ZERO),
+                    Some(speed) => Some(middle(speed, n)),
+                    None => None,
+                },
+                current: match current {
+                    _ if self.is_open(n) => Some(S::ZERO),
+                    Some(current) => Some(middle(current, n)),
+                    None => None,
+                },
+            };
+            let (from, to) = match self.drive {
+                Drive::Voltage => (S::constant(self.input[n - 1]), S::constant(self.input[n])),
+                Drive::Torque => (S::ZERO, S::ZERO),
+            };
+            take(n, stepper.step(from, to, constraints));
+        }
+        Ok(())
+    }
+
+    /// Steps per sample that a motor needs here.
+    ///
+    /// # Errors
+    /// Parameters that the stepper refuses.
+    pub fn substeps<S: Scalar<Base = S>>(&self, motor: &Motor<S>) -> std::result::Result<u8, ParameterError> {
+        match self.drive {
+            Drive::Voltage => Ok(Stepper::build(motor.clone(), S::constant(self.interval_s))?.substeps()),
+            Drive::Torque => Ok(1),
+        }
+    }
+}
+
+/// Central differences; one-sided at the ends.
+pub fn derivative(signal: &[f64], interval_s: f64) -> Vec<f64> {
+    let n = signal.len();
+    (0..n)
+        .map(|k| {
+            let (a, b) = (k.saturating_sub(1), (k + 1).min(n - 1));
+            if a == b { 0.0 } else { (signal[b] - signal[a]) / ((b - a) as f64 * interval_s) }
+        })
+        .collect()
+}
+
+/// Samples for which the last unusable one, or the start, is at least `settling` samples ago.
+fn settled(valid: &[bool], settling: usize) -> Vec<bool> {
+    let mut since = 0;
+    valid
+        .iter()
+        .map(|valid| {
+            since = if *valid { since + 1 } else { 0 };
+            since > settling
+        })
+        .collect()
+}
+
+fn start_state(speed: &Option<Vec<f64>>, current: &Option<Vec<f64>>, locked: &[bool], interval_s: f64) -> State<f64> {
+    let first_current = current.as_ref().map_or(0.0, |i| i[0]);
+    let held = locked.first().copied().unwrap_or(false);
+    let first_speed = match speed {
+        Some(speed) if !held => {
+            let n = ((START_AVERAGE_S / interval_s) as usize).clamp(4, speed.len());
+            // The straight line through the first samples, at the first of them.
+            let (mut sum, mut moment) = (0.0, 0.0);
+            let centre = (n - 1) as f64 / 2.0;
+            for (k, w) in speed[..n].iter().enumerate() {
+                sum += w;
+                moment += (k as f64 - centre) * w;
+            }
+            let (nf, mean) = (n as f64, sum / n as f64);
+            let slope = moment * 12.0 / (nf * (nf * nf - 1.0));
+            let scatter = (speed[..n].iter().map(|w| (w - mean).powi(2)).sum::<f64>() / nf).sqrt();
+            let at_start = mean - slope * centre;
+            // Within the noise of standstill it is standstill, from which dry friction can hold the rotor.
+            if at_start.abs() <= 3.0 * scatter.max(slope.abs()) { 0.0 } else { at_start }
+        }
+        _ => 0.0,
+    };
+    State { current: first_current, speed: first_speed }
+}
