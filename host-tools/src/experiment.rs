@@ -44,6 +44,8 @@ pub struct Experiment {
     pub current: Option<Vec<f64>>,
     /// Measured speed, rad/s. Not there while only a locked rotor was recorded.
     pub speed: Option<Vec<f64>>,
+    /// Measured position, rad or m, where the speed was derived from it.
+    pub position: Option<Vec<f64>>,
     /// Where the rotor is held; empty: nowhere.
     pub locked: Vec<bool>,
     /// Where the supply is open; empty: nowhere.
@@ -136,6 +138,10 @@ impl Experiment {
             drive,
             input,
             current,
+            position: match recording.channel(Channel::Speed) {
+                Some(_) => None,
+                None => recording.channel(Channel::Angle).map(<[f64]>::to_vec),
+            },
             speed,
             locked,
             open: recording.supply_open.clone(),

@@ -1,5 +1,252 @@
-//! Model against measurement: how far apart, and where.
+//! Model against measurement: how far apart, how far from what the data allow, and where.
 
+pub mod noise_floor;
+pub mod regions;
 mod result;
+pub mod traces;
+
+use rayon::prelude::*;
 
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
+
+use crate::error::{Error, Place, Result};
+use crate::experiment::{Drive, Experiment, Imposed, derivative};
+use crate::model::Model;
+use crate::recording::Recording;
+
+/// Compares a model with recordings.
+///
+/// # Errors
+/// A model that lacks what these recordings need, or recordings that cannot be compared.
+pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
+    let experiments: Vec<Experiment> =
+        recordings.iter().map(|r| Experiment::new(r, &model.filter)).collect::<Result<_>>()?;
+    for e in &experiments {
+        require(model, e)?;
+    }
+    let refused = |error| Error::usage(format!("the model cannot be run: {error}"), "check its parameters");
+    let mut single_model = model.clone();
+    if experiments.iter().any(|e| e.drive == Drive::Torque) {
+        // The torque acts as the current of a motor with magnets and K = 1.
+        single_model.kind = crate::model::Kind::PmDc;
+        single_model.parameters.remove("K");
+    }
+    let motor = single_model.motor::<f32>().map_err(refused)?;
+    let precise = single_model.motor::<f64>().map_err(refused)?;
+    let parts: Vec<Part> = experiments
+        .par_iter()
+        .zip(recordings)
+        .enumerate()
+        .map(|(k, (e, recording))| {
+            let traces = traces::traces(&motor, &precise, e, recording.start_s)?;
+            let others: Vec<&Experiment> =
+                experiments.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, e)| e).collect();
+            let floor = noise_floor::of_repeats(e, &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
+            let structured = structured(&motor, e)?;
+            let one_step = one_step(&precise, e);
+            Ok(Part { traces, floor, structured, one_step })
+        })
+        .collect::<Result<_>>()?;
+
+    let per_recording: Vec<RecordingComparison> = parts
+        .iter()
+        .zip(&experiments)
+        .zip(recordings)
+        .map(|((part, e), recording)| {
+            let errors = [part].map(|p| errors(&p.traces));
+            let esr = ratio(&errors, &[part.floor.rms]);
+            RecordingComparison {
+                recording: e.name.clone(),
+                esr,
+                noise_floor: floor_ratio(&[part.floor.rms], &errors),
+                structured: relative(&part.structured, &errors),
+                rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
+                warnings: recording.warnings.clone(),
+                traces: part.traces.clone(),
+            }
+        })
+        .collect();
+    let all_errors: Vec<[Option<Sums>; 3]> = parts.iter().map(|p| errors(&p.traces)).collect();
+    let floors: Vec<PerSignal> = parts.iter().map(|p| p.floor.rms).collect();
+    let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
+    let traces: Vec<&Traces> = parts.iter().map(|p| &p.traces).collect();
+    let (profiles, regions) = regions::profiles(&traces);
+    let structured = merge(parts.iter().map(|p| p.structured));
+    Ok(Comparison {
+        esr: ratio(&all_errors, &floors),
+        noise_floor: floor_ratio(&floors, &all_errors),
+        noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),
+        structured: relative(&structured, &all_errors),
+        one_step: one_step_ratio(&parts),
+        per_recording,
+        regions,
+        profiles,
+        maps: regions::maps(&traces),
+    })
+}
+
+/// What is computed for one recording.
+struct Part {
+    traces: Traces,
+    floor: noise_floor::Floor,
+    structured: [Option<Sums>; 3],
+    one_step: [Option<Sums>; 2],
+}
+
+/// Sums of squares over the samples that count.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Sums {
+    error: f64,
+    signal: f64,
+    samples: f64,
+}
+
+impl From<[Option<f64>; 3]> for PerSignal {
+    fn from([current, speed, torque]: [Option<f64>; 3]) -> Self {
+        Self { current, speed, torque }
+    }
+}
+
+/// A voltage-driven recording needs the electrical side, a turning rotor the mechanical one.
+fn require(model: &Model, e: &Experiment) -> Result<()> {
+    let turns = !(0..e.len()).all(|n| e.is_locked(n));
+    let needed: &[&str] = match (e.drive, turns) {
+        (Drive::Voltage, true) => &["R", "L", "K", "J"],
+        (Drive::Voltage, false) => &["R", "L"],
+        (Drive::Torque, _) => &["J"],
+    };
+    let missing: Vec<&str> = needed.iter().copied().filter(|n| !model.parameters.contains_key(*n)).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(Error::input(
+        Place::file(&e.name),
+        format!("the model has no {}, which this recording needs", missing.join(", ")),
+        "identify it from recordings that hold the missing side, or give it with --fix",
+    ))
+}
+
+fn sums(model: &[f64], measured: &[f64], counted: impl Fn(usize) -> bool) -> Option<Sums> {
+    if measured.is_empty() {
+        return None;
+    }
+    let mut sums = Sums::default();
+    for n in (0..measured.len()).filter(|n| counted(*n)) {
+        sums.error += (model[n] - measured[n]).powi(2);
+        sums.signal += measured[n].powi(2);
+        sums.samples += 1.0;
+    }
+    (sums.samples > 0.0).then_some(sums)
+}
+
+fn errors(t: &Traces) -> [Option<Sums>; 3] {
+    let counted = |n: usize| t.counted[n];
+    [
+        sums(&t.modelled_current, &t.measured_current, counted),
+        sums(&t.modelled_speed, &t.measured_speed, counted),
+        sums(&t.modelled_torque, &t.measured_torque, counted),
+    ]
+}
+
+fn merge(parts: impl Iterator<Item = [Option<Sums>; 3]>) -> [Option<Sums>; 3] {
+    parts.fold([None; 3], |mut total, part| {
+        for (t, p) in total.iter_mut().zip(part) {
+            if let Some(p) = p {
+                let t = t.get_or_insert_default();
+                t.error += p.error;
+                t.signal += p.signal;
+                t.samples += p.samples;
+            }
+        }
+        total
+    })
+}
+
+fn floors_squared(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> [Option<f64>; 3] {
+    let of = |pick: fn(&PerSignal) -> Option<f64>, k: usize| {
+        let mut sum = 0.0;
+        for (floor, errors) in floors.iter().zip(errors) {
+            if let Some(e) = errors[k] {
+                sum += pick(floor)?.powi(2) * e.samples;
+            }
+        }
+        Some(sum)
+    };
+    [of(|f| f.current, 0), of(|f| f.speed, 1), of(|f| f.torque, 2)]
+}
+
+/// Error-to-signal ratios over several recordings; none where the measured signal lies below its own noise.
+fn ratio(errors: &[[Option<Sums>; 3]], floors: &[PerSignal]) -> PerSignal {
+    let total = merge(errors.iter().copied());
+    let floor = floors_squared(floors, errors);
+    let mut esr = [None; 3];
+    for k in 0..3 {
+        esr[k] = total[k]
+            .filter(|t| t.signal > 0.0 && floor[k].is_none_or(|f| t.signal > f))
+            .map(|t| (t.error / t.signal).sqrt());
+    }
+    esr.into()
+}
+
+fn floor_ratio(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> PerSignal {
+    let total = merge(errors.iter().copied());
+    let floor = floors_squared(floors, errors);
+    let mut ratio = [None; 3];
+    for k in 0..3 {
+        ratio[k] = total[k].zip(floor[k]).filter(|(t, f)| t.signal > *f).map(|(t, f)| (f / t.signal).sqrt());
+    }
+    ratio.into()
+}
+
+/// Errors with one side imposed, relative to the same measured signals.
+fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]]) -> PerSignal {
+    let total = merge(errors.iter().copied());
+    let of = |k: usize| {
+        structured[k].zip(total[k]).filter(|(_, t)| t.signal > 0.0).map(|(s, _)| (s.error / s.signal).sqrt())
+    };
+    [of(0), of(1), None].into()
+}
+
+/// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves both.
+fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
+    let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
+    let electrical = traces::simulate(motor, e, Imposed::Speed)?;
+    let mechanical = traces::simulate(motor, e, Imposed::Current)?;
+    let counted = |n: usize| e.counted[n];
+    Ok([
+        sums(&electrical.current, &traces::filtered(e, i), counted),
+        sums(&mechanical.speed, &traces::filtered(e, w), counted),
+        None,
+    ])
+}
+
+/// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave over
+/// before anything is simulated.
+fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>; 2] {
+    let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return [None; 2] };
+    let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));
+    let direction = crate::identify::regression::directions(w);
+    let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
+    for n in 0..e.len() {
+        let at = greyrig::motor::OperatingPoint { current: i[n], speed: w[n], direction: direction[n] };
+        let slopes = motor.slopes(e.input[n], &at);
+        voltage.push(slopes.inductance * (slopes.current - di[n]));
+        let inertia = motor.parameters().inertia;
+        torque.push(inertia * (slopes.speed - dw[n]));
+        driving.push(motor.parameters().flux_coefficient * motor.balance(&at).flux * i[n]);
+    }
+    let zero = vec![0.0; e.len()];
+    let counted = |n: usize| e.counted[n] && !e.is_open(n) && !e.is_locked(n);
+    let of = |residual: &[f64], signal: &[f64]| {
+        let r = sums(&e.filtered(residual), &zero, counted)?;
+        let s = sums(&zero, &e.filtered(signal), counted)?;
+        Some(Sums { error: r.error, signal: s.error, samples: r.samples })
+    };
+    [of(&voltage, &e.input), of(&torque, &driving)]
+}
+
+fn one_step_ratio(parts: &[Part]) -> PerSignal {
+    let total = merge(parts.iter().map(|p| [p.one_step[0], p.one_step[1], None]));
+    let of = |k: usize| total[k].filter(|t| t.signal > 0.0).map(|t| (t.error / t.signal).sqrt());
+    [of(0), of(1), None].into()
+}

@@ -1,1 +1,445 @@
 //! From recordings to physical parameters.
+//!
+//! 1. Linear least squares in continuous time gives start values ([`regression`]).
+//! 2. Output error refines them: the free-run simulation against the measurement, all recordings jointly
+//!    ([`output_error`]). Recordings of torque and motion alone are fitted by [`inverse_dynamics`] instead.
+//! 3. Intervals come from blocks of time, so that autocorrelated residuals do not make them too narrow ([`intervals`]).
+//! 4. Directions in which the data leave the parameters open are closed, one by one, by holding a parameter; each is
+//!    reported in words with the excitation that would tell ([`identifiability`]).
+
+pub mod identifiability;
+pub mod intervals;
+pub mod inverse_dynamics;
+pub mod output_error;
+pub mod regression;
+pub mod space;
+
+use std::collections::BTreeMap;
+
+use greyrig::effects::Effect;
+use nalgebra::DVector;
+use serde::Serialize;
+
+use crate::error::{Error, Place, Result};
+use crate::experiment::{Drive, Experiment};
+use crate::model::{
+    Assignment, BASE_PARAMETERS, Base, EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status,
+    unit,
+};
+use crate::recording::Recording;
+use identifiability::Weakness;
+use intervals::{Covariance, block_length_s, correlation_time_s, covariance};
+use output_error::Rows;
+use space::{Freedom, Space};
+
+/// What the user chooses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Kind of motor.
+    pub kind: Kind,
+    /// Friction terms of the base model.
+    pub base: Base,
+    /// Identifiers of effects that the model has besides.
+    pub effects: Vec<String>,
+    /// Parameters with known values.
+    pub fixed: Vec<Assignment>,
+    /// Parameters with bounds: name, least, greatest.
+    pub bounds: Vec<(String, f64, f64)>,
+    /// Filter of the comparison; the cut-off may be left to the data on the mechanical side alone.
+    pub filter: Filter,
+    /// Whether the user chose the cut-off.
+    pub cutoff_given: bool,
+}
+
+impl Settings {
+    /// The usual base and filter for a kind of motor.
+    pub fn new(kind: Kind) -> Self {
+        Self {
+            kind,
+            base: Base::usual(kind),
+            effects: Vec::new(),
+            fixed: Vec::new(),
+            bounds: Vec::new(),
+            filter: Filter::default(),
+            cutoff_given: false,
+        }
+    }
+}
+
+/// One estimated parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Name.
+    pub name: String,
+    /// Value, SI; `None` when the recordings say nothing about it and nobody gave it.
+    pub value: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// 95 % interval, for what was estimated.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the recordings determine it.
+    pub identifiable: bool,
+    /// How it came to be.
+    pub status: Status,
+}
+
+/// What an identification yields.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The model.
+    pub model: Model,
+    /// Its parameters, in the order of the equations.
+    pub parameters: Vec<Estimate>,
+    /// Condition number of the problem with parameters scaled to equal effect.
+    pub condition: Option<f64>,
+    /// What the user should know, in words.
+    pub notes: Vec<String>,
+}
+
+/// Identifies a model from recordings of one motor type.
+///
+/// # Errors
+/// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
+pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identification> {
+    let mut filter = settings.filter;
+    let experiments = prepare(recordings, &filter)?;
+    let mut space = build_space(settings)?;
+    let mut notes = Vec::new();
+    let drive = experiments[0].drive;
+    if experiments.iter().any(|e| e.drive != drive) {
+        return Err(Error::usage(
+            "some recordings have a voltage and others only a torque",
+            "identify the two sorts separately",
+        ));
+    }
+    let outcome = match drive {
+        Drive::Torque => {
+            hold(&mut space, &["R", "L", "K"], Freedom::Absent);
+            if !settings.cutoff_given {
+                filter.cutoff_hz = torque_cutoff_hz(&experiments);
+            }
+            by_torque(space, &experiments, filter.cutoff_hz)?
+        }
+        Drive::Voltage => by_output_error(space, &experiments, &mut notes)?,
+    };
+    notes.extend(implausible(&outcome, settings.kind));
+    Ok(report(recordings, settings, filter, outcome, notes))
+}
+
+fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>> {
+    if recordings.is_empty() {
+        return Err(Error::usage("no recording was given", "name at least one file"));
+    }
+    recordings.iter().map(|r| Experiment::new(r, filter)).collect()
+}
+
+fn build_space(settings: &Settings) -> Result<Space> {
+    let mut ids = Vec::new();
+    for id in &settings.effects {
+        let found = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
+        let known = || Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect::<Vec<_>>().join(", ");
+        ids.push(
+            found.ok_or_else(|| Error::usage(format!("there is no effect {id}"), format!("known are {}", known())))?.id,
+        );
+    }
+    let mut space = Space::new(settings.kind, settings.base, &ids);
+    let names = space.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>().join(", ");
+    let unknown = |name: &str| Error::usage(format!("there is no parameter {name}"), format!("the model has {names}"));
+    for fix in &settings.fixed {
+        let entry = space.get_mut(&fix.name).ok_or_else(|| unknown(&fix.name))?;
+        if entry.positive && fix.value <= 0.0 {
+            return Err(Error::usage(format!("{} = {} is impossible", fix.name, fix.value), "give a positive value"));
+        }
+        entry.value = fix.value;
+        entry.freedom = Freedom::Fixed;
+    }
+    for (name, low, high) in &settings.bounds {
+        let entry = space.get_mut(name).ok_or_else(|| unknown(name))?;
+        if !(low < high) || (entry.positive && *low <= 0.0) {
+            return Err(Error::usage(
+                format!("{low} to {high} is no range for {name}"),
+                "give the smaller number first; R, L, K and J are positive",
+            ));
+        }
+        entry.value = 0.5 * (low + high);
+        entry.freedom = Freedom::Free(Some((*low, *high)));
+    }
+    Ok(space)
+}
+
+fn hold(space: &mut Space, names: &[&str], freedom: Freedom) {
+    for name in names {
+        if let Some(entry) = space.get_mut(name)
+            && matches!(entry.freedom, Freedom::Free(_))
+        {
+            entry.freedom = freedom;
+        }
+    }
+}
+
+/// A fitted space with what is known about its uncertainty.
+struct Outcome {
+    space: Space,
+    covariance: Option<Covariance>,
+    weaknesses: Vec<Weakness>,
+    method: &'static str,
+    esr: BTreeMap<String, f64>,
+}
+
+fn torque_cutoff_hz(experiments: &[Experiment]) -> f64 {
+    let each = experiments.iter().filter_map(|e| {
+        let (motion, derivatives) = match &e.position {
+            Some(angle) => (angle, 2),
+            None => (e.speed.as_ref()?, 1),
+        };
+        Some(inverse_dynamics::automatic_cutoff_hz(motion, derivatives, e.interval_s))
+    });
+    each.fold(f64::INFINITY, f64::min).min(250.0)
+}
+
+fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Result<Outcome> {
+    let few = || {
+        Error::usage(
+            "these recordings are too short or hold too little motion to fit the mechanical side",
+            "record a longer motion with changes of speed in both directions",
+        )
+    };
+    let mut weaknesses = Vec::new();
+    loop {
+        let columns = inverse_dynamics::columns(&space, experiments, cutoff_hz).ok_or_else(few)?;
+        let p = columns.entries.len();
+        if p == 0 || columns.target.len() < 4 * p {
+            return Err(few());
+        }
+        let lengths: Vec<f64> = columns.matrix.column_iter().map(|c| c.norm().max(1e-300)).collect();
+        let scaled = nalgebra::DMatrix::from_fn(columns.target.len(), p, |r, c| columns.matrix[(r, c)] / lengths[c]);
+        let solution = scaled.clone().svd(true, true).solve(&columns.target, 1e-12).map_err(|_| few())?;
+        for (c, entry) in columns.entries.iter().enumerate() {
+            space.entries[*entry].value = solution[c] / lengths[c];
+            // Coordinates of the covariance below: the coefficient itself.
+            space.entries[*entry].positive = false;
+            space.entries[*entry].scale = 1.0;
+        }
+        let residuals: DVector<f64> = &scaled * &solution - &columns.target;
+        let interval = columns.times.windows(2).map(|t| t[1].1 - t[0].1).find(|d| *d > 0.0).unwrap_or(1.0);
+        let total = columns.target.len() as f64 * interval;
+        let correlation = correlation_time_s(residuals.as_slice(), interval);
+        let block = block_length_s(correlation, total);
+        let blocks = numbered(columns.times.iter().map(|(r, t)| (*r, (t / block) as usize)));
+        let covariance = covariance(&columns.matrix, &residuals, &blocks);
+        if let Some(weakness) = covariance.as_ref().and_then(|c| identifiability::of_columns(&space, &columns, c)) {
+            if weaknesses.len() < p {
+                identifiability::close(&mut space, &weakness);
+                weaknesses.push(weakness);
+                continue;
+            }
+        }
+        let esr = BTreeMap::from([("torque".to_owned(), residuals.norm() / columns.target.norm())]);
+        return Ok(Outcome { space, covariance, weaknesses, method: "inverse dynamics", esr });
+    }
+}
+
+/// Numbers arbitrary keys in the order in which they first appear.
+fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
+    let mut seen = BTreeMap::new();
+    keys.map(|key| {
+        let next = seen.len();
+        *seen.entry(key).or_insert(next)
+    })
+    .collect()
+}
+
+fn by_output_error(mut space: Space, experiments: &[Experiment], notes: &mut Vec<String>) -> Result<Outcome> {
+    let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
+    identifiability::check_excitation(experiments)?;
+    for entry in &mut space.entries {
+        // The order of magnitude of a small motor, from which the regression starts.
+        if entry.positive && matches!(entry.freedom, Freedom::Free(None)) {
+            entry.value = match entry.name.as_str() {
+                "R" => 1.0,
+                "L" => 1e-3,
+                "K" => 1e-2,
+                _ => 1e-4,
+            };
+        }
+    }
+    regression::start_values(&mut space, experiments);
+    let start = space.clone();
+    loop {
+        let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
+        let rows: Vec<Rows<'_>> = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
+        let refined = output_error::refine(&space, experiments, &rows)?;
+        let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
+        let total: f64 = experiments.iter().map(|e| e.len() as f64 * e.interval_s).sum();
+        let correlation = slowest_correlation_s(&rows, refined.residuals.as_slice(), interval);
+        let block = block_length_s(correlation, total);
+        let blocks =
+            numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))));
+        let covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
+        let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        match weakness {
+            Some(weakness) if weaknesses.len() < 5 => {
+                // A drifting fit may have taken the other parameters along: begin again without the weak direction.
+                let mut again = start.clone();
+                for entry in &mut again.entries {
+                    if let Some(present) = space.get(&entry.name) {
+                        entry.freedom = present.freedom;
+                    }
+                }
+                identifiability::close(&mut again, &weakness);
+                space = again;
+                weaknesses.push(weakness);
+            }
+            _ => {
+                for entry in refined.space.free().filter(|e| e.at_bound()) {
+                    notes.push(format!("{} has run into its bound at {:.4e}", entry.name, entry.value));
+                }
+                return Ok(Outcome {
+                    space: refined.space,
+                    covariance,
+                    weaknesses,
+                    method: "output error",
+                    esr: BTreeMap::new(),
+                });
+            }
+        }
+    }
+}
+
+fn slowest_correlation_s(rows: &[Rows<'_>], residuals: &[f64], interval_s: f64) -> f64 {
+    let flags: Vec<bool> = rows.iter().flat_map(Rows::speed_rows).collect();
+    let mut slowest = interval_s;
+    let mut from = 0;
+    while from < flags.len() {
+        let to = (from..flags.len()).find(|k| flags[*k] != flags[from]).unwrap_or(flags.len());
+        slowest = slowest.max(correlation_time_s(&residuals[from..to], interval_s));
+        from = to;
+    }
+    slowest
+}
+
+/// Estimates that no motor can have, as a sign of missing physics.
+fn implausible(outcome: &Outcome, kind: Kind) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (k, entry) in outcome.space.free().enumerate() {
+        let Some(covariance) = &outcome.covariance else { break };
+        let half = covariance.t95 * covariance.matrix[(k, k)].sqrt() * entry.scale;
+        if !entry.positive && entry.name.starts_with("mu") && entry.value + half < 0.0 {
+            notes.push(format!(
+                "{} is negative, which no friction can be: the fit makes up for physics that the model lacks{}",
+                entry.name,
+                if kind == Kind::Universal { ", most often saturation of the flux" } else { "" }
+            ));
+        }
+    }
+    notes
+}
+
+fn report(
+    recordings: &[Recording],
+    settings: &Settings,
+    filter: Filter,
+    outcome: Outcome,
+    mut notes: Vec<String>,
+) -> Identification {
+    let motion = recordings[0].motion;
+    let Outcome { space, covariance, weaknesses, method, esr } = outcome;
+    let theta = space.coordinates();
+    let mut free = 0;
+    let mut parameters = Vec::new();
+    for entry in &space.entries {
+        let unit = unit(&entry.name, settings.kind, motion).to_owned();
+        let estimate = match entry.freedom {
+            Freedom::Free(_) => {
+                let k = free;
+                free += 1;
+                let ci95 = covariance.as_ref().map(|c| {
+                    let half = c.t95 * c.matrix[(k, k)].sqrt();
+                    if entry.positive && entry.freedom == Freedom::Free(None) {
+                        [entry.value * (-half).exp(), entry.value * half.exp()]
+                    } else {
+                        let half = half * entry.slope(theta[k]).abs();
+                        [entry.value - half, entry.value + half]
+                    }
+                });
+                Estimate {
+                    name: entry.name.clone(),
+                    value: Some(entry.value),
+                    unit,
+                    ci95,
+                    identifiable: ci95.is_some(),
+                    status: Status::Identified,
+                }
+            }
+            Freedom::Fixed => Estimate {
+                name: entry.name.clone(),
+                value: Some(entry.value),
+                unit,
+                ci95: None,
+                identifiable: false,
+                status: Status::Fixed,
+            },
+            Freedom::Pinned => Estimate {
+                name: entry.name.clone(),
+                // A friction term held at zero is a usable value; an R, L, K or J that nothing tells is not.
+                value: (!entry.positive).then_some(entry.value),
+                unit,
+                ci95: None,
+                identifiable: false,
+                status: Status::NotIdentifiable,
+            },
+            Freedom::Absent => continue,
+        };
+        parameters.push(estimate);
+    }
+    notes.extend(weaknesses.into_iter().map(|w| w.text));
+    let stored = |names: &dyn Fn(&str) -> bool| -> BTreeMap<String, Parameter> {
+        parameters
+            .iter()
+            .filter(|e| names(&e.name))
+            .filter_map(|e| {
+                let parameter = Parameter { value: e.value?, unit: e.unit.clone(), ci95: e.ci95, status: e.status };
+                Some((e.name.clone(), parameter))
+            })
+            .collect()
+    };
+    let effects = settings
+        .effects
+        .iter()
+        .filter_map(|id| {
+            let description = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)?;
+            let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
+            Some(EffectEntry { id: id.clone(), parameters: stored(&|name| names.contains(&name)) })
+        })
+        .collect();
+    let model = Model {
+        schema: SCHEMA,
+        kind: settings.kind,
+        base: settings.base,
+        motion,
+        motor: recordings.iter().find_map(|r| r.metadata.get("motor").cloned()),
+        filter,
+        parameters: stored(&|name| BASE_PARAMETERS.contains(&name)),
+        effects,
+        provenance: Provenance {
+            greyrig: env!("CARGO_PKG_VERSION").to_owned(),
+            method: method.to_owned(),
+            esr,
+            recordings: recordings
+                .iter()
+                .map(|r| Origin {
+                    file: r.path.display().to_string(),
+                    sha256: r.sha256.clone(),
+                    samples: r.len(),
+                    sample_time_s: r.sample_time_s,
+                })
+                .collect(),
+        },
+    };
+    Identification { model, parameters, condition: covariance.map(|c| c.condition), notes }
+}
+
+/// A recording and its place for an error.
+fn place(e: &Experiment) -> Place {
+    Place::file(&e.name)
+}

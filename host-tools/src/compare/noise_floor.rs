@@ -1,0 +1,156 @@
+//! What error a perfect model would show on these data: the noise of the measuring chain, through the same filter and, for
+//! the voltage that drives the model, through the model.
+//!
+//! Three sources, best first:
+//! 1. Repeated runs: half of the variance of the difference of two recordings with the same voltage holds everything that
+//!    no model can know, disturbances of the load included.
+//! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
+//! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
+
+use std::f64::consts::TAU;
+
+use greyrig::motor::Motor;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use realfft::RealFftPlanner;
+
+use super::result::PerSignal;
+use super::traces::simulate;
+use crate::experiment::{Drive, Experiment, Imposed};
+
+/// Two voltages count as the same when they differ by less than this, relative to their RMS.
+const SAME_VOLTAGE: f64 = 0.005;
+/// A stretch is idle while the voltage stays below this share of its largest value.
+const IDLE: f64 = 0.02;
+/// Idle stretches have to add up to this, s.
+const IDLE_S: f64 = 0.2;
+/// The top of the band, as fractions of the sampling rate, in which the spectrum is taken for noise.
+const TOP_OF_BAND: (f64, f64) = (0.25, 0.40);
+/// Share of the filter's cut-off to Nyquist that has to be free of signal for that.
+const FREE_BAND: f64 = 2.0;
+
+/// The floor of one recording, as an error-to-signal ratio, and where it comes from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Floor {
+    /// RMS floor of each signal, in its unit.
+    pub rms: PerSignal,
+    /// The source in words; `None`: unknown.
+    pub source: Option<&'static str>,
+}
+
+/// Standard deviation of white noise per sample, from the top of the spectrum (median over frequencies, so that single
+/// lines do not count). `None` when there is too little data.
+pub fn white_noise(signal: &[f64]) -> Option<f64> {
+    const LENGTH: usize = 1024;
+    let mut planner = RealFftPlanner::<f64>::new();
+    let fft = planner.plan_fft_forward(LENGTH);
+    let window: Vec<f64> = (0..LENGTH).map(|k| 0.5 - 0.5 * (TAU * k as f64 / LENGTH as f64).cos()).collect();
+    let energy: f64 = window.iter().map(|w| w * w).sum();
+    let bins = (TOP_OF_BAND.0 * LENGTH as f64) as usize..(TOP_OF_BAND.1 * LENGTH as f64) as usize;
+    let mut densities = vec![0.0; bins.len()];
+    let mut count = 0.0;
+    for piece in signal.chunks_exact(LENGTH) {
+        let mean = piece.iter().sum::<f64>() / LENGTH as f64;
+        let mut input: Vec<f64> = piece.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
+        let mut output = fft.make_output_vec();
+        fft.process(&mut input, &mut output).ok()?;
+        for (d, k) in densities.iter_mut().zip(bins.clone()) {
+            *d += output[k].norm_sqr() / energy;
+        }
+        count += 1.0;
+    }
+    if count < 4.0 {
+        return None;
+    }
+    densities.sort_by(f64::total_cmp);
+    Some((densities[densities.len() / 2] / count).sqrt())
+}
+
+/// Share of white noise that passes the filter, as a standard deviation.
+fn passed(e: &Experiment) -> f64 {
+    let mut impulse = vec![0.0; (e.filter.settling_samples().unwrap_or(1000) as usize) * 2 + 2];
+    impulse[1] = 1.0;
+    e.filtered(&impulse).iter().map(|h| h * h).sum::<f64>().sqrt()
+}
+
+/// The floor from idle stretches or the spectrum.
+pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
+    if e.drive != Drive::Voltage || FREE_BAND * e.filter.cutoff_hz > TOP_OF_BAND.0 / e.interval_s {
+        return Floor::default();
+    }
+    let (sigmas, source) = match idle(e) {
+        Some(sigmas) => (sigmas, "idle stretches of the recordings, voltage noise through the model"),
+        None => {
+            let sigma = |signal: Option<&[f64]>| signal.and_then(white_noise);
+            let sigmas = [sigma(Some(&e.input)), sigma(e.current.as_deref()), sigma(e.speed.as_deref())];
+            (sigmas, "noise above the signal's band, taken as white; voltage noise through the model")
+        }
+    };
+    let driven = sigmas[0].and_then(|sigma| through_model(motor, e, sigma)).unwrap_or([0.0; 2]);
+    let share = passed(e);
+    let floor = |sigma: Option<f64>, driven: f64| sigma.map(|s| ((s * share).powi(2) + driven * driven).sqrt());
+    let rms = PerSignal { current: floor(sigmas[1], driven[0]), speed: floor(sigmas[2], driven[1]), torque: None };
+    Floor { source: (rms.current.is_some() || rms.speed.is_some()).then_some(source), rms }
+}
+
+/// Noise of voltage, current and speed while nothing happens.
+fn idle(e: &Experiment) -> Option<[Option<f64>; 3]> {
+    let peak = e.input.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+    let at_rest: Vec<usize> = (0..e.len())
+        .filter(|n| e.counted[*n] && !e.is_open(*n))
+        .filter(|n| {
+            let around = n.saturating_sub(100)..(n + 100).min(e.len());
+            around.clone().step_by(10).all(|k| e.input[k].abs() < IDLE * peak)
+        })
+        .collect();
+    let still = |signal: &[f64]| {
+        let values: Vec<f64> =
+            at_rest.windows(2).filter(|w| w[1] == w[0] + 1).map(|w| signal[w[1]] - signal[w[0]]).collect();
+        (values.iter().map(|d| d * d).sum::<f64>() / values.len().max(1) as f64 / 2.0).sqrt()
+    };
+    (at_rest.len() as f64 * e.interval_s >= IDLE_S)
+        .then(|| [Some(still(&e.input)), e.current.as_deref().map(still), e.speed.as_deref().map(still)])
+}
+
+/// RMS change of the modelled current and speed when the voltage gets the noise once more.
+fn through_model(motor: &Motor<f32>, e: &Experiment, sigma: f64) -> Option<[f64; 2]> {
+    let mut noisy = e.clone();
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for u in &mut noisy.input {
+        let z: f64 = StandardNormal.sample(&mut random);
+        *u += sigma * z;
+    }
+    let clean = simulate(motor, e, Imposed::Nothing).ok()?;
+    let disturbed = simulate(motor, &noisy, Imposed::Nothing).ok()?;
+    let rms = |a: &[f64], b: &[f64]| {
+        let counted = (0..a.len()).filter(|n| e.counted[*n]);
+        let (sum, n) = counted.fold((0.0, 0usize), |(s, n), k| (s + (a[k] - b[k]).powi(2), n + 1));
+        (sum / n.max(1) as f64).sqrt()
+    };
+    Some([rms(&clean.current, &disturbed.current), rms(&clean.speed, &disturbed.speed)])
+}
+
+/// The floor from a repeated run, if another recording has the same voltage.
+pub fn of_repeats(e: &Experiment, others: &[&Experiment]) -> Option<Floor> {
+    let rms = |x: &[f64]| (x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64).sqrt();
+    let apart = |a: &[f64], b: &[f64], counted: &dyn Fn(usize) -> bool| {
+        let (sum, n) = (0..a.len().min(b.len()))
+            .filter(|k| counted(*k))
+            .fold((0.0, 0usize), |(s, n), k| (s + (a[k] - b[k]).powi(2), n + 1));
+        (sum / n.max(1) as f64).sqrt()
+    };
+    let twin = others.iter().find(|o| {
+        o.drive == e.drive
+            && o.len().abs_diff(e.len()) <= e.len() / 100
+            && apart(&e.input, &o.input, &|_| true) < SAME_VOLTAGE * rms(&e.input)
+    })?;
+    let floor = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| {
+        let (a, b) = (e.filtered(a.as_ref()?), twin.filtered(b.as_ref()?));
+        let counted = |k: usize| e.counted.get(k) == Some(&true) && twin.counted.get(k) == Some(&true);
+        Some(apart(&a, &b, &counted) / 2f64.sqrt())
+    };
+    let rms =
+        PerSignal { current: floor(&e.current, &twin.current), speed: floor(&e.speed, &twin.speed), torque: None };
+    Some(Floor { rms, source: Some("repeated runs with the same voltage") })
+}

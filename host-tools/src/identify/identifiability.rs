@@ -1,0 +1,218 @@
+//! What the recordings cannot tell, why, and which recording would.
+
+use nalgebra::DMatrix;
+
+use super::intervals::Covariance;
+use super::inverse_dynamics::Columns;
+use super::output_error::Refined;
+use super::space::{Freedom, Space};
+use crate::error::{Error, Result};
+use crate::experiment::{Drive, Experiment};
+use crate::model::Kind;
+
+/// A standard deviation in the optimiser's coordinates above which a parameter counts as not determined: half of its
+/// value for R, L, K and J, and for friction half of its typical share of a tenth of the largest torque.
+const LARGEST_DEVIATION: f64 = 0.5;
+
+/// Parameters with a loading above this take part in a weak direction.
+const LOADING: f64 = 0.3;
+
+/// Relative variation of voltage, current and speed below which a recording holds one operating point only.
+const CONSTANT: f64 = 0.01;
+
+/// A direction in which the data leave the parameters open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weakness {
+    /// The parameter that is held to close it.
+    pub held: String,
+    /// Reason and remedy in words.
+    pub text: String,
+}
+
+/// Holds the parameter of a weak direction: friction at zero, anything else at its start value.
+pub fn close(space: &mut Space, weakness: &Weakness) {
+    if let Some(entry) = space.get_mut(&weakness.held) {
+        if !entry.positive {
+            entry.value = 0.0;
+        }
+        entry.freedom = Freedom::Pinned;
+    }
+}
+
+/// Holds what needs a channel that no recording has.
+///
+/// # Errors
+/// When nothing could be simulated without the held value.
+pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result<Vec<Weakness>> {
+    let mut found = Vec::new();
+    let has_current = experiments.iter().any(|e| e.current.is_some());
+    let moves = experiments.iter().any(|e| e.speed.is_some());
+    if !has_current {
+        let open: Vec<&str> = ["R", "L"]
+            .into_iter()
+            .filter(|n| space.get(n).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))))
+            .collect();
+        if !open.is_empty() {
+            return Err(Error::input(
+                super::place(&experiments[0]),
+                format!("without a current (i_a), {} cannot be identified", open.join(" and ")),
+                format!(
+                    "record the current, or give what you know with {}",
+                    open.iter().map(|n| format!("--fix {n}=VALUE")).collect::<Vec<_>>().join(" ")
+                ),
+            ));
+        }
+        if space.kind() == Kind::Universal {
+            return Err(Error::input(
+                super::place(&experiments[0]),
+                "without a current (i_a), a universal motor cannot be identified: its flux is the current",
+                "record the current, or use --kind pm-dc if the motor has magnets",
+            ));
+        }
+    }
+    if !moves {
+        if let Some(e) = experiments.iter().find(|e| !(0..e.len()).all(|n| e.is_locked(n))) {
+            return Err(Error::input(
+                super::place(e),
+                "without a speed (omega_rad_s), K, J and the friction cannot be identified",
+                "record the speed; if the rotor was held, say so with a line '# rotor: locked' or a column rotor_locked",
+            ));
+        }
+        for name in ["K", "J", "mu0", "mu1", "mu2"] {
+            if let Some(entry) = space.get_mut(name)
+                && matches!(entry.freedom, Freedom::Free(_))
+            {
+                entry.freedom = Freedom::Pinned;
+            }
+        }
+        found.push(Weakness {
+            held: "K".to_owned(),
+            text: "with a locked rotor, K, J and the friction do not act: record the running motor as well".to_owned(),
+        });
+    }
+    Ok(found)
+}
+
+/// Refuses recordings that together hold a single constant operating point.
+///
+/// # Errors
+/// When voltage, current and speed hardly vary in any recording and are alike in all.
+pub fn check_excitation(experiments: &[Experiment]) -> Result<()> {
+    let varies = |signal: &Option<Vec<f64>>, e: &Experiment| {
+        signal.as_ref().is_some_and(|s| {
+            let filtered = e.filtered(s);
+            relative_spread((0..e.len()).filter(|n| e.counted[*n]).map(|n| filtered[n])) > CONSTANT
+        })
+    };
+    let constant = |e: &Experiment| {
+        let input = Some(e.input.clone());
+        !varies(&input, e) && !varies(&e.current, e) && !varies(&e.speed, e)
+    };
+    if !experiments.iter().all(constant) {
+        return Ok(());
+    }
+    let level = |e: &Experiment| e.input.iter().sum::<f64>() / e.len() as f64;
+    let first = level(&experiments[0]);
+    if experiments.iter().all(|e| (level(e) - first).abs() <= CONSTANT * first.abs()) {
+        return Err(Error::input(
+            super::place(&experiments[0]),
+            "voltage, current and speed hardly change: one operating point fits any motor",
+            "record a run-up, a staircase or a ramp of the voltage, and a coast-down for the friction",
+        ));
+    }
+    Ok(())
+}
+
+fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for x in values {
+        n += 1.0;
+        sum += x;
+        squares += x * x;
+    }
+    if n == 0.0 || squares == 0.0 {
+        return 0.0;
+    }
+    let variance = (squares / n - (sum / n).powi(2)).max(0.0);
+    (variance / (squares / n)).sqrt()
+}
+
+/// The weakest direction of an output-error fit, if it is too weak.
+pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
+    let names: Vec<&str> = refined.space.free().map(|e| e.name.as_str()).collect();
+    let direction = match covariance {
+        Some(c) => too_wide(&c.matrix)?,
+        None => null_direction(&refined.jacobian)?,
+    };
+    let has_current = experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some());
+    Some(describe(&names, &direction, has_current))
+}
+
+/// The weakest direction of a regression on torque, if it is too weak.
+pub fn of_columns(space: &Space, columns: &Columns, covariance: &Covariance) -> Option<Weakness> {
+    let rms = columns.target.norm();
+    let p = columns.entries.len();
+    // In units of the torque: a deviation of one is a column as large as the whole torque.
+    let size: Vec<f64> = columns.matrix.column_iter().map(|c| c.norm() / rms).collect();
+    let scaled = DMatrix::from_fn(p, p, |r, c| covariance.matrix[(r, c)] * size[r] * size[c]);
+    let direction = too_wide(&scaled)?;
+    let names: Vec<&str> = columns.entries.iter().map(|k| space.entries[*k].name.as_str()).collect();
+    Some(describe(&names, &direction, true))
+}
+
+fn too_wide(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let p = matrix.nrows();
+    let widest = (0..p).map(|k| matrix[(k, k)].sqrt()).fold(0.0f64, f64::max);
+    if widest <= LARGEST_DEVIATION {
+        return None;
+    }
+    let eigen = matrix.clone().symmetric_eigen();
+    let largest = (0..p).max_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]))?;
+    Some(eigen.eigenvectors.column(largest).iter().copied().collect())
+}
+
+/// The direction that changes the residuals least, in columns of equal length.
+fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let p = jacobian.ncols();
+    let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
+    if let Some(dead) = lengths.iter().position(|l| *l == 0.0 || !l.is_finite()) {
+        return Some((0..p).map(|k| if k == dead { 1.0 } else { 0.0 }).collect());
+    }
+    let normal = jacobian.tr_mul(jacobian);
+    let scaled = DMatrix::from_fn(p, p, |r, c| normal[(r, c)] / (lengths[r] * lengths[c]));
+    let eigen = scaled.symmetric_eigen();
+    let least = (0..p).min_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]))?;
+    Some(eigen.eigenvectors.column(least).iter().copied().collect())
+}
+
+fn describe(names: &[&str], direction: &[f64], has_current: bool) -> Weakness {
+    let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let involved: Vec<&str> =
+        names.iter().zip(direction).filter(|(_, x)| x.abs() > LOADING * largest).map(|(n, _)| *n).collect();
+    // Friction terms are the ones that a motor can do without.
+    let held = ["mu1", "mu2", "mu0"]
+        .into_iter()
+        .find(|n| involved.contains(n))
+        .or_else(|| involved.iter().copied().find(|n| !matches!(*n, "R" | "L" | "K" | "J")))
+        .or_else(|| ["L", "J", "K", "R"].into_iter().find(|n| involved.contains(n)))
+        .unwrap_or(names[0]);
+    let others: Vec<&str> = involved.iter().copied().filter(|n| *n != held).collect();
+    let remedy = match (held, others.as_slice()) {
+        ("mu1", _) if !has_current => "record the current, or fix K or mu1",
+        (n, _) if n.starts_with("mu") => "record more speeds: a staircase from low to high voltage, and a coast-down",
+        ("L", _) => "record AC, or steps of the voltage",
+        ("J", _) => "record changes of speed: a ramp, steps, or a coast-down",
+        ("K" | "R", _) => "record two or more speeds, or add a run with the rotor locked",
+        _ => "record another excitation",
+    };
+    let at = if held.starts_with("mu") { "zero" } else { "its start value" };
+    let text = if others.is_empty() {
+        format!("{held} cannot be identified from these recordings and is held at {at}: {remedy}")
+    } else {
+        format!(
+            "{held} cannot be separated from {} in these recordings and is held at {at}: {remedy}",
+            others.join(", ")
+        )
+    };
+    Weakness { held: held.to_owned(), text }
+}

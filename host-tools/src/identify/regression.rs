@@ -1,0 +1,270 @@
+//! Start values by linear least squares in continuous time.
+//!
+//! # Electrical side
+//! `u = R i + K φ ω + L di/dt`: the products are formed on the raw samples, then every column and the target go through
+//! the same Butterworth filter. (The product of filtered signals is not the filtered product.)
+//!
+//! # Mechanical side
+//! In integral (weak) form over windows of whole mains periods,
+//! `J (ω₂ − ω₁) = K ∫φ i dt − ∫(s μ0 + μ1 ω + μ2 ω|ω|) dt`,
+//! so that nothing is differentiated and the pulsation of the torque at twice the mains frequency cancels.
+//!
+//! # Source
+//! Rakar & Juričić 2004, section 2.2, for the least squares in continuous time; the weak form after the modulating
+//! functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547–552.
+
+use greyrig::motor::{Motor, OperatingPoint};
+use nalgebra::{DMatrix, DVector};
+
+use super::space::{Freedom, Space};
+use crate::experiment::{Drive, Experiment, derivative};
+use crate::model::Kind;
+
+/// Windows of the weak form are at least this long, s.
+const WINDOW_S: f64 = 0.1;
+
+/// A speed below this share of the largest does not tell the direction of motion.
+const STANDSTILL_SHARE: f64 = 0.005;
+
+/// A linear regression with named columns, some of them with a known coefficient.
+#[derive(Debug, Clone)]
+pub struct Regression {
+    names: Vec<&'static str>,
+    rows: Vec<Vec<f64>>,
+    target: Vec<f64>,
+}
+
+impl Regression {
+    /// With columns to come in this order.
+    pub fn new(names: &[&'static str]) -> Self {
+        Self { names: names.to_vec(), rows: vec![Vec::new(); names.len()], target: Vec::new() }
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, columns: &[f64], target: f64) {
+        for (column, value) in self.rows.iter_mut().zip(columns) {
+            column.push(*value);
+        }
+        self.target.push(target);
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.target.len()
+    }
+
+    /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than twice as
+    /// many rows as unknowns or a column says nothing.
+    pub fn solve(&self, space: &Space) -> Option<Vec<(&'static str, f64)>> {
+        let mut target = self.target.clone();
+        let mut columns = Vec::new();
+        let mut names = Vec::new();
+        for (name, column) in self.names.iter().zip(&self.rows) {
+            let entry = space.get(name)?;
+            match entry.freedom {
+                Freedom::Free(_) => {
+                    let size = (column.iter().map(|x| x * x).sum::<f64>() / column.len().max(1) as f64).sqrt();
+                    if size > 0.0 {
+                        columns.push((column, size));
+                        names.push(*name);
+                    }
+                }
+                Freedom::Absent => {}
+                Freedom::Fixed | Freedom::Pinned => {
+                    for (t, x) in target.iter_mut().zip(column) {
+                        *t -= entry.value * x;
+                    }
+                }
+            }
+        }
+        if columns.is_empty() || target.len() < 2 * columns.len() {
+            return None;
+        }
+        let matrix = DMatrix::from_fn(target.len(), columns.len(), |r, c| columns[c].0[r] / columns[c].1);
+        let svd = matrix.svd(true, true);
+        let largest = svd.singular_values.max();
+        let solution = svd.solve(&DVector::from_vec(target), 1e-7 * largest).ok()?;
+        Some(names.iter().zip(solution.iter()).zip(&columns).map(|((name, x), (_, size))| (*name, x / size)).collect())
+    }
+}
+
+/// Finds start values for all free parameters.
+pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
+    set_friction_scales(space, experiments);
+    let with_current: Vec<_> =
+        experiments.iter().filter(|e| e.drive == Drive::Voltage && e.current.is_some()).collect();
+    if with_current.is_empty() {
+        without_current(space, experiments);
+    } else {
+        electrical(space, &with_current);
+    }
+    set_friction_scales(space, experiments);
+    mechanical(space, experiments);
+    set_friction_scales(space, experiments);
+}
+
+fn take(space: &mut Space, solution: Option<Vec<(&'static str, f64)>>) {
+    for (name, value) in solution.into_iter().flatten() {
+        space.start(name, value);
+    }
+}
+
+/// The direction of motion of each sample; 0 where the speed is too small to tell.
+pub fn directions(speed: &[f64]) -> Vec<f64> {
+    let largest = speed.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+    speed.iter().map(|w| if w.abs() <= STANDSTILL_SHARE * largest { 0.0 } else { w.signum() }).collect()
+}
+
+fn flux_of(kind: Kind, current: f64) -> f64 {
+    match kind {
+        Kind::Universal => current,
+        Kind::PmDc => 1.0,
+    }
+}
+
+fn electrical(space: &mut Space, experiments: &[&Experiment]) {
+    let mut regression = Regression::new(&["R", "K", "L"]);
+    for e in experiments {
+        let Some(i) = &e.current else { continue };
+        let zero = vec![0.0; i.len()];
+        let speed = e.speed.as_deref();
+        if speed.is_none() && !e.is_locked(0) {
+            continue;
+        }
+        let speed = speed.unwrap_or(&zero);
+        let emf: Vec<f64> = i.iter().zip(speed).map(|(i, w)| flux_of(space.kind(), *i) * w).collect();
+        let columns = [e.filtered(i), e.filtered(&emf), e.filtered(&derivative(i, e.interval_s)), e.filtered(&e.input)];
+        let stride = stride(e);
+        for n in (0..e.len()).step_by(stride).filter(|n| e.counted[*n] && !e.is_open(*n)) {
+            let emf = if e.is_locked(n) { 0.0 } else { columns[1][n] };
+            regression.push(&[columns[0][n], emf, columns[2][n]], columns[3][n]);
+        }
+    }
+    let solution = regression.solve(space);
+    take(space, solution);
+}
+
+/// Without a current: `u = (K + R μ1/K) ω + (R J/K) dω/dt + (R μ0/K) s`, for a given R and with μ1 counted to K.
+fn without_current(space: &mut Space, experiments: &[Experiment]) {
+    if space.kind() != Kind::PmDc {
+        return;
+    }
+    let mut proxy = Space::new(Kind::PmDc, crate::model::Base::DryViscous, &[]);
+    let mut regression = Regression::new(&["K", "J", "mu0"]);
+    for e in experiments {
+        let Some(w) = &e.speed else { continue };
+        let columns =
+            [e.filtered(w), e.filtered(&derivative(w, e.interval_s)), e.filtered(&directions(w)), e.filtered(&e.input)];
+        for n in (0..e.len()).step_by(stride(e)).filter(|n| e.counted[*n]) {
+            regression.push(&[columns[0][n], columns[1][n], columns[2][n]], columns[3][n]);
+        }
+    }
+    if space.get("mu0").is_some_and(|m| m.freedom == Freedom::Absent)
+        && let Some(entry) = proxy.get_mut("mu0")
+    {
+        entry.freedom = Freedom::Absent;
+    }
+    let Some(solution) = regression.solve(&proxy) else { return };
+    let find = |name: &str| solution.iter().find(|s| s.0 == name).map_or(0.0, |s| s.1);
+    let (k, r) = (find("K"), space.value("R"));
+    space.start("K", k);
+    let k = space.value("K");
+    space.start("J", (find("J") * k / r).max(1e-9));
+    space.start("mu0", find("mu0") * k / r);
+}
+
+fn mechanical(space: &mut Space, experiments: &[Experiment]) {
+    let mut regression = Regression::new(&["J", "mu0", "mu1", "mu2"]);
+    let k = space.value("K");
+    for e in experiments {
+        let (Some(w), Drive::Voltage) = (&e.speed, e.drive) else { continue };
+        let zero = vec![0.0; w.len()];
+        let Some(i) = e.current.as_ref().or(if e.open.iter().any(|o| *o) { Some(&zero) } else { None }) else {
+            continue;
+        };
+        let period = e.mains_period_s.unwrap_or(0.02);
+        let window = ((WINDOW_S / period).ceil() * period / e.interval_s).round() as usize;
+        let smooth = sliding_mean(w, (period / e.interval_s).round() as usize);
+        let direction = directions(w);
+        let mut from = 0;
+        while from + window < w.len() {
+            let range = from..from + window;
+            from += window;
+            if range.clone().any(|n| !e.counted[n] || e.is_locked(n) || direction[n] == 0.0) {
+                continue;
+            }
+            let sum = |f: &dyn Fn(usize) -> f64| range.clone().map(f).sum::<f64>() * e.interval_s;
+            let torque = sum(&|n| if e.is_open(n) { 0.0 } else { k * flux_of(space.kind(), i[n]) * i[n] });
+            regression.push(
+                &[
+                    smooth[range.end] - smooth[range.start],
+                    sum(&|n| direction[n]),
+                    sum(&|n| w[n]),
+                    sum(&|n| w[n] * w[n].abs()),
+                ],
+                torque,
+            );
+        }
+    }
+    let solution = regression.solve(space);
+    take(space, solution);
+}
+
+/// Mean over a window around each sample.
+fn sliding_mean(signal: &[f64], window: usize) -> Vec<f64> {
+    let half = (window / 2).max(1);
+    let mut sums = Vec::with_capacity(signal.len() + 1);
+    let mut sum = 0.0;
+    sums.push(0.0);
+    for x in signal {
+        sum += x;
+        sums.push(sum);
+    }
+    (0..signal.len())
+        .map(|n| {
+            let (a, b) = (n.saturating_sub(half), (n + half).min(signal.len()));
+            (sums[b] - sums[a]) / (b - a) as f64
+        })
+        .collect()
+}
+
+/// Every how many samples a filtered signal has to be looked at: four times per period of the cut-off.
+pub fn stride(e: &Experiment) -> usize {
+    ((e.filter.sample_rate_hz / (4.0 * e.filter.cutoff_hz)) as usize).max(1)
+}
+
+/// Typical sizes of the friction terms, from the largest driving torque and speed in the data.
+fn set_friction_scales(space: &mut Space, experiments: &[Experiment]) {
+    let k = space.value("K");
+    let (mut torque, mut speed) = (0.0f64, 0.0f64);
+    for e in experiments {
+        if let Some(w) = &e.speed {
+            speed = w.iter().fold(speed, |m, w| m.max(w.abs()));
+        }
+        match (e.drive, &e.current) {
+            (Drive::Torque, _) => torque = e.input.iter().fold(torque, |m, t| m.max(t.abs())),
+            (Drive::Voltage, Some(i)) => {
+                torque = i.iter().fold(torque, |m, i| m.max((k * flux_of(space.kind(), *i) * i).abs()));
+            }
+            (Drive::Voltage, None) => {
+                let r = space.value("R").max(1e-6);
+                torque = e.input.iter().fold(torque, |m, u| m.max((k * u / r).abs()));
+            }
+        }
+    }
+    let (torque, speed) = (0.1 * torque.max(1e-12), speed.max(1e-9));
+    for entry in &mut space.entries {
+        entry.scale = match entry.name.as_str() {
+            "mu1" => torque / speed,
+            "mu2" => torque / (speed * speed),
+            _ => torque,
+        };
+    }
+}
+
+/// What the mechanical side needs for a measured motion, term by term: the torque that each friction parameter and
+/// each linear effect takes at value one, from the core's own balance.
+pub fn torque_of(motor: &Motor<f64>, speed: f64, direction: f64) -> f64 {
+    let balance = motor.balance(&OperatingPoint { current: 0.0, speed, direction });
+    balance.friction + direction * balance.dry_friction - balance.torque
+}
