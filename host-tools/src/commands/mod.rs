@@ -1,7 +1,11 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
+pub mod compare;
 pub mod convert;
+pub mod identify;
+mod input;
 pub mod simulate;
+mod words;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -22,6 +26,10 @@ pub struct Cli {
 /// All subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Physical parameters from recordings, with 95 % intervals.
+    Identify(identify::Args),
+    /// Model against measurement, and where it fails.
+    Compare(compare::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
     /// Run a virtual rig and write what it records.
@@ -35,6 +43,8 @@ impl Command {
     /// Whatever the user has to act on.
     pub fn run(&self) -> Result<ExitCode> {
         match self {
+            Self::Identify(args) => identify::run(args),
+            Self::Compare(args) => compare::run(args),
             Self::Convert(args) => convert::run(args),
             Self::Simulate(args) => simulate::run(args),
         }

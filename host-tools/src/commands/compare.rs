@@ -1,0 +1,51 @@
+//! `greyrig compare`: a model against measurements, and where it fails.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::input::Input;
+use super::words;
+use crate::compare::compare;
+use crate::error::Result;
+use crate::model::Model;
+use crate::output;
+
+/// Model against measurement, and where the model fails.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  greyrig compare run.csv --model model.toml --report report.html")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Report to write, one HTML file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Replace an existing report
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used, or a report that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(path) = &args.report {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    let model = Model::load(&args.model)?;
+    let recordings = args.input.load()?;
+    let comparison = compare(&model, &recordings)?;
+    if args.json {
+        output::print_json("compare", &args.input.names(), &comparison)?;
+    } else {
+        output::print_line(&words::errors(&comparison))?;
+        output::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&comparison)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,127 @@
+//! `greyrig identify`: recordings to a model file.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::input::Input;
+use super::words;
+use crate::compare::compare;
+use crate::error::{Error, Result};
+use crate::identify::{self, Settings};
+use crate::model::{Assignment, Base, Kind};
+use crate::output;
+
+/// Physical parameters with 95 % intervals from recordings of one motor type.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  greyrig identify run1.csv run2.csv --out model.toml\n  \
+    greyrig identify servo.csv --kind pm-dc --base viscous --fix R=3.4 --fix L=2.85e-3 --out model.toml")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL.toml")]
+    out: Option<PathBuf>,
+    /// Kind of motor
+    #[arg(long, value_enum)]
+    kind: Option<Kind>,
+    /// Friction terms of the base model [default: full for universal, dry-viscous for pm-dc]
+    #[arg(long, value_enum)]
+    base: Option<Base>,
+    /// Effect of the catalogue that the model shall have besides (repeatable)
+    #[arg(long, value_name = "ID")]
+    effect: Vec<String>,
+    /// Parameter with a known value, SI (repeatable)
+    #[arg(long, value_name = "NAME=VALUE")]
+    fix: Vec<Assignment>,
+    /// Parameter with bounds, SI (repeatable)
+    #[arg(long, value_name = "NAME=LEAST:GREATEST", value_parser = parse_bound)]
+    bound: Vec<(String, f64, f64)>,
+    /// Cut-off of the Butterworth filter, Hz [default: 250; from the data where only torque and motion are recorded]
+    #[arg(long, value_name = "HZ")]
+    cutoff: Option<f64>,
+    /// Order of the Butterworth filter
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
+    order: u8,
+    /// Replace an existing model file
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_bound(text: &str) -> std::result::Result<(String, f64, f64), String> {
+    let fail = || format!("{text:?} is not NAME=LEAST:GREATEST, such as J=1e-4:3e-4");
+    let (name, range) = text.split_once('=').ok_or_else(fail)?;
+    let (low, high) = range.split_once(':').ok_or_else(fail)?;
+    Ok((name.trim().to_owned(), low.trim().parse().map_err(|_| fail())?, high.trim().parse().map_err(|_| fail())?))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Recordings from which nothing can be identified, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(path) = &args.out {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    if args.cutoff.is_some_and(|hz| !(hz > 0.0 && hz.is_finite())) {
+        return Err(Error::usage("--cutoff must be a positive frequency", "give it in Hz, such as --cutoff 250"));
+    }
+    let recordings = args.input.load()?;
+    let kind = args.kind.unwrap_or_default();
+    let mut settings = Settings::new(kind);
+    settings.base = args.base.unwrap_or(settings.base);
+    settings.effects.clone_from(&args.effect);
+    settings.fixed.clone_from(&args.fix);
+    settings.bounds.clone_from(&args.bound);
+    settings.filter.order = args.order;
+    if let Some(cutoff) = args.cutoff {
+        settings.filter.cutoff_hz = cutoff;
+        settings.cutoff_given = true;
+    }
+    let mut identification = identify::identify(&recordings, &settings)?;
+    // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
+    let comparison = compare(&identification.model, &recordings).ok();
+    if let Some(c) = &comparison {
+        for (name, esr) in [("current", c.esr.current), ("speed", c.esr.speed), ("torque", c.esr.torque)] {
+            if let Some(esr) = esr {
+                identification.model.provenance.esr.insert(name.to_owned(), esr);
+            }
+        }
+    }
+    if let Some(path) = &args.out {
+        identification.model.save(path, args.force)?;
+    }
+    if args.json {
+        output::print_json(
+            "identify",
+            &args.input.names(),
+            json!({
+                "kind": kind,
+                "parameters": identification.parameters,
+                "condition": identification.condition,
+                "esr": comparison.as_ref().map(|c| c.esr),
+                "noise_floor": comparison.as_ref().map(|c| c.noise_floor),
+                "noise_floor_source": comparison.as_ref().and_then(|c| c.noise_floor_source.clone()),
+                "filter": identification.model.filter,
+                "notes": identification.notes,
+                "model": args.out,
+            }),
+        )?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output::print_line(&words::parameters(&identification))?;
+    for note in &identification.notes {
+        output::print_line(&format!("note: {note}"))?;
+    }
+    if let Some(comparison) = &comparison {
+        output::print_line(&format!("\n{}", words::errors(comparison)))?;
+    }
+    if let Some(path) = &args.out {
+        output::print_line(&format!("\nwritten: {}", path.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

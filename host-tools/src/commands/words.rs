@@ -1,0 +1,107 @@
+//! How results are printed for a person.
+
+use comfy_table::{Cell, CellAlignment, Table, presets};
+
+use crate::compare::{Comparison, PerSignal};
+use crate::identify::{Estimate, Identification};
+use crate::model::Status;
+
+/// A table in the house style.
+pub fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.set_header(header.iter().map(Cell::new));
+    table
+}
+
+fn right(text: impl ToString) -> Cell {
+    Cell::new(text.to_string()).set_alignment(CellAlignment::Right)
+}
+
+/// A ratio as a percentage.
+pub fn percent(ratio: Option<f64>) -> String {
+    ratio.map_or_else(
+        || "–".into(),
+        |r| if r < 0.001 { format!("{:.3} %", 100.0 * r) } else { format!("{:.2} %", 100.0 * r) },
+    )
+}
+
+fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else if (1e-3..1e5).contains(&x.abs()) {
+        format!("{x:.5}")
+    } else {
+        format!("{x:.4e}")
+    }
+}
+
+/// The parameters with their intervals.
+pub fn parameters(identification: &Identification) -> String {
+    let mut table = table(&["parameter", "value", "unit", "95 % interval", ""]);
+    for Estimate { name, value, unit, ci95, status, .. } in &identification.parameters {
+        table.add_row(vec![
+            Cell::new(name),
+            right(value.map_or_else(|| "–".into(), number)),
+            Cell::new(unit),
+            right(ci95.map_or_else(String::new, |[low, high]| format!("{} … {}", number(low), number(high)))),
+            Cell::new(match status {
+                Status::Identified => "",
+                Status::Fixed => "fixed",
+                Status::NotIdentifiable => "not identifiable",
+            }),
+        ]);
+    }
+    table.to_string()
+}
+
+/// Error-to-signal ratios next to the noise floor, recording by recording.
+pub fn errors(comparison: &Comparison) -> String {
+    let torque = comparison.esr.torque.is_some();
+    let signals: &[(&str, fn(&PerSignal) -> Option<f64>)] = if torque {
+        &[("torque", |p| p.torque), ("speed", |p| p.speed)]
+    } else {
+        &[("current", |p| p.current), ("speed", |p| p.speed)]
+    };
+    let mut header = vec!["error-to-signal ratio".to_owned()];
+    for (name, _) in signals {
+        header.push((*name).to_owned());
+        header.push("noise floor".to_owned());
+    }
+    let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut row = |name: &str, esr: &PerSignal, floor: &PerSignal| {
+        let mut cells = vec![Cell::new(name)];
+        for (_, of) in signals {
+            cells.push(right(percent(of(esr))));
+            cells.push(right(percent(of(floor))));
+        }
+        table.add_row(cells);
+    };
+    for r in &comparison.per_recording {
+        row(&r.recording, &r.esr, &r.noise_floor);
+    }
+    if comparison.per_recording.len() > 1 {
+        row("all", &comparison.esr, &comparison.noise_floor);
+    }
+    let mut text = table.to_string();
+    match &comparison.noise_floor_source {
+        Some(source) => text += &format!("\nnoise floor: {source}"),
+        None => text += "\nnoise floor: unknown from these recordings",
+    }
+    if let (Some(current), Some(speed)) = (comparison.structured.current, comparison.structured.speed) {
+        text += &format!(
+            "\none side at a time: current {} with the measured speed, speed {} with the measured current",
+            percent(Some(current)),
+            percent(Some(speed))
+        );
+    }
+    text
+}
+
+/// Where the model fails.
+pub fn regions(comparison: &Comparison) -> String {
+    if comparison.regions.is_empty() {
+        return "no region stands out".into();
+    }
+    comparison.regions.iter().map(|r| format!("  {}", r.text)).collect::<Vec<_>>().join("\n")
+}
