@@ -75,6 +75,11 @@ impl Experiment {
         let name = recording.path.display().to_string();
         let bad = |what: &str, remedy: &str| Error::input(Place::file(&recording.path), what, remedy);
         let interval_s = recording.sample_time_s;
+        let aligned = |channel: Channel, key: &str| {
+            let signal = recording.channel(channel)?;
+            let skew = recording.metadata.get(key).and_then(|s| s.trim().parse::<f64>().ok()).unwrap_or(0.0);
+            Some(earlier(signal, skew / interval_s))
+        };
         let torque = recording.channel(Channel::Torque);
         let voltage = recording.channel(Channel::Voltage);
         let (drive, input) = match (voltage, torque) {
@@ -93,13 +98,11 @@ impl Experiment {
         let speed = if always_locked {
             None
         } else {
-            recording
-                .channel(Channel::Speed)
-                .map(<[f64]>::to_vec)
+            aligned(Channel::Speed, "skew_omega_rad_s_s")
                 .or_else(|| recording.channel(Channel::Angle).map(|angle| derivative(angle, interval_s)))
         };
         let current = match drive {
-            Drive::Voltage => recording.channel(Channel::Current).map(<[f64]>::to_vec),
+            Drive::Voltage => aligned(Channel::Current, "skew_i_a_s"),
             Drive::Torque => None,
         };
         if speed.is_none() && current.is_none() {
@@ -236,6 +239,23 @@ impl Experiment {
             Drive::Torque => Ok(1),
         }
     }
+}
+
+/// A signal that was sampled `share` of an interval too late, moved to the common instant by linear interpolation.
+/// (A converter takes its channels one after the other; metadata `skew_i_a_s` and `skew_omega_rad_s_s` say how late.)
+fn earlier(signal: &[f64], share: f64) -> Vec<f64> {
+    if share == 0.0 || !(-1.0..=1.0).contains(&share) {
+        return signal.to_vec();
+    }
+    let mut before = signal[0];
+    signal
+        .iter()
+        .map(|x| {
+            let moved = x - share * (x - before);
+            before = *x;
+            moved
+        })
+        .collect()
 }
 
 /// Central differences; one-sided at the ends.

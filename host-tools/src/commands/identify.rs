@@ -9,7 +9,7 @@ use super::input::Input;
 use super::words;
 use crate::compare::compare;
 use crate::error::{Error, Result};
-use crate::identify::{self, Settings};
+use crate::identify::{self, Method, Settings};
 use crate::model::{Assignment, Base, Kind};
 use crate::output;
 
@@ -26,6 +26,9 @@ pub struct Args {
     /// Kind of motor
     #[arg(long, value_enum)]
     kind: Option<Kind>,
+    /// How far the estimation goes
+    #[arg(long, value_enum, default_value = "output-error")]
+    method: Method,
     /// Friction terms of the base model [default: full for universal, dry-viscous for pm-dc]
     #[arg(long, value_enum)]
     base: Option<Base>,
@@ -73,6 +76,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = args.input.load()?;
     let kind = args.kind.unwrap_or_default();
     let mut settings = Settings::new(kind);
+    settings.method = args.method;
     settings.base = args.base.unwrap_or(settings.base);
     settings.effects.clone_from(&args.effect);
     settings.fixed.clone_from(&args.fix);

@@ -6,8 +6,8 @@ use greyrig::motor::{Motor, State};
 use super::result::Traces;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
-use crate::identify::inverse_dynamics::zero_phase;
-use crate::identify::regression::{directions, torque_of};
+use crate::identify::inverse_dynamics::{directions_by_quantum, zero_phase};
+use crate::identify::regression::torque_of;
 
 /// A filtered simulation: current and speed, sample by sample.
 pub struct Simulated {
@@ -74,7 +74,7 @@ pub fn traces(motor: &Motor<f32>, precise: &Motor<f64>, e: &Experiment, start_s:
         (Drive::Voltage, _) => traces.voltage = e.input.clone(),
         (Drive::Torque, Some(speed)) => {
             let acceleration = derivative(speed, e.interval_s);
-            let direction = directions(speed);
+            let direction = directions_by_quantum(speed);
             let needed: Vec<f64> = (0..speed.len())
                 .map(|n| precise.parameters().inertia * acceleration[n] + torque_of(precise, speed[n], direction[n]))
                 .collect();

@@ -181,7 +181,7 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
 }
 
 /// Direction of motion; 0 where the speed is below half its resolution.
-fn directions_by_quantum(speed: &[f64]) -> Vec<f64> {
+pub fn directions_by_quantum(speed: &[f64]) -> Vec<f64> {
     let quantum = speed.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let quantised = speed.windows(2).filter(|w| w[0] == w[1]).count() * 4 > speed.len();
     if !quantised || !quantum.is_finite() {

@@ -32,9 +32,21 @@ use intervals::{Covariance, block_length_s, correlation_time_s, covariance};
 use output_error::Rows;
 use space::{Freedom, Space};
 
+/// How far the estimation goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Method {
+    /// Least squares, then output error: the best free run.
+    #[default]
+    OutputError,
+    /// Linear least squares in continuous time alone, as Rakar & Juričić did.
+    LeastSquares,
+}
+
 /// What the user chooses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// How far the estimation goes.
+    pub method: Method,
     /// Kind of motor.
     pub kind: Kind,
     /// Friction terms of the base model.
@@ -55,6 +67,7 @@ impl Settings {
     /// The usual base and filter for a kind of motor.
     pub fn new(kind: Kind) -> Self {
         Self {
+            method: Method::default(),
             kind,
             base: Base::usual(kind),
             effects: Vec::new(),
@@ -120,7 +133,7 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
             }
             by_torque(space, &experiments, filter.cutoff_hz)?
         }
-        Drive::Voltage => by_output_error(space, &experiments, &mut notes)?,
+        Drive::Voltage => by_simulation(space, &experiments, settings.method, &mut notes)?,
     };
     notes.extend(implausible(&outcome, settings.kind));
     Ok(report(recordings, settings, filter, outcome, notes))
@@ -249,7 +262,12 @@ fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
     .collect()
 }
 
-fn by_output_error(mut space: Space, experiments: &[Experiment], notes: &mut Vec<String>) -> Result<Outcome> {
+fn by_simulation(
+    mut space: Space,
+    experiments: &[Experiment],
+    method: Method,
+    notes: &mut Vec<String>,
+) -> Result<Outcome> {
     let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
     identifiability::check_excitation(experiments)?;
     for entry in &mut space.entries {
@@ -263,12 +281,23 @@ fn by_output_error(mut space: Space, experiments: &[Experiment], notes: &mut Vec
             };
         }
     }
-    regression::start_values(&mut space, experiments);
-    let start = space.clone();
+    let neutral = space.clone();
     loop {
+        if space.free().next().is_none() {
+            let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
+            return Err(Error::input(
+                place(&experiments[0]),
+                format!("nothing is left that these recordings determine ({})", reasons.join("; ")),
+                "record more excitation, or give what you know with --fix",
+            ));
+        }
+        regression::start_values(&mut space, experiments);
         let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
         let rows: Vec<Rows<'_>> = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
-        let refined = output_error::refine(&space, experiments, &rows)?;
+        let refined = match method {
+            Method::OutputError => output_error::refine(&space, &rows)?,
+            Method::LeastSquares => output_error::as_it_is(&space, &rows)?,
+        };
         let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
         let total: f64 = experiments.iter().map(|e| e.len() as f64 * e.interval_s).sum();
         let correlation = slowest_correlation_s(&rows, refined.residuals.as_slice(), interval);
@@ -278,9 +307,9 @@ fn by_output_error(mut space: Space, experiments: &[Experiment], notes: &mut Vec
         let covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
         let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
         match weakness {
-            Some(weakness) if weaknesses.len() < 5 => {
-                // A drifting fit may have taken the other parameters along: begin again without the weak direction.
-                let mut again = start.clone();
+            Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
+                // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
+                let mut again = neutral.clone();
                 for entry in &mut again.entries {
                     if let Some(present) = space.get(&entry.name) {
                         entry.freedom = present.freedom;
@@ -298,7 +327,10 @@ fn by_output_error(mut space: Space, experiments: &[Experiment], notes: &mut Vec
                     space: refined.space,
                     covariance,
                     weaknesses,
-                    method: "output error",
+                    method: match method {
+                        Method::OutputError => "output error",
+                        Method::LeastSquares => "least squares in continuous time",
+                    },
                     esr: BTreeMap::new(),
                 });
             }

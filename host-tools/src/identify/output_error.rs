@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::regression::stride;
 use super::space::Space;
 use crate::error::{Error, Result};
-use crate::experiment::{Drive, Experiment, Imposed};
+use crate::experiment::{Experiment, Imposed};
 use crate::output;
 
 /// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error of
@@ -204,8 +204,6 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 pub struct Refined {
     /// The parameters there.
     pub space: Space,
-    /// The optimiser's coordinates.
-    pub theta: Vec<f64>,
     /// Weighted residuals, experiment by experiment.
     pub residuals: DVector<f64>,
     /// Derivatives of the residuals by the coordinates.
@@ -216,19 +214,13 @@ pub struct Refined {
 ///
 /// # Errors
 /// An interrupt, or data without a single usable row.
-pub fn refine(space: &Space, experiments: &[Experiment], rows: &[Rows<'_>]) -> Result<Refined> {
-    debug_assert!(experiments.iter().all(|e| e.drive == Drive::Voltage || e.speed.is_some()));
+pub fn refine(space: &Space, rows: &[Rows<'_>]) -> Result<Refined> {
     let mut weights = signal_rms(rows);
     let mut space = space.clone();
     let bar = output::progress("output-error fit", 3);
     for _ in 0..2 {
         let problem = Problem::new(space.clone(), rows, weights);
-        if problem.residuals.is_empty() {
-            return Err(Error::usage(
-                "no sample of these recordings can be used",
-                "look at the warnings about gaps and clipping",
-            ));
-        }
+        usable(&problem)?;
         let (problem, _) = LevenbergMarquardt::new().with_ftol(1e-9).with_xtol(1e-9).with_patience(8).minimize(problem);
         output::check_interrupt()?;
         space.set_coordinates(problem.theta.as_slice());
@@ -240,10 +232,34 @@ pub fn refine(space: &Space, experiments: &[Experiment], rows: &[Rows<'_>]) -> R
         }
         bar.inc(1);
     }
-    let problem = Problem::new(space.clone(), rows, weights);
-    let jacobian = problem.jacobian_here();
     bar.finish_and_clear();
-    Ok(Refined { space, theta: problem.theta.as_slice().to_vec(), residuals: problem.residuals, jacobian })
+    Ok(around(Problem::new(space, rows, weights)))
+}
+
+/// The residuals and their derivatives at given parameters, without refinement.
+///
+/// # Errors
+/// Data without a single usable row.
+pub fn as_it_is(space: &Space, rows: &[Rows<'_>]) -> Result<Refined> {
+    let problem = Problem::new(space.clone(), rows, signal_rms(rows));
+    usable(&problem)?;
+    let weights = problem.residual_rms();
+    Ok(around(Problem::new(space.clone(), rows, weights)))
+}
+
+fn usable(problem: &Problem<'_>) -> Result<()> {
+    if problem.residuals.is_empty() {
+        return Err(Error::usage(
+            "no sample of these recordings can be used",
+            "look at the warnings about gaps and clipping",
+        ));
+    }
+    Ok(())
+}
+
+fn around(problem: Problem<'_>) -> Refined {
+    let jacobian = problem.jacobian_here();
+    Refined { space: problem.space, residuals: problem.residuals, jacobian }
 }
 
 fn signal_rms(rows: &[Rows<'_>]) -> [f64; 2] {

@@ -382,6 +382,9 @@ impl Setup {
             .map(|(key, value)| (key.to_owned(), value)),
         );
         if chain.bits.is_some() {
+            for (name, places) in [("skew_i_a_s", 1.0), ("skew_omega_rad_s_s", 2.0)] {
+                metadata.insert(name.to_owned(), (places * chain.skew_s).to_string());
+            }
             for (name, channel) in ["range_u_v", "range_i_a", "range_omega_rad_s"].into_iter().zip(chain.channels) {
                 metadata.insert(name.to_owned(), format!("{} {}", channel.lowest, channel.highest));
             }
