@@ -7,3 +7,4 @@ pub mod identify;
 pub mod model;
 pub mod output;
 pub mod recording;
+pub mod report;

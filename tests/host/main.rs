@@ -1,0 +1,1 @@
+//! Tests of the host tool, a module per subject.
