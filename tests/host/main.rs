@@ -1,1 +1,5 @@
 //! Tests of the host tool, a module per subject.
+
+mod browser;
+mod report;
+mod synthetic_comparison;

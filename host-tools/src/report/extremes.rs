@@ -10,8 +10,16 @@ pub struct Extremes {
 }
 
 /// Samples per bucket so that `samples` become at most `points` points; 1: all samples fit as they are.
-pub fn bucket(samples: usize, points: usize) -> usize {
+fn bucket(samples: usize, points: usize) -> usize {
     if samples <= points { 1 } else { (2 * samples).div_ceil(points.max(2)) }
+}
+
+/// Samples from one point to the next after [`extremes`].
+pub fn step(samples: usize, points: usize) -> f64 {
+    match bucket(samples, points & !1) {
+        1 => 1.0,
+        width => width as f64 / 2.0,
+    }
 }
 
 /// Reduces a signal to at most `points` points (two at least). The minimum and the maximum of any run of whole buckets
@@ -19,11 +27,11 @@ pub fn bucket(samples: usize, points: usize) -> usize {
 pub fn extremes(signal: &[f64], points: usize) -> Extremes {
     // An odd count would leave half a bucket over.
     let width = bucket(signal.len(), points & !1);
+    let step = step(signal.len(), points);
     if width == 1 {
-        return Extremes { step: 1.0, points: signal.iter().map(|&v| v as f32).collect() };
+        return Extremes { step, points: signal.iter().map(|&v| v as f32).collect() };
     }
-    let points = signal.chunks(width).flat_map(first_and_last_extreme).collect();
-    Extremes { step: width as f64 / 2.0, points }
+    Extremes { step, points: signal.chunks(width).flat_map(first_and_last_extreme).collect() }
 }
 
 fn first_and_last_extreme(bucket: &[f64]) -> [f32; 2] {

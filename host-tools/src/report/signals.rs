@@ -5,7 +5,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use serde::Serialize;
 
-use super::extremes::extremes;
+use super::extremes::{extremes, step};
 use super::full_rate::{self, BLOCK, Scale};
 use super::numbers;
 use crate::compare::{RecordingComparison, Signal, Traces};
@@ -115,14 +115,14 @@ impl Signals {
             start_s: traces.start_s,
             sample_time_s: dt,
             samples,
-            step: extremes(&vec![0.0; samples], budget.points).step,
+            step: step(samples, budget.points),
             average: Average {
                 label: match traces.mains_period_s {
                     Some(_) => format!("over a mains period ({} ms)", numbers::figure(window_s * 1e3, 3)),
                     None => format!("over {} ms", numbers::figure(window_s * 1e3, 3)),
                 },
                 window_s: window as f64 * dt,
-                step: extremes(&vec![0.0; samples / window], budget.points).step,
+                step: step(samples / window, budget.points),
             },
             rows,
             uncounted_s: uncounted(traces, samples),
