@@ -71,6 +71,9 @@
   /** A time with as many decimals as the visible span calls for. */
   const seconds = (value, span) => value.toFixed(Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(span || 1)))));
 
+  /** Decimals that tell multiples of a round step apart. */
+  const decimals = (step) => Math.min(7, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+
   // ---------------------------------------------------------------- one recording
 
   class Recording {
@@ -292,7 +295,8 @@
       this.toolbar();
       this.panes = this.root.appendChild(make("div", { class: "panes" }));
       this.status = make("span", { class: "resolution", role: "status" });
-      const hint = "drag: zoom · double click: all · wheel (after a click): zoom · click: cursor A, shift-click: B · keys: ← → + − 0";
+      const hint = "drag: zoom · double click: all · wheel (after a click): zoom · click: cursor A, shift-click: B · keys: ← → + − 0, Esc: no cursors"
+        + (this.recording.uncounted_s.length ? " · grey: left out of the figures" : "");
       this.root.append(make("div", { class: "status" }, this.status, make("span", { class: "hint" }, hint)));
       this.between = this.root.appendChild(make("table", { class: "between", hidden: "" }));
       this.build();
@@ -315,14 +319,15 @@
       const bar = make("div", { class: "toolbar" }, this.viewButtons.average, this.viewButtons.wave,
         this.button("All", () => this.zoom(recording.start_s, recording.end_s), { "data-do": "all" }));
       for (const stretch of recording.stretches) {
-        bar.append(this.button(`Go to ${stretch.label}`, () => {
+        const label = stretch.label[0].toUpperCase() + stretch.label.slice(1);
+        bar.append(this.button(label, () => {
           this.show("wave");
           this.zoom(stretch.from_s, stretch.to_s);
-        }, { "data-do": stretch.label }));
+        }, { "data-do": stretch.label, title: `${number(stretch.from_s)} … ${number(stretch.to_s)} s` }));
       }
       bar.append(make("span", { class: "gap" }),
-        this.button("CSV of this range", () => this.exportCsv(), { "data-do": "csv" }),
-        this.button("PNG", () => this.exportPng(), { "data-do": "png" }));
+        this.button("CSV", () => this.exportCsv(), { "data-do": "csv", title: "The visible range as a table" }),
+        this.button("PNG", () => this.exportPng(), { "data-do": "png", title: "The plots as a picture" }));
       this.root.append(bar);
     }
 
@@ -360,10 +365,9 @@
       const font = "12px system-ui, sans-serif";
       const plot = new uPlot({
         width: Math.max(280, this.panes.clientWidth),
-        height: height + (isLast ? 26 : 0),
-        padding: [6, 14, 0, 0],
+        height: height + (isLast ? 34 : 0),
+        padding: [6, 20, 0, 0],
         legend: { show: false },
-        // Drawn by hand: the residual needs its zero line, and a bad fit must not be hidden by a fixed range.
         scales: { x: { time: false, range: () => [this.from, this.to] }, y: { range: (_, low, high) => this.rangeOf(low, high) } },
         cursor: {
           sync: { key: this.root.id, setSeries: false },
@@ -372,8 +376,9 @@
           points: { size: 6 },
         },
         axes: [
-          { ...axis, font, labelFont: font, size: isLast ? 30 : 24, label: isLast ? "time, s" : undefined, labelSize: 20, values: (_, ticks) => ticks.map((tick) => seconds(tick, (this.to - this.from) / 4)) },
-          { ...axis, font, labelFont: font, size: AXIS_WIDTH - 20, label, labelSize: 20, values: (_, ticks) => ticks.map((tick) => number(tick, 5)) },
+          { ...axis, font, labelFont: font, size: isLast ? 26 : 8, space: 80, label: isLast ? "time, s" : undefined, labelSize: 20,
+            values: (_, ticks, axisIndex, space, step) => ticks.map((tick) => (isLast ? tick.toFixed(decimals(step)) : "")) },
+          { ...axis, font, labelFont: font, size: AXIS_WIDTH - 20, space: 28, label, labelSize: 20, values: (_, ticks) => ticks.map((tick) => number(tick, 5)) },
         ],
         series: [{}, ...traces.map(({ trace }) => ({
           label: legend(trace, this.view), stroke: colour(TRACE_COLOURS[trace.role]), width: 1.25, points: { show: false }, spanGaps: false,

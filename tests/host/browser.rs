@@ -214,10 +214,14 @@ impl Browser {
     }
 }
 
+/// Script that copies the canvas `c` into `ctx`: reading pixels back would change how the original is drawn.
+const COPY: &str = "const copy = new OffscreenCanvas(c.width, c.height); \
+    const ctx = copy.getContext('2d', { willReadFrequently: true }); ctx.drawImage(c, 0, 0);";
+
 /// Share of a canvas' pixels, in per cent, that were drawn on.
 fn drawn(selector: &str) -> String {
     format!(
-        "const c = document.querySelector({selector:?}); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
+        "const c = document.querySelector({selector:?}); {COPY} const d = ctx.getImageData(0, 0, c.width, c.height).data; \
          let n = 0; for (let k = 3; k < d.length; k += 4) n += d[k] > 0; return 400 * n / d.length"
     )
 }
@@ -275,8 +279,19 @@ async fn the_report_works_without_a_network() {
     browser.click("[data-view=wave]").await;
     browser.wait_for("return document.querySelector('.signals').dataset.exact === 'false'").await;
     assert!(browser.text(".resolution").await.contains("zoom in for each sample"));
-    let ticks = "return Math.max(...[...document.querySelectorAll('.signals canvas')].map((c) => c.height))";
-    assert!(browser.number(ticks).await > 0.0);
+    let spike_s = SPIKE.0 as f64 * SAMPLE_TIME_S;
+    // Without the spike the current stays below 13 A; the axis goes to 43 A, so nothing else is blue in its upper third.
+    let blue_near = |time_s: f64| {
+        format!(
+            "const pane = document.querySelector('[data-pane=current]'), c = pane.querySelector('canvas'); \
+             const o = pane.querySelector('.u-over'), at = c.getBoundingClientRect(), in_ = o.getBoundingClientRect(); \
+             const x = in_.left - at.left + {time_s} / {SECONDS} * in_.width, top = in_.top - at.top; \
+             {COPY} const d = ctx.getImageData(x - 3, top, 7, in_.height / 3).data; \
+             let n = 0; for (let k = 0; k < d.length; k += 4) n += d[k + 3] > 100 && d[k + 2] - d[k] > 60; return n"
+        )
+    };
+    assert!(browser.number(&blue_near(spike_s)).await > 20.0, "the spike is drawn");
+    assert_eq!(browser.number(&blue_near(spike_s + 2.0)).await, 0.0);
 
     // A drag zooms all plots alike.
     let ((x1, y), (x2, _)) = (browser.point(over, 0.3, 0.5).await, browser.point(over, 0.5, 0.5).await);
@@ -316,7 +331,6 @@ async fn the_report_works_without_a_network() {
     browser.click("[data-do='largest current error']").await;
     browser.wait_for("return document.querySelector('.signals').dataset.exact === 'true'").await;
     let (from, end) = browser.range().await;
-    let spike_s = SPIKE.0 as f64 * SAMPLE_TIME_S;
     assert!((end - from - 0.2).abs() < 1e-9);
     let (ax, y) = browser.point(over, 0.25, 0.4).await;
     let (bx, _) = browser.point(over, 0.75, 0.4).await;
@@ -391,6 +405,12 @@ async fn the_report_works_without_a_network() {
     assert!(tip.contains("mean error") && tip.contains(" samples") && tip.contains("rad/s"), "{tip}");
 
     browser.assert_quiet().await;
+    // The policy holds against a script that got in, and the console is heard.
+    let intruder = "const s = document.createElement('script'); s.textContent = 'window.intruder = 1'; \
+                    document.head.append(s); return window.intruder ?? null";
+    assert_eq!(browser.run(intruder).await, Value::Null);
+    let log = browser.client.issue_cmd(Own("se/log", json!({ "type": "browser" }))).await.expect("the log");
+    assert!(log.to_string().contains("Content Security Policy"), "{log}");
     browser.close().await;
 }
 
@@ -430,6 +450,57 @@ async fn dark_print_and_a_drive_without_voltage() {
     assert!(label.as_str().is_some_and(|l| l.starts_with("Force of <img")), "{label}");
     assert_eq!(browser.client.title().await.expect("a title"), "Servo");
     browser.screenshot("servo.png").await;
+    browser.assert_quiet().await;
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn what_is_not_stored_at_full_rate_is_said() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    // White noise does not pack: a minute of it exceeds the budget.
+    let mut noisy = traces(60.0);
+    let mut state = 1u32;
+    for signal in
+        [&mut noisy.measured_current, &mut noisy.measured_speed, &mut noisy.voltage, &mut noisy.modelled_speed]
+    {
+        for sample in signal {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *sample += f64::from(state >> 8) / 1e6;
+        }
+    }
+    let c = comparison(vec![recording("noisy.csv", noisy)]);
+    let page = folder.path().join("noisy.html");
+    Report::new("Noise")
+        .comparison("Noise", &c, &model(Motion::Rotary))
+        .write(&page, false)
+        .expect("the report is written");
+    let size = std::fs::metadata(&page).expect("the report").len();
+    assert!(size < 5_000_000, "{size} bytes");
+
+    let browser = Browser::open(&page).await;
+    let blocks = "JSON.parse(document.querySelector('.signals script').textContent).full_rate.blocks";
+    // Away from the edges, where there is room for the mouse on both sides.
+    let dropped = browser.number(&format!("return {blocks}.findIndex((b, k) => b === null && k > 60)")).await;
+    assert!(dropped >= 0.0, "the budget leaves something out");
+    browser.click("[data-view=wave]").await;
+    let share = (dropped + 0.5) * 4096.0 * SAMPLE_TIME_S / 60.0;
+    let (x, y) = browser.point("[data-pane=current] .u-over", share, 0.5).await;
+    let still = Some(Duration::from_millis(10));
+    let to = |x: i64| PointerAction::MoveTo { duration: still, x: x as f64, y: y as f64 };
+    let (press, release) = (PointerAction::Down { button: 0 }, PointerAction::Up { button: 0 });
+    browser.mouse(vec![to(x - 12), press.clone(), to(x), to(x + 12), release.clone()]).await;
+    browser.wait_for("return document.querySelector('.resolution').textContent.includes('stored only')").await;
+    assert_eq!(browser.run("return document.querySelector('.signals').dataset.exact").await, json!("false"));
+    assert!(browser.number(&drawn("[data-pane=current] canvas")).await > 5.0, "the extremes are drawn");
+    // No mean and no RMS from extremes, which would be wrong.
+    let shift = |action: KeyAction| KeyActions::new("keys".into()).then(action);
+    browser.mouse(vec![to(x - 300), press.clone(), release.clone()]).await;
+    browser.client.perform_actions(shift(KeyAction::Down { value: '\u{e008}' })).await.expect("shift goes down");
+    browser.mouse(vec![to(x + 300), press, release]).await;
+    browser
+        .wait_for("return document.querySelector('.between').innerText.includes('not every sample is stored')")
+        .await;
+    assert_eq!(browser.text(".between [data-trace=i_a] td:last-child").await, "–");
     browser.assert_quiet().await;
     browser.close().await;
 }

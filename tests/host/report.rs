@@ -1,6 +1,7 @@
 //! The report's file: well formed, whole in itself, safe against hostile names, within its size.
 
 use greyrig_host::compare::{Comparison, PerSignal};
+use greyrig_host::model::{EffectEntry, Parameter, Status};
 use greyrig_host::recording::Motion;
 use greyrig_host::report::figures::error_falling;
 use greyrig_host::report::{Curves, Report, SIGNAL_BUDGET, Step, Table, extremes};
@@ -64,7 +65,9 @@ fn assert_well_formed(page: &str) {
 
 #[test]
 fn a_full_report_is_well_formed_and_whole_in_itself() {
-    let (before, m) = (comparison(vec![recording("a.csv", traces(3.0))]), model(Motion::Rotary));
+    let (before, mut m) = (comparison(vec![recording("a.csv", traces(3.0))]), model(Motion::Rotary));
+    let offset = Parameter { value: 0.003, unit: "N m".into(), ci95: Some([0.002, 0.004]), status: Status::Identified };
+    m.effects.push(EffectEntry { id: "torque_offset".into(), parameters: [("offset".to_owned(), offset)].into() });
     let after = comparison(vec![recording("b.csv", traces(2.0))]);
     let page = Report::new("Type 462")
         .lead("First sentence.")

@@ -28,6 +28,10 @@ pub fn markup(number: usize, comparison: &Comparison, model: &Model, budget: Bud
     html! {
         (headline(comparison, motion))
         (warnings(comparison))
+        h3 { "Recording by recording" }
+        (figures(comparison, motion))
+        h3 { "Parameters" }
+        (parameters(model))
         h3 { "Where it fails" }
         (regions(comparison, motion))
         h3 { "Signals" }
@@ -54,10 +58,6 @@ pub fn markup(number: usize, comparison: &Comparison, model: &Model, budget: Bud
                 }
             }
         }
-        h3 { "Parameters" }
-        (parameters(model))
-        h3 { "All figures" }
-        (figures(comparison, motion))
     }
 }
 
@@ -86,6 +86,7 @@ fn card(comparison: &Comparison, quantity_: Signal, esr: Option<f64>, motion: Mo
     let floor = of(&comparison.noise_floor, quantity_);
     let structured = of(&comparison.structured, quantity_);
     let against_floor = match (esr, floor) {
+        (None, Some(_)) => "too little signal above the noise for a ratio".to_owned(),
         (Some(esr), Some(floor)) if floor > 0.0 && esr <= 1.2 * floor => {
             "at the noise floor: nothing is left to explain".to_owned()
         }
@@ -140,8 +141,8 @@ fn regions(comparison: &Comparison, motion: Motion) -> Markup {
         div.scroll { table {
             caption { "Worst first" }
             thead { tr {
-                th scope="col" { "Region" } th scope="col" { "Signal" } th scope="col" { "RMS error" } th scope="col" { "Mean error" }
-                th scope="col" { "Times average" } th scope="col" { "Share of squared error" }
+                th scope="col" { "Region" } th scope="col" { "Signal" } th.number scope="col" { "RMS error" } th.number scope="col" { "Mean error" }
+                th.number scope="col" { "Times average" } th.number scope="col" { "Share of squared error" }
             } }
             tbody { @for region in &comparison.regions {
                 @let text = signal(region.quantity, motion);
@@ -188,8 +189,8 @@ fn parameters(model: &Model) -> Markup {
         div.scroll { table {
             caption { "Kind " (model.kind) @if let Some(motor) = &model.motor { ", motor type " (motor) } }
             thead { tr {
-                th scope="col" { "Parameter" } th scope="col" { "Meaning" } th scope="col" { "Value" } th scope="col" { "95 % interval" }
-                th scope="col" { "Half width" } th scope="col" { "Unit" } th scope="col" { "Status" }
+                th scope="col" { "Parameter" } th scope="col" { "Meaning" } th.number scope="col" { "Value" } th.number scope="col" { "95 % interval" }
+                th.number scope="col" { "Half width" } th scope="col" { "Unit" } th scope="col" { "Status" }
             } }
             tbody {
                 @for (name, parameter) in base { (parameter_row(name, meaning(name, model.motion), parameter)) }
@@ -248,13 +249,13 @@ fn figures(comparison: &Comparison, motion: Motion) -> Markup {
         .collect();
     html! {
         div.scroll { table.wide {
-            caption { "Recording by recording. Free run: only the voltage drives the model. Structured: the other measured signal is imposed." }
+            caption { "Free run: only the voltage drives the model. Structured: the other measured signal is imposed." }
             thead {
                 tr { th rowspan="2" scope="col" { "Recording" } @for s in &shown {
                     th colspan="4" scope="colgroup" { (capital(signal(*s, motion).name)) } } }
                 tr { @for s in &shown {
-                    th scope="col" { "RMS, " (signal(*s, motion).unit) } th scope="col" { "Free run" } th scope="col" { "Structured" }
-                    th scope="col" { "Noise floor" }
+                    th.number scope="col" { "RMS, " (signal(*s, motion).unit) } th.number scope="col" { "Free run" } th.number scope="col" { "Structured" }
+                    th.number scope="col" { "Noise floor" }
                 } }
             }
             tbody {
@@ -278,7 +279,8 @@ fn figures(comparison: &Comparison, motion: Motion) -> Markup {
         } }
         @if comparison.one_step != PerSignal::default() {
             p { "One step ahead, the voltage balance is off by " (percent(of(&comparison.one_step, Signal::Current)))
-                " of the voltage's RMS, and the torque balance by " (percent(of(&comparison.one_step, Signal::Speed))) " of the torque's." }
+                " of the voltage's RMS, and the " (signal(Signal::Torque, motion).name) " balance by "
+                (percent(of(&comparison.one_step, Signal::Speed))) " of the " (signal(Signal::Torque, motion).name) "'s." }
         }
     }
 }

@@ -2,9 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::numbers::{capital, percent, signal};
+use super::numbers::{capital, percent};
 use crate::compare::{PerSignal, Signal};
-use crate::recording::Motion;
 
 /// A state of the model on the way to a better one.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +33,14 @@ const PANEL: f64 = 300.0;
 /// Room to the right of the longest bar for its figure.
 const FIGURE: f64 = 70.0;
 
+fn name(signal: Signal) -> &'static str {
+    match signal {
+        Signal::Current => "current",
+        Signal::Speed => "speed",
+        Signal::Torque => "torque or force",
+    }
+}
+
 /// The drawing, with its own style sheet where it stands alone.
 pub(super) fn drawing(steps: &[Step], floor: PerSignal, alone: bool) -> Markup {
     type Get = fn(&PerSignal) -> Option<f64>;
@@ -51,9 +58,7 @@ pub(super) fn drawing(steps: &[Step], floor: PerSignal, alone: bool) -> Markup {
         .map(|s| {
             let values: Vec<String> = shown
                 .iter()
-                .map(|(signal_, get)| {
-                    format!("{} {}", signal(*signal_, Motion::Rotary).name, percent(finite(get(&s.esr))))
-                })
+                .map(|(signal_, get)| format!("{} {}", name(*signal_), percent(finite(get(&s.esr)))))
                 .collect();
             format!("{}: {}", s.label, values.join(", "))
         })
@@ -70,7 +75,7 @@ pub(super) fn drawing(steps: &[Step], floor: PerSignal, alone: bool) -> Markup {
                 @let largest = steps.iter().filter_map(|s| finite(get(&s.esr))).chain(finite(get(&floor))).fold(0.0, f64::max);
                 @let scale = if largest > 0.0 { (PANEL - FIGURE) / largest } else { 0.0 };
                 g transform=(format!("translate({left:.1} 0)")) {
-                    text.name x="0" y="18" { (capital(signal(*quantity, Motion::Rotary).name)) " error to signal" }
+                    text.name x="0" y="18" { (capital(name(*quantity))) " error to signal" }
                     @for (row, step) in steps.iter().enumerate() {
                         @let y = TOP + PITCH * row as f64;
                         @match finite(get(&step.esr)) {

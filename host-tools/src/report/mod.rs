@@ -17,7 +17,7 @@
 //! every script but the two that belong to the report. The same input gives the same bytes.
 //!
 //! # Size
-//! [`SIGNAL_BUDGET`] bounds the signals of the whole report, whatever the number and length of the recordings. A sixth
+//! [`SIGNAL_BUDGET`] bounds the signals of the whole report, whatever the number and length of the recordings. A quarter
 //! of it goes to overviews (the smallest and the largest sample of each of up to 2000 buckets per trace), the rest to
 //! samples at full rate: first the stretches with the largest and with typical errors, then block by block, the largest
 //! error first. 60 s of voltage, current and speed at 10 kHz behind a 250 Hz filter fit whole. Where a stretch is not
@@ -46,7 +46,7 @@ use crate::error::Result;
 use crate::model::{Model, Origin};
 use crate::output;
 use chart::{Axis, Frame};
-use numbers::{figure, percent};
+use numbers::{percent, rounded};
 use signals::Budget;
 
 const UPLOT_JS: &str = include_str!("../../assets/uPlot.iife.min.js");
@@ -237,8 +237,8 @@ impl<'a> Report<'a> {
         let recordings = self.comparisons().map(|(_, c, _)| c.per_recording.len()).sum::<usize>().max(1);
         let each = SIGNAL_BUDGET / recordings;
         // Up to 15 traces (3 rows, measured, modelled and residual, some of them averaged), 5.4 characters a point.
-        let points = (each / 6 / 81).clamp(200, 4000);
-        Budget { points, full_rate: each * 5 / 6 }
+        let points = (each / 4 / 81).clamp(200, 4000);
+        Budget { points, full_rate: each * 3 / 4 }
     }
 
     fn side_by_side(&self) -> Markup {
@@ -254,9 +254,9 @@ impl<'a> Report<'a> {
                     caption { "Error-to-signal ratio in free run, and the noise floor" }
                     thead { tr {
                         th scope="col" { "Model" }
-                        th scope="col" { "Current" } th scope="col" { "its floor" }
-                        th scope="col" { "Speed" } th scope="col" { "its floor" }
-                        @if torque { th scope="col" { "Torque" } th scope="col" { "its floor" } }
+                        th.number scope="col" { "Current" } th.number scope="col" { "its floor" }
+                        th.number scope="col" { "Speed" } th.number scope="col" { "its floor" }
+                        @if torque { th.number scope="col" { "Torque or force" } th.number scope="col" { "its floor" } }
                         th scope="col" { "Fails most" }
                     } }
                     tbody { @for (heading, c, _) in &all { tr {
@@ -286,7 +286,7 @@ impl<'a> Report<'a> {
                         dt { "Kind" } dd { (model.kind) }
                         @if let Some(motor) = &model.motor { dt { "Motor type" } dd { (motor) } }
                         dt { "Filter" }
-                        dd { "Butterworth low-pass of order " (model.filter.order) ", cut-off " (figure(model.filter.cutoff_hz, 4)) " Hz" }
+                        dd { "Butterworth low-pass of order " (model.filter.order) ", cut-off " (rounded(model.filter.cutoff_hz)) " Hz" }
                         @if !model.provenance.method.is_empty() { dt { "Identified by" } dd { (model.provenance.method) } }
                         @if !model.provenance.greyrig.is_empty() { dt { "Model written by" } dd { "greyrig " (model.provenance.greyrig) } }
                     }
@@ -320,11 +320,11 @@ fn origins(caption: &str, recordings: &[Origin]) -> Markup {
     html! {
         div.scroll { table {
             caption { (caption) }
-            thead { tr { th scope="col" { "File" } th scope="col" { "Samples" } th scope="col" { "Interval" } th scope="col" { "SHA-256" } } }
+            thead { tr { th scope="col" { "File" } th.number scope="col" { "Samples" } th.number scope="col" { "Interval" } th scope="col" { "SHA-256" } } }
             tbody { @for r in recordings { tr {
                 th scope="row" { (r.file) }
                 td.number { (r.samples) }
-                td.number { (figure(r.sample_time_s * 1e6, 4)) " µs" }
+                td.number { (rounded(r.sample_time_s * 1e6)) " µs" }
                 td.hash { (r.sha256) }
             } } }
         } }

@@ -16,12 +16,22 @@ pub fn figure(value: f64, digits: usize) -> String {
     }
     let exponent = value.abs().log10().floor() as i32;
     let digits = digits.max(1);
-    if (-4..6).contains(&exponent) {
+    if (-3..6).contains(&exponent) {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         format!("{value:.decimals$}")
     } else {
         let decimals = digits - 1;
         format!("{value:.decimals$e}")
+    }
+}
+
+/// A setting, four digits at most and no zeros at the end: 250, 0.02.
+pub fn rounded(value: f64) -> String {
+    let text = figure(value, 4);
+    if text.contains('.') && !text.contains('e') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
     }
 }
 
@@ -105,10 +115,10 @@ pub fn axis(axis: &str, motion: Motion) -> (String, &'static str) {
     let speed = signal(Signal::Speed, motion);
     match axis {
         "i_a" => ("current i".into(), "A"),
-        "abs_i_a" => ("magnitude of the current |i|".into(), "A"),
+        "abs_i_a" => ("current magnitude |i|".into(), "A"),
         "omega_rad_s" => (format!("speed {}", speed.symbol), speed.unit),
         "u_v" => ("voltage u".into(), "V"),
-        "di_dt_sign" => ("direction of the current's change di/dt".into(), ""),
+        "di_dt_sign" => ("sign of di/dt".into(), ""),
         "mains_phase_deg" => ("mains phase".into(), "°"),
         "t_s" => ("time t".into(), "s"),
         other => (other.into(), ""),

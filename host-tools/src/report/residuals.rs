@@ -78,9 +78,9 @@ pub fn profile_table(profiles: &[&Profile], motion: Motion) -> Markup {
         details {
             summary { "Figures behind these plots" }
             div.scroll { table {
-                thead { tr { th scope="col" { "Sorted by" } th scope="col" { "From" } th scope="col" { "To" }
-                    th scope="col" { "Unit" } th scope="col" { "Samples" } th scope="col" { "Mean error" }
-                    th scope="col" { "RMS error" } th scope="col" { "Error in" } } }
+                thead { tr { th scope="col" { "Sorted by" } th.number scope="col" { "From" } th.number scope="col" { "To" }
+                    th scope="col" { "Unit" } th.number scope="col" { "Samples" } th.number scope="col" { "Mean error" }
+                    th.number scope="col" { "RMS error" } th scope="col" { "Error in" } } }
                 tbody {
                     @for p in profiles {
                         @let (name, unit) = axis(p.axis, motion);

@@ -118,8 +118,8 @@ impl Signals {
             step: step(samples, budget.points),
             average: Average {
                 label: match traces.mains_period_s {
-                    Some(_) => format!("over a mains period ({} ms)", numbers::figure(window_s * 1e3, 3)),
-                    None => format!("over {} ms", numbers::figure(window_s * 1e3, 3)),
+                    Some(_) => format!("over a mains period ({} ms)", numbers::rounded(window_s * 1e3)),
+                    None => format!("over {} ms", numbers::rounded(window_s * 1e3)),
                 },
                 window_s: window as f64 * dt,
                 step: step(samples / window, budget.points),
