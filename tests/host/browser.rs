@@ -1,7 +1,8 @@
 //! The report in a real browser, Chromium through chromedriver: it opens from a file with the network cut off, draws,
 //! zooms, measures and exports.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -47,7 +48,12 @@ impl Driver {
 
 impl Drop for Driver {
     fn drop(&mut self) {
-        // Nothing to do about a driver that has gone already.
+        // Asked politely, it takes its browser along even when a test has failed. Nothing to do where it has gone already.
+        if let Ok(mut connection) = TcpStream::connect(("127.0.0.1", self.port)) {
+            let _ = connection.write_all(b"GET /shutdown HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+            let _ = connection.set_read_timeout(Some(Duration::from_secs(5)));
+            let _ = connection.read(&mut [0; 64]);
+        }
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
