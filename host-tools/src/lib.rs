@@ -9,4 +9,5 @@ pub mod mains;
 pub mod model;
 pub mod output;
 pub mod recording;
+pub mod report;
 pub mod rig;

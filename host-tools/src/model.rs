@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Place, Result};
 use crate::output;
-use crate::recording::Motion;
+use crate::recording::{Motion, Recording};
 
 /// Version of the file's layout.
 pub const SCHEMA: u32 = 1;
@@ -170,6 +170,17 @@ pub struct Origin {
     pub samples: usize,
     /// Sampling interval, s.
     pub sample_time_s: f64,
+}
+
+impl From<&Recording> for Origin {
+    fn from(r: &Recording) -> Self {
+        Self {
+            file: r.path.display().to_string(),
+            sha256: r.sha256.clone(),
+            samples: r.len(),
+            sample_time_s: r.sample_time_s,
+        }
+    }
 }
 
 /// Where the model comes from.

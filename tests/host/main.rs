@@ -1,6 +1,9 @@
-//! Tests of the host tool.
+//! Tests of the host tool, a module per subject.
 
 mod bad_input;
+mod browser;
 mod recording;
 mod recording_mutation;
+mod report;
 mod rig;
+mod synthetic_comparison;

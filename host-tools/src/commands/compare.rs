@@ -7,8 +7,9 @@ use super::input::Input;
 use super::words;
 use crate::compare::compare;
 use crate::error::Result;
-use crate::model::Model;
+use crate::model::{Model, Origin};
 use crate::output;
+use crate::report::Report;
 
 /// Model against measurement, and where the model fails.
 #[derive(Debug, clap::Args)]
@@ -41,6 +42,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let recordings = args.input.load()?;
     let comparison = compare(&model, &recordings)?;
+    if let Some(path) = &args.report {
+        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        let name = model.motor.as_deref().unwrap_or("motor");
+        Report::new(format!("{name}: model against measurement"))
+            .comparison("Model against measurement", &comparison, &model)
+            .recordings(&files)
+            .write(path, args.force)?;
+        eprintln!("report: {}", path.display());
+    }
     if args.json {
         output::print_json("compare", &args.input.names(), &comparison)?;
     } else {

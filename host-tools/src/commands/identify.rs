@@ -59,7 +59,8 @@ fn parse_bound(text: &str) -> std::result::Result<(String, f64, f64), String> {
     let fail = || format!("{text:?} is not NAME=LEAST:GREATEST, such as J=1e-4:3e-4");
     let (name, range) = text.split_once('=').ok_or_else(fail)?;
     let (low, high) = range.split_once(':').ok_or_else(fail)?;
-    Ok((name.trim().to_owned(), low.trim().parse().map_err(|_| fail())?, high.trim().parse().map_err(|_| fail())?))
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(fail);
+    Ok((name.trim().to_owned(), number(low)?, number(high)?))
 }
 
 /// Runs the command.

@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod convert;
+pub mod demo;
 pub mod identify;
 mod input;
 pub mod simulate;
@@ -26,6 +27,8 @@ pub struct Cli {
 /// All subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// The whole story on built-in data, without hardware.
+    Demo(demo::Args),
     /// Physical parameters from recordings, with 95 % intervals.
     Identify(identify::Args),
     /// Model against measurement, and where it fails.
@@ -43,6 +46,7 @@ impl Command {
     /// Whatever the user has to act on.
     pub fn run(&self) -> Result<ExitCode> {
         match self {
+            Self::Demo(args) => demo::run(args),
             Self::Identify(args) => identify::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Convert(args) => convert::run(args),

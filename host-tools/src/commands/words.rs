@@ -58,20 +58,18 @@ pub fn parameters(identification: &Identification) -> String {
 /// Error-to-signal ratios next to the noise floor, recording by recording.
 pub fn errors(comparison: &Comparison) -> String {
     let torque = comparison.esr.torque.is_some();
-    let signals: &[(&str, fn(&PerSignal) -> Option<f64>)] = if torque {
-        &[("torque", |p| p.torque), ("speed", |p| p.speed)]
-    } else {
-        &[("current", |p| p.current), ("speed", |p| p.speed)]
-    };
+    type Pick = fn(&PerSignal) -> Option<f64>;
+    let first: (&str, Pick) = if torque { ("torque", |p| p.torque) } else { ("current", |p| p.current) };
+    let signals: [(&str, Pick); 2] = [first, ("speed", |p| p.speed)];
     let mut header = vec!["error-to-signal ratio".to_owned()];
-    for (name, _) in signals {
+    for (name, _) in &signals {
         header.push((*name).to_owned());
         header.push("noise floor".to_owned());
     }
     let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
     let mut row = |name: &str, esr: &PerSignal, floor: &PerSignal| {
         let mut cells = vec![Cell::new(name)];
-        for (_, of) in signals {
+        for (_, of) in &signals {
             cells.push(right(percent(of(esr))));
             cells.push(right(percent(of(floor))));
         }

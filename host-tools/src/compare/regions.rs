@@ -133,7 +133,7 @@ fn residual(t: &Traces, signal: Signal, n: usize) -> Option<f64> {
 
 fn edges(axis: Axis, values: &[f64]) -> Option<Vec<f64>> {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-    if !(high > low) {
+    if high <= low || values.is_empty() {
         return None;
     }
     let bins = if axis == Axis::CurrentSlope { 2 } else { BINS };

@@ -168,7 +168,7 @@ fn build_space(settings: &Settings) -> Result<Space> {
     }
     for (name, low, high) in &settings.bounds {
         let entry = space.get_mut(name).ok_or_else(|| unknown(name))?;
-        if !(low < high) || (entry.positive && *low <= 0.0) {
+        if low >= high || (entry.positive && *low <= 0.0) {
             return Err(Error::usage(
                 format!("{low} to {high} is no range for {name}"),
                 "give the smaller number first; R, L, K and J are positive",
@@ -240,12 +240,12 @@ fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Re
         let block = block_length_s(correlation, total);
         let blocks = numbered(columns.times.iter().map(|(r, t)| (*r, (t / block) as usize)));
         let covariance = covariance(&columns.matrix, &residuals, &blocks);
-        if let Some(weakness) = covariance.as_ref().and_then(|c| identifiability::of_columns(&space, &columns, c)) {
-            if weaknesses.len() < p {
-                identifiability::close(&mut space, &weakness);
-                weaknesses.push(weakness);
-                continue;
-            }
+        if let Some(weakness) = covariance.as_ref().and_then(|c| identifiability::of_columns(&space, &columns, c))
+            && weaknesses.len() < p
+        {
+            identifiability::close(&mut space, &weakness);
+            weaknesses.push(weakness);
+            continue;
         }
         let esr = BTreeMap::from([("torque".to_owned(), residuals.norm() / columns.target.norm())]);
         return Ok(Outcome { space, covariance, weaknesses, method: "inverse dynamics", esr });
@@ -457,15 +457,7 @@ fn report(
             greyrig: env!("CARGO_PKG_VERSION").to_owned(),
             method: method.to_owned(),
             esr,
-            recordings: recordings
-                .iter()
-                .map(|r| Origin {
-                    file: r.path.display().to_string(),
-                    sha256: r.sha256.clone(),
-                    samples: r.len(),
-                    sample_time_s: r.sample_time_s,
-                })
-                .collect(),
+            recordings: recordings.iter().map(Origin::from).collect(),
         },
     };
     Identification { model, parameters, condition: covariance.map(|c| c.condition), notes }

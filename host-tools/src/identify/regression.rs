@@ -48,11 +48,6 @@ impl Regression {
         self.target.push(target);
     }
 
-    /// Number of rows.
-    pub fn len(&self) -> usize {
-        self.target.len()
-    }
-
     /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than twice as
     /// many rows as unknowns or a column says nothing.
     pub fn solve(&self, space: &Space) -> Option<Vec<(&'static str, f64)>> {
