@@ -54,7 +54,10 @@ pub fn write_file(path: &Path, force: bool, write: impl FnOnce(&mut dyn Write) -
         return write(&mut out).and_then(|()| out.flush()).map_err(|e| Error::io(path, e));
     }
     let fail = |e: std::io::Error| Error::io(path, e);
-    let mut temporary = tempfile::Builder::new().prefix(".greyrig-").tempfile_in(folder).map_err(fail)?;
+    let mut temporary = tempfile::Builder::new().prefix(".greyrig-").tempfile_in(folder).map_err(|e| {
+        // The temporary file's own name would only puzzle.
+        fail(e.kind().into())
+    })?;
     {
         let mut out = BufWriter::new(temporary.as_file_mut());
         write(&mut out).and_then(|()| out.flush()).map_err(fail)?;

@@ -12,6 +12,7 @@ use crate::identify::{self, Identification, Method, Settings};
 use crate::model::{Kind, Origin};
 use crate::output;
 use crate::recording::Recording;
+use crate::report::figures::error_falling;
 use crate::report::{Report, Step};
 use crate::rig::Setup;
 
@@ -26,6 +27,9 @@ pub struct Args {
     /// Report to write [default: greyrig-demo.html, with a number if that exists]
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Picture of the errors to write, SVG
+    #[arg(long, value_name = "FILE.svg")]
+    figure: Option<PathBuf>,
     /// Noise and motor of the virtual rig
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -87,6 +91,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     say(&words::regions(&last.held_out))?;
 
     let steps: Vec<Step> = attempts.iter().map(|a| Step { label: a.label.to_owned(), esr: a.held_out.esr }).collect();
+    if let Some(path) = &args.figure {
+        output::write_file(path, args.force, |out| out.write_all(error_falling(&steps, floor).as_bytes()))?;
+    }
     let files: Vec<Origin> = training.iter().chain(&held_out).map(Origin::from).collect();
     Report::new("A motor with a hidden effect")
         .lead("What the physical model alone explains of a motor whose flux saturates, and where it fails.")

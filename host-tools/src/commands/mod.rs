@@ -1,6 +1,7 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
 pub mod compare;
+pub mod completions;
 pub mod convert;
 pub mod demo;
 pub mod identify;
@@ -35,6 +36,8 @@ pub enum Command {
     Compare(compare::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
+    /// Completion script for a shell.
+    Completions(completions::Args),
     /// Run a virtual rig and write what it records.
     Simulate(simulate::Args),
 }
@@ -49,6 +52,7 @@ impl Command {
             Self::Demo(args) => demo::run(args),
             Self::Identify(args) => identify::run(args),
             Self::Compare(args) => compare::run(args),
+            Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),
             Self::Simulate(args) => simulate::run(args),
         }

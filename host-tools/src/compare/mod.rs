@@ -14,6 +14,9 @@ use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::model::Model;
 use crate::recording::Recording;
 
+/// An error within this factor of the noise floor is noise.
+const AT_THE_FLOOR: f64 = 1.3;
+
 /// Compares a model with recordings.
 ///
 /// # Errors
@@ -21,8 +24,9 @@ use crate::recording::Recording;
 pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     let experiments: Vec<Experiment> =
         recordings.iter().map(|r| Experiment::new(r, &model.filter)).collect::<Result<_>>()?;
-    for e in &experiments {
+    for (e, recording) in experiments.iter().zip(recordings) {
         require(model, e)?;
+        same_type(model, recording)?;
     }
     let refused = |error| Error::usage(format!("the model cannot be run: {error}"), "check its parameters");
     let mut single_model = model.clone();
@@ -70,11 +74,17 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     let floors: Vec<PerSignal> = parts.iter().map(|p| p.floor.rms).collect();
     let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
     let traces: Vec<&Traces> = parts.iter().map(|p| &p.traces).collect();
-    let (profiles, regions) = regions::profiles(&traces);
+    let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion);
+    let (esr, noise_floor) = (ratio(&all_errors, &floors), floor_ratio(&floors, &all_errors));
+    regions.retain(|r| {
+        let (error, floor) = (esr.of(r.quantity), noise_floor.of(r.quantity));
+        // What stands out of pure noise says nothing about the model.
+        error.zip(floor).is_none_or(|(error, floor)| error > AT_THE_FLOOR * floor)
+    });
     let structured = merge(parts.iter().map(|p| p.structured));
     Ok(Comparison {
-        esr: ratio(&all_errors, &floors),
-        noise_floor: floor_ratio(&floors, &all_errors),
+        esr,
+        noise_floor,
         noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),
         structured: relative(&structured, &all_errors),
         one_step: one_step_ratio(&parts),
@@ -124,6 +134,18 @@ fn require(model: &Model, e: &Experiment) -> Result<()> {
         format!("the model has no {}, which this recording needs", missing.join(", ")),
         "identify it from recordings that hold the missing side, or give it with --fix",
     ))
+}
+
+/// A recording that says which motor type it is of has to be of the model's.
+fn same_type(model: &Model, recording: &Recording) -> Result<()> {
+    match (&model.motor, recording.metadata.get("motor")) {
+        (Some(expected), Some(found)) if expected != found => Err(Error::input(
+            Place::file(&recording.path),
+            format!("this is a recording of motor type {found:?}, and the model is of type {expected:?}"),
+            "take the model of this type, or identify one",
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn sums(model: &[f64], measured: &[f64], counted: impl Fn(usize) -> bool) -> Option<Sums> {

@@ -1,6 +1,7 @@
 //! Where the model fails: the residual sorted by what the motor was doing.
 
 use super::result::{Map, Profile, Region, Signal, Traces};
+use crate::recording::Motion;
 
 /// Bins along an axis.
 const BINS: usize = 12;
@@ -58,11 +59,14 @@ impl Axis {
         }
     }
 
-    fn words(self, from: f64, to: f64, edges: &[f64]) -> String {
+    fn words(self, from: f64, to: f64, edges: &[f64], motion: Motion) -> String {
         let (first, last) = (edges[0], edges[edges.len() - 1]);
         let unit = match self {
             Self::Current | Self::AbsCurrent => "A",
-            Self::Speed => "rad/s",
+            Self::Speed => match motion {
+                Motion::Rotary => "rad/s",
+                Motion::Linear => "m/s",
+            },
             Self::Voltage => "V",
             Self::Time => "s",
             Self::MainsPhase => "°",
@@ -147,7 +151,7 @@ fn bin(edges: &[f64], x: f64) -> usize {
 }
 
 /// All profiles over all recordings, and the regions that stand out.
-pub fn profiles(all: &[&Traces]) -> (Vec<Profile>, Vec<Region>) {
+pub fn profiles(all: &[&Traces], motion: Motion) -> (Vec<Profile>, Vec<Region>) {
     let phases: Vec<Vec<f64>> = all.iter().map(|t| mains_phase(t)).collect();
     let (mut profiles, mut regions) = (Vec::new(), Vec::new());
     for signal in [Signal::Current, Signal::Speed, Signal::Torque] {
@@ -162,7 +166,7 @@ pub fn profiles(all: &[&Traces]) -> (Vec<Profile>, Vec<Region>) {
             }
             let Some(edges) = edges(axis, &points.iter().map(|p| p.0).collect::<Vec<_>>()) else { continue };
             let profile = profile(signal, axis, &edges, &points);
-            regions.extend(standing_out(&profile, axis, &points));
+            regions.extend(standing_out(&profile, axis, &points, motion));
             profiles.push(profile);
         }
     }
@@ -196,7 +200,7 @@ fn profile(signal: Signal, axis: Axis, edges: &[f64], points: &[(f64, f64, f64)]
 }
 
 /// The run of neighbouring bins around the worst one whose residual stands out.
-fn standing_out(profile: &Profile, axis: Axis, points: &[(f64, f64, f64)]) -> Option<Region> {
+fn standing_out(profile: &Profile, axis: Axis, points: &[(f64, f64, f64)], motion: Motion) -> Option<Region> {
     let total: f64 = points.iter().map(|p| p.1 * p.1).sum();
     let whole = (total / points.len() as f64).sqrt();
     if whole == 0.0 {
@@ -227,7 +231,7 @@ fn standing_out(profile: &Profile, axis: Axis, points: &[(f64, f64, f64)]) -> Op
     let mut text = format!(
         "{}, {}: {times:.1} times the average, {:.0} % of the squared error",
         quantity_word(profile.quantity),
-        axis.words(low, high, &profile.edges),
+        axis.words(low, high, &profile.edges, motion),
         100.0 * share
     );
     // For an odd error (too high at one sign of the current, too low at the other) the mean says nothing.

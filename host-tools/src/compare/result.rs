@@ -14,6 +14,17 @@ pub struct PerSignal {
     pub torque: Option<f64>,
 }
 
+impl PerSignal {
+    /// The figure of one signal.
+    pub fn of(&self, signal: Signal) -> Option<f64> {
+        match signal {
+            Signal::Current => self.current,
+            Signal::Speed => self.speed,
+            Signal::Torque => self.torque,
+        }
+    }
+}
+
 /// A signal that is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]

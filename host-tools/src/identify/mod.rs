@@ -143,6 +143,19 @@ fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>>
     if recordings.is_empty() {
         return Err(Error::usage("no recording was given", "name at least one file"));
     }
+    let types: Vec<(&Recording, &String)> =
+        recordings.iter().filter_map(|r| Some((r, r.metadata.get("motor")?))).collect();
+    if let Some((odd, other)) = types.iter().find(|(_, t)| *t != types[0].1) {
+        return Err(Error::input(
+            Place::file(&odd.path),
+            format!(
+                "this is a recording of motor type {other:?}, and {} is of type {:?}",
+                types[0].0.path.display(),
+                types[0].1
+            ),
+            "identify each motor type by itself",
+        ));
+    }
     recordings.iter().map(|r| Experiment::new(r, filter)).collect()
 }
 

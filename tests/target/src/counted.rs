@@ -3,6 +3,10 @@
 use core::hint::black_box;
 
 use greyrig::butterworth::{Cascade, Settings, fixed};
+use greyrig::motor::{Constraints, Motor, Stepper};
+use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
+
+use crate::scenarios;
 
 /// Counts instructions, or on the host merely runs what would be counted.
 pub trait Counter {
@@ -28,6 +32,18 @@ pub fn all(counter: &mut impl Counter) {
     let Ok(coefficients) = Settings::default().build::<f64>() else { return };
     counter.count("butterworth_f64_order_4", (coefficients, Cascade::default()), |(coefficients, cascade)| {
         black_box(cascade.process(coefficients, black_box(0.7)));
+    });
+    let Some(tick) = scenarios::tick() else { return };
+    counter.count("tick", tick, |tick| {
+        let sample =
+            black_box(Sample { voltage: Volts(230.0), current: Amperes(6.5), speed: RadiansPerSecond(3_400.0) });
+        black_box(tick.process(sample, Constraints::FREE));
+    });
+    let Ok(Ok(stepper)) = Motor::build(scenarios::UNIVERSAL, &[]).map(|motor| Stepper::build(motor, 1e-4)) else {
+        return;
+    };
+    counter.count("motor_step", stepper, |stepper| {
+        black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
     });
     counter.count("exp_f32", (), |()| {
         black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));

@@ -1,7 +1,11 @@
 //! What has to come out the same on the host and on the microcontroller.
 
 use greyrig::butterworth::{self, Settings, fixed};
+use greyrig::effects::{Effect, TorqueOffset};
+use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
 use greyrig::scalar::Scalar;
+use greyrig::tick::{Output, Tick};
+use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
 
 use crate::Outputs;
 
@@ -16,6 +20,10 @@ pub const ALL: &[Scenario] = &[
     ("butterworth_fixed", butterworth_fixed),
     ("butterworth_bad_samples", butterworth_bad_samples),
     ("scalar_functions", scalar_functions),
+    ("motor_universal", motor_universal),
+    ("motor_magnet", motor_magnet),
+    ("tick_any_counts", tick_any_counts),
+    ("tick_bad_samples", tick_bad_samples),
 ];
 
 /// Samples for each setting.
@@ -110,5 +118,104 @@ fn scalar_functions(outputs: &mut Outputs) {
         for y in [Scalar::sqrt(x), Scalar::exp(x), Scalar::ln(x), Scalar::tanh(x), Scalar::atan(x)] {
             outputs.f32(y);
         }
+    }
+}
+
+/// The 1.4 kW vacuum-cleaner motor on the virtual rig.
+pub const UNIVERSAL: Parameters<f32> = Parameters {
+    flux_law: FluxLaw::Series,
+    resistance: 2.2,
+    inductance: 20e-3,
+    flux_coefficient: 9.45e-3,
+    inertia: 1.8e-4,
+    dry_friction: 0.015,
+    viscous_friction: 8e-6,
+    turbulent_friction: 2.98e-8,
+};
+
+/// A small motor with magnets, so stiff that it is stepped four times a sample.
+const MAGNET: Parameters<f32> = Parameters {
+    flux_law: FluxLaw::PermanentMagnet,
+    resistance: 2.35,
+    inductance: 1e-4,
+    flux_coefficient: 0.0226,
+    inertia: 1.1e-6,
+    dry_friction: 1.2e-3,
+    viscous_friction: 1e-7,
+    turbulent_friction: 0.0,
+};
+
+fn stepper(parameters: Parameters<f32>) -> Option<Stepper<f32>> {
+    let offset = Effect::TorqueOffset(TorqueOffset { torque: 1e-4 });
+    Stepper::build(Motor::build(parameters, &[offset]).ok()?, 1e-4).ok()
+}
+
+/// A voltage that starts the motor, runs it, jumps, and lets it stand, with noise on top; and what is imposed meanwhile.
+fn motor(parameters: Parameters<f32>, outputs: &mut Outputs) {
+    let Some(mut stepper) = stepper(parameters) else { return };
+    let mut noise = Noise(6);
+    let mut last = 0.0;
+    for n in 0..12_000u32 {
+        let triangle = (n % 200) as f32 / 50.0;
+        let wave = if triangle < 2.0 { triangle - 1.0 } else { 3.0 - triangle };
+        let amplitude = [20.0, 325.0, -40.0, 0.0][(n / 3_000) as usize];
+        let voltage = amplitude * wave + noise.uniform::<f32>();
+        let constraints = match n / 1_000 {
+            2 => Constraints::ROTOR_LOCKED,
+            7 => Constraints::SUPPLY_OPEN,
+            _ => Constraints::FREE,
+        };
+        let state = stepper.step(last, voltage, constraints);
+        last = voltage;
+        outputs.f32(state.current);
+        outputs.f32(state.speed);
+    }
+}
+
+fn motor_universal(outputs: &mut Outputs) {
+    motor(UNIVERSAL, outputs);
+}
+
+fn motor_magnet(outputs: &mut Outputs) {
+    motor(MAGNET, outputs);
+}
+
+/// A tick as the rig has it.
+pub fn tick() -> Option<Tick> {
+    Some(Tick::new(stepper(UNIVERSAL)?, Settings::default().build().ok()?))
+}
+
+fn write(outputs: &mut Outputs, output: Output) {
+    let (measured, modelled, residual) = (output.measured, output.modelled, output.residual());
+    for x in [measured, modelled, residual] {
+        outputs.f32(x.current);
+        outputs.f32(x.speed);
+    }
+}
+
+/// Counts without sense, clipped ones among them.
+fn tick_any_counts(outputs: &mut Outputs) {
+    let (Some(mut tick), Ok(calibration)) = (tick(), CalibrationSettings::default().build()) else { return };
+    let mut noise = Noise(7);
+    for _ in 0..4_000 {
+        let mut counts = || (noise.bits() % 5_000).min(4_095) as u16;
+        let counts = Counts { voltage: counts(), current: counts(), speed: counts() };
+        write(outputs, tick.process(calibration.sample(counts), Constraints::FREE));
+    }
+}
+
+/// Samples of any bits, NaN and infinities among them, between good ones.
+fn tick_bad_samples(outputs: &mut Outputs) {
+    let Some(mut tick) = tick() else { return };
+    let mut noise = Noise(8);
+    for _ in 0..4_000 {
+        let mut any = || match noise.bits() % 8 {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            2 => -f32::MAX,
+            _ => 300.0 * noise.uniform::<f32>(),
+        };
+        let sample = Sample { voltage: Volts(any()), current: Amperes(any()), speed: RadiansPerSecond(any()) };
+        write(outputs, tick.process(sample, Constraints::FREE));
     }
 }
