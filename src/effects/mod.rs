@@ -3,11 +3,15 @@
 //! An effect changes the terms of the voltage and torque balance ([`Balance`]); the stepper, the fit and the firmware
 //! take it from there. A new effect is one new file and one line here.
 
+mod brush_drop;
+mod saturation;
 mod torque_offset;
 
 use crate::motor::{Balance, OperatingPoint, ParameterError};
 use crate::scalar::Scalar;
 
+pub use brush_drop::BrushDrop;
+pub use saturation::Saturation;
 pub use torque_offset::TorqueOffset;
 
 /// How many effects a model can combine.
@@ -42,6 +46,12 @@ pub struct Description {
     pub equation: &'static str,
     /// Its parameters.
     pub parameters: &'static [EffectParameter],
+    /// What it leaves in the residual of a model without it.
+    pub signature: &'static str,
+    /// Effects that look alike.
+    pub confused_with: &'static [&'static str],
+    /// The recording that tells them apart.
+    pub separated_by: &'static str,
     /// Where the equation comes from.
     pub source: &'static str,
 }
@@ -107,7 +117,7 @@ macro_rules! catalogue {
     };
 }
 
-catalogue!(TorqueOffset);
+catalogue!(Saturation, BrushDrop, TorqueOffset);
 
 impl<S: Scalar<Base = S>> Effect<S> {
     /// Checks that all values are finite and within their physical ranges.

@@ -29,6 +29,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
             start: 0.0,
             meaning: "constant torque against the positive direction",
         }],
+        signature: "a torque error that does not change its sign with the direction of motion",
+        confused_with: &["asymmetric_friction"],
+        separated_by: "motion in both directions at several speeds",
         source: "Janot, Gautier, Brunot 2019 (EMPS)",
     };
     fn from_values(values: &[S]) -> Self {

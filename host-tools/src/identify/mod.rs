@@ -285,7 +285,7 @@ fn by_simulation(
     identifiability::check_excitation(experiments)?;
     for entry in &mut space.entries {
         // The order of magnitude of a small motor, from which the regression starts.
-        if entry.positive && matches!(entry.freedom, Freedom::Free(None)) {
+        if entry.positive && !entry.of_effect() && matches!(entry.freedom, Freedom::Free(None)) {
             entry.value = match entry.name.as_str() {
                 "R" => 1.0,
                 "L" => 1e-3,

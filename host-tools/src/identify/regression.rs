@@ -252,7 +252,8 @@ fn set_friction_scales(space: &mut Space, experiments: &[Experiment]) {
         entry.scale = match entry.name.as_str() {
             "mu1" => torque / speed,
             "mu2" => torque / (speed * speed),
-            _ => torque,
+            "mu0" | "torque_offset" => torque,
+            _ => entry.scale,
         };
     }
 }

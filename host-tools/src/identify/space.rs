@@ -42,6 +42,11 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Whether it belongs to an effect, with a start value of its own.
+    pub fn of_effect(&self) -> bool {
+        matches!(self.home, Home::Effect(..))
+    }
+
     fn encode(&self, value: f64) -> f64 {
         match self.freedom {
             Freedom::Free(Some((low, high))) => {
@@ -112,7 +117,7 @@ impl Space {
                     value: p.start,
                     freedom: Freedom::Free(None),
                     positive: p.range.0 > 0.0,
-                    scale: 1.0,
+                    scale: if p.start == 0.0 { 1.0 } else { p.start.abs() },
                     home: Home::Effect(e, j),
                 });
             }
