@@ -3,14 +3,12 @@
 //! An effect changes the terms of the voltage and torque balance ([`Balance`]); the stepper, the fit and the firmware
 //! take it from there. A new effect is one new file and one line here.
 
-mod brush_drop;
 mod saturation;
 mod torque_offset;
 
 use crate::motor::{Balance, OperatingPoint, ParameterError};
 use crate::scalar::Scalar;
 
-pub use brush_drop::BrushDrop;
 pub use saturation::Saturation;
 pub use torque_offset::TorqueOffset;
 
@@ -117,7 +115,7 @@ macro_rules! catalogue {
     };
 }
 
-catalogue!(Saturation, BrushDrop, TorqueOffset);
+catalogue!(Saturation, TorqueOffset);
 
 impl<S: Scalar<Base = S>> Effect<S> {
     /// Checks that all values are finite and within their physical ranges.

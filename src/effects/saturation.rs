@@ -1,7 +1,7 @@
 //! Saturation of the main flux.
 //!
-//! The flux no longer grows in proportion to the current, in the back-EMF and in the torque alike (the air-gap power Eω⁻¹
-//! has to be the same in both):
+//! The flux no longer grows in proportion to the current, in the back-EMF and in the torque alike (the air-gap
+//! power is E i on one side and M ω on the other):
 //! ```text
 //! φ(i)   = r i + (1 − r) i_k atan(i / i_k)
 //! φ'(i)  = r + (1 − r) / (1 + (i / i_k)²)

@@ -21,17 +21,25 @@ impl Input {
     /// # Errors
     /// The first recording that cannot be used.
     pub fn load(&self) -> Result<Vec<Recording>> {
-        let recordings = recording::load_all(&self.recordings, &self.map.mapping()?)?;
-        for recording in &recordings {
-            for warning in &recording.warnings {
-                eprintln!("greyrig: {}: {warning}", recording.path.display());
-            }
-        }
-        Ok(recordings)
+        load(&self.recordings, &self.map)
     }
 
     /// The names of the recordings, as the user gave them.
     pub fn names(&self) -> Vec<String> {
         self.recordings.iter().map(|p| p.display().to_string()).collect()
     }
+}
+
+/// Reads recordings and says on stderr what is notable about them.
+///
+/// # Errors
+/// The first recording that cannot be used.
+pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
+    let recordings = recording::load_all(files, &map.mapping()?)?;
+    for recording in &recordings {
+        for warning in &recording.warnings {
+            eprintln!("greyrig: {}: {warning}", recording.path.display());
+        }
+    }
+    Ok(recordings)
 }

@@ -1,9 +1,11 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
+pub mod add;
 pub mod compare;
 pub mod completions;
 pub mod convert;
 pub mod demo;
+pub mod effects;
 pub mod identify;
 mod input;
 pub mod simulate;
@@ -34,6 +36,10 @@ pub enum Command {
     Identify(identify::Args),
     /// Model against measurement, and where it fails.
     Compare(compare::Args),
+    /// Adds effects to a model and shows the error fall on data held out.
+    Add(add::Args),
+    /// The catalogue of physical effects, explained.
+    Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
     /// Completion script for a shell.
@@ -52,6 +58,8 @@ impl Command {
             Self::Demo(args) => demo::run(args),
             Self::Identify(args) => identify::run(args),
             Self::Compare(args) => compare::run(args),
+            Self::Add(args) => add::run(args),
+            Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),
             Self::Simulate(args) => simulate::run(args),

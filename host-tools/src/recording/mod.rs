@@ -143,6 +143,28 @@ impl Recording {
     pub fn channel(&self, channel: Channel) -> Option<&[f64]> {
         self.channels.get(&channel).map(Vec::as_slice)
     }
+    /// A stretch of samples as a recording of its own.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let flags = |flags: &Vec<bool>| if flags.is_empty() { Vec::new() } else { flags[range.clone()].to_vec() };
+        Self {
+            start_s: self.start_s + range.start as f64 * self.sample_time_s,
+            channels: self.channels.iter().map(|(c, values)| (*c, values[range.clone()].to_vec())).collect(),
+            valid: self.valid[range.clone()].to_vec(),
+            rotor_locked: flags(&self.rotor_locked),
+            supply_open: flags(&self.supply_open),
+            extras: self
+                .extras
+                .iter()
+                .map(|e| Extra { name: e.name.clone(), values: e.values[range.clone()].to_vec() })
+                .collect(),
+            path: self.path.clone(),
+            sha256: self.sha256.clone(),
+            sample_time_s: self.sample_time_s,
+            motion: self.motion,
+            metadata: self.metadata.clone(),
+            warnings: self.warnings.clone(),
+        }
+    }
     /// Duration, s.
     pub fn duration_s(&self) -> f64 {
         self.len() as f64 * self.sample_time_s

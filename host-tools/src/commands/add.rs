@@ -1,0 +1,222 @@
+//! `greyrig add`: adds effects to a model, identifies again, and judges the gain on data held out.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use greyrig::effects::Effect;
+use serde_json::json;
+
+use super::{input, words};
+use crate::compare::{Comparison, PerSignal, compare};
+use crate::error::{Error, Result};
+use crate::identify::{self, Settings};
+use crate::model::{Assignment, EffectEntry, Model, Origin, Status};
+use crate::output;
+use crate::recording::{MapArgs, Recording};
+use crate::report::{Report, Step};
+
+/// Adds effects to a model, identifies again, and shows the error fall, on data held out.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Example:\n  greyrig add saturation --model model.toml staircase.csv ramp.csv --out model2.toml\n\n\
+    Identifiers of the catalogue among the arguments are effects, all else recordings. With several recordings each gain is\n\
+    judged on the last one, which the fit does not see; with a single one, on its last third."
+)]
+pub struct Args {
+    /// Effects of the catalogue, and recordings
+    #[arg(required = true, value_name = "EFFECT|RUN")]
+    arguments: Vec<PathBuf>,
+    /// Model file to start from
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL2.toml")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Report to write, one HTML file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// A model on the way, with its errors on the data that the fit saw and on those that it did not.
+struct Stage {
+    label: String,
+    model: Model,
+    training: PerSignal,
+    held_out: Comparison,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    for path in args.out.iter().chain(&args.report) {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    let known = |path: &PathBuf| {
+        let id = path.to_str()?;
+        Effect::<f64>::CATALOGUE.iter().map(|d| d.id).find(|known| *known == id)
+    };
+    let effects: Vec<&'static str> = args.arguments.iter().filter_map(known).collect();
+    let files: Vec<PathBuf> = args.arguments.iter().filter(|a| known(a).is_none()).cloned().collect();
+    if effects.is_empty() || files.is_empty() {
+        let ids: Vec<&str> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
+        return Err(Error::usage(
+            "add needs at least one effect and one recording",
+            format!("effects are {}", ids.join(", ")),
+        ));
+    }
+    let model = Model::load(&args.model)?;
+    if let Some(id) = effects.iter().find(|id| model.effects.iter().any(|e| e.id == **id)) {
+        return Err(Error::usage(format!("the model has {id} already"), "leave it out, or add another effect"));
+    }
+    let recordings = input::load(&files, &args.map)?;
+    let (training, held_out) = split(&recordings);
+
+    let mut stages = vec![stage("before", &model, &[], &training, &held_out)?];
+    for count in 1..=effects.len() {
+        let label = format!("+ {}", effects[count - 1]);
+        stages.push(stage(&label, &model, &effects[..count], &training, &held_out)?);
+    }
+    let (first, last) = (&stages[0], &stages[stages.len() - 1]);
+    let accepted = falls(&first.held_out.esr, &last.held_out.esr);
+    // What is written has seen all the data; the judgement above has not.
+    let final_fit = identify::identify(&recordings, &settings(&model, &effects))?;
+    if let Some(path) = &args.out {
+        final_fit.model.save(path, args.force)?;
+    }
+    if let Some(path) = &args.report {
+        let steps: Vec<Step> = stages.iter().map(|s| Step { label: s.label.clone(), esr: s.held_out.esr }).collect();
+        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        Report::new("The error falls")
+            .waterfall("Error-to-signal ratio on data held out", &steps, last.held_out.noise_floor)
+            .comparison("After, on data held out", &last.held_out, &last.model)
+            .comparison("Before, on data held out", &first.held_out, &first.model)
+            .recordings(&files)
+            .write(path, args.force)?;
+        eprintln!("report: {}", path.display());
+    }
+    if args.json {
+        let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+        output::print_json(
+            "add",
+            &names,
+            json!({
+                "effects": effects,
+                "esr_before": first.training,
+                "esr_after": last.training,
+                "held_out_before": first.held_out.esr,
+                "held_out_after": last.held_out.esr,
+                "noise_floor": last.held_out.noise_floor,
+                "parameters": final_fit.parameters,
+                "notes": final_fit.notes,
+                "accepted": accepted,
+                "model": args.out,
+            }),
+        )?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output::print_line(&waterfall(&stages))?;
+    output::print_line(&format!("\n{}", words::parameters(&final_fit)))?;
+    for note in &final_fit.notes {
+        output::print_line(&format!("note: {note}"))?;
+    }
+    output::print_line(if accepted {
+        "\naccepted: the error falls on data that the fit has not seen"
+    } else {
+        "\nnot accepted: the error does not fall on data that the fit has not seen; this effect is not what is missing"
+    })?;
+    if let Some(path) = &args.out {
+        output::print_line(&format!("written: {}", path.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The settings that identify a model again with further effects; what the user fixed stays fixed.
+fn settings(model: &Model, more: &[&str]) -> Settings {
+    let held = model.parameters.iter().chain(model.effects.iter().flat_map(|e: &EffectEntry| &e.parameters));
+    Settings {
+        base: model.base,
+        effects: model.effects.iter().map(|e| e.id.clone()).chain(more.iter().map(|id| (*id).to_owned())).collect(),
+        fixed: held
+            .filter(|(_, p)| p.status == Status::Fixed)
+            .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
+            .collect(),
+        filter: model.filter,
+        cutoff_given: true,
+        ..Settings::new(model.kind)
+    }
+}
+
+fn stage(
+    label: &str,
+    model: &Model,
+    effects: &[&str],
+    training: &[Recording],
+    held_out: &[Recording],
+) -> Result<Stage> {
+    let identification = identify::identify(training, &settings(model, effects))?;
+    let model = identification.model;
+    Ok(Stage {
+        label: label.to_owned(),
+        training: compare(&model, training)?.esr,
+        held_out: compare(&model, held_out)?,
+        model,
+    })
+}
+
+/// Data to fit and data to judge: the last recording, or the last third of a single one.
+fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
+    if let [training @ .., held_out] = recordings
+        && !training.is_empty()
+    {
+        return (training.to_vec(), vec![held_out.clone()]);
+    }
+    let cut = recordings[0].len() * 2 / 3;
+    (vec![recordings[0].part(0..cut)], vec![recordings[0].part(cut..recordings[0].len())])
+}
+
+/// How much smaller an error has to be to count as having fallen.
+const GAIN: f64 = 0.99;
+
+/// Whether no signal's error rises and at least one falls.
+fn falls(before: &PerSignal, after: &PerSignal) -> bool {
+    let pairs = [(before.current, after.current), (before.speed, after.speed), (before.torque, after.torque)];
+    let ratios: Vec<f64> = pairs.iter().filter_map(|(b, a)| Some((*a)? / (*b)?)).collect();
+    ratios.iter().product::<f64>() < GAIN && ratios.iter().any(|r| *r < GAIN)
+}
+
+fn waterfall(stages: &[Stage]) -> String {
+    let mut table = words::table(&["error-to-signal ratio", "current", "speed", "held out: current", "speed"]);
+    for s in stages {
+        let (training, held_out) = (s.training, s.held_out.esr);
+        table.add_row(
+            [s.label.clone()].into_iter().chain(
+                [
+                    training.current.or(training.torque),
+                    training.speed,
+                    held_out.current.or(held_out.torque),
+                    held_out.speed,
+                ]
+                .map(words::percent),
+            ),
+        );
+    }
+    let floor = stages[stages.len() - 1].held_out.noise_floor;
+    table.add_row([
+        "noise floor".into(),
+        String::new(),
+        String::new(),
+        words::percent(floor.current),
+        words::percent(floor.speed),
+    ]);
+    table.to_string()
+}
