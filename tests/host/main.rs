@@ -2,6 +2,8 @@
 
 mod bad_input;
 mod browser;
+mod identify;
+mod real_data;
 mod recording;
 mod recording_mutation;
 mod report;

@@ -42,6 +42,9 @@ pub enum Method {
     LeastSquares,
 }
 
+/// Half a 95 % interval of the normal distribution, in standard deviations.
+const NORMAL_95: f64 = 1.96;
+
 /// What the user chooses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -294,7 +297,7 @@ fn by_simulation(
             };
         }
     }
-    let neutral = space.clone();
+    let mut neutral = space.clone();
     loop {
         if space.free().next().is_none() {
             let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
@@ -311,6 +314,17 @@ fn by_simulation(
             Method::OutputError => output_error::refine(&space, &rows)?,
             Method::LeastSquares => output_error::as_it_is(&space, &rows)?,
         };
+        if let Some(stuck) = refined.space.free().find(|e| e.at_bound()) {
+            // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
+            notes.push(format!("{} has run into its bound at {:.4e} and is held there", stuck.name, stuck.value));
+            for known in [&mut space, &mut neutral] {
+                if let Some(entry) = known.get_mut(&stuck.name) {
+                    entry.value = stuck.value;
+                    entry.freedom = Freedom::Fixed;
+                }
+            }
+            continue;
+        }
         let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
         let total: f64 = experiments.iter().map(|e| e.len() as f64 * e.interval_s).sum();
         let correlation = slowest_correlation_s(&rows, refined.residuals.as_slice(), interval);
@@ -333,9 +347,6 @@ fn by_simulation(
                 weaknesses.push(weakness);
             }
             _ => {
-                for entry in refined.space.free().filter(|e| e.at_bound()) {
-                    notes.push(format!("{} has run into its bound at {:.4e}", entry.name, entry.value));
-                }
                 return Ok(Outcome {
                     space: refined.space,
                     covariance,
@@ -400,10 +411,12 @@ fn report(
                 free += 1;
                 let ci95 = covariance.as_ref().map(|c| {
                     let half = c.t95 * c.matrix[(k, k)].sqrt();
+                    let systematic = NORMAL_95 * intervals::SYSTEMATIC;
                     if entry.positive && entry.freedom == Freedom::Free(None) {
+                        let half = half.hypot(systematic);
                         [entry.value * (-half).exp(), entry.value * half.exp()]
                     } else {
-                        let half = half * entry.slope(theta[k]).abs();
+                        let half = (half * entry.slope(theta[k]).abs()).hypot(systematic * entry.value);
                         [entry.value - half, entry.value + half]
                     }
                 });
