@@ -17,7 +17,7 @@ fn run(input: &Path, out: &Path, more: &[&str]) -> Output {
 }
 
 /// Exit code 2, one line on stderr with all the words, nothing on stdout.
-fn refused(output: &Output, words: &[&str]) {
+pub fn refused(output: &Output, words: &[&str]) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert_eq!(stderr.trim_end().lines().count(), 1, "{stderr}");

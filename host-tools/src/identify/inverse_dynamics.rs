@@ -81,7 +81,7 @@ fn spectrum(signal: &[f64], rate_hz: f64) -> (Vec<f64>, f64) {
 }
 
 /// The cut-off, Hz, from the spectrum of the highest derivative that the regression uses: low enough that white noise of the
-/// measured motion stays below [`NOISE_SHARE`] of the derivative, and no higher than where the signal ends.
+/// measured motion stays below 2 % of the derivative, and no higher than where the signal ends.
 pub fn automatic_cutoff_hz(motion: &[f64], derivatives: i32, interval_s: f64) -> f64 {
     let rate = 1.0 / interval_s;
     let mut signal = motion.to_vec();

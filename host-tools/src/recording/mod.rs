@@ -1,6 +1,6 @@
 //! Recordings: one run of one motor, uniformly sampled, in SI units.
 //!
-//! Each file format has a reader of its own below; all of them deliver a [`Table`] of named columns, and one
+//! Each file format has a reader of its own below; all of them deliver a table of named columns, and one
 //! path ([`load`]) turns a table into a [`Recording`]: names and units are recognised or mapped, time is checked,
 //! invalid samples are masked.
 
