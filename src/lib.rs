@@ -15,4 +15,6 @@ pub mod effects;
 
 pub mod butterworth;
 
+pub mod term;
+
 pub mod tick;

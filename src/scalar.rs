@@ -44,12 +44,18 @@ pub trait Scalar:
     fn tanh(self) -> Self;
     /// Arc tangent.
     fn atan(self) -> Self;
+    /// Cosine of an angle in radians.
+    fn cos(self) -> Self;
+    /// Sine of an angle in radians.
+    fn sin(self) -> Self;
+    /// The nearest whole number, halves away from zero.
+    fn round(self) -> Self;
     /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
 
 macro_rules! scalar {
-    ($type:ty, $sqrt:ident, $exp:ident, $ln:ident, $tanh:ident, $atan:ident) => {
+    ($type:ty, $sqrt:ident, $exp:ident, $ln:ident, $tanh:ident, $atan:ident, $cos:ident, $sin:ident, $round:ident) => {
         impl Scalar for $type {
             type Base = Self;
             #[inline(always)]
@@ -90,6 +96,18 @@ macro_rules! scalar {
             fn atan(self) -> Self {
                 libm::$atan(self)
             }
+            #[inline]
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+            #[inline]
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            #[inline]
+            fn round(self) -> Self {
+                libm::$round(self)
+            }
             #[inline(always)]
             fn is_finite(self) -> bool {
                 <$type>::is_finite(self)
@@ -98,5 +116,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, sqrtf, expf, logf, tanhf, atanf);
-scalar!(f64, sqrt, exp, log, tanh, atan);
+scalar!(f32, sqrtf, expf, logf, tanhf, atanf, cosf, sinf, roundf);
+scalar!(f64, sqrt, exp, log, tanh, atan, cos, sin, round);

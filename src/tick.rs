@@ -88,13 +88,15 @@ impl Tick {
             Some(last) => {
                 let voltage = if voltage.is_finite() { voltage } else { last };
                 self.last_voltage = Some(voltage);
-                self.stepper.step(last, voltage, constraints)
+                self.stepper.step(last, voltage, constraints);
+                self.stepper.reading()
             }
             None => {
                 self.last_voltage = Some(if voltage.is_finite() { voltage } else { 0.0 });
                 self.measured.reset_to(measured);
-                self.modelled.reset_to(self.stepper.state());
-                self.stepper.state()
+                let reading = self.stepper.reading();
+                self.modelled.reset_to(reading);
+                reading
             }
         };
         Output {

@@ -66,6 +66,9 @@ const START_AVERAGE_S: f64 = 0.02;
 /// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
 const LARGEST_CUTOFF_RATIO: f64 = 0.25;
 
+/// Longest sampling interval that is still fine enough for trying models, s.
+const COARSE_INTERVAL_S: f64 = 2.5e-4;
+
 impl Experiment {
     /// Prepares a recording.
     ///
@@ -152,6 +155,51 @@ impl Experiment {
         })
     }
 
+    /// The same at the rate that suffices for trying many models: 5 kHz or a little less.
+    #[must_use]
+    pub fn coarse(&self) -> Self {
+        self.coarser((COARSE_INTERVAL_S / self.interval_s) as usize)
+    }
+
+    /// The same at a fraction of the sampling rate, each signal averaged with triangular weights: for fits that are tried by
+    /// the dozen. All signals pass the same linear filter, so that the linear part of the model stays exact.
+    #[must_use]
+    pub fn coarser(&self, factor: usize) -> Self {
+        if factor < 2 {
+            return self.clone();
+        }
+        let average = |signal: &[f64]| -> Vec<f64> {
+            let last = signal.len() - 1;
+            let weight = (factor * factor) as f64;
+            (0..signal.len())
+                .step_by(factor)
+                .map(|n| {
+                    let mut sum = factor as f64 * signal[n];
+                    for k in 1..factor {
+                        sum += (factor - k) as f64 * (signal[n.saturating_sub(k)] + signal[(n + k).min(last)]);
+                    }
+                    sum / weight
+                })
+                .collect()
+        };
+        let flags = |flags: &[bool]| flags.iter().copied().step_by(factor).collect::<Vec<bool>>();
+        Self {
+            name: self.name.clone(),
+            interval_s: self.interval_s * factor as f64,
+            drive: self.drive,
+            input: average(&self.input),
+            current: self.current.as_deref().map(average),
+            speed: self.speed.as_deref().map(average),
+            position: self.position.as_deref().map(average),
+            locked: flags(&self.locked),
+            open: flags(&self.open),
+            counted: flags(&self.counted),
+            start: self.start,
+            mains_period_s: self.mains_period_s,
+            filter: butterworth::Settings { sample_rate_hz: self.filter.sample_rate_hz / factor as f64, ..self.filter },
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.input.len()
@@ -186,7 +234,7 @@ impl Experiment {
         signal.iter().map(|x| cascade.process(&coefficients, *x)).collect()
     }
 
-    /// Steps the model over the recording and hands each sample's state, unfiltered, to `take`.
+    /// Steps the model over the recording and hands what the measuring chain shows at each sample, unfiltered, to `take`.
     ///
     /// # Errors
     /// Parameters that the stepper refuses.
@@ -206,7 +254,7 @@ impl Experiment {
             Drive::Torque => Some(self.input.as_slice()),
             Drive::Voltage => self.current.as_deref().filter(|_| imposed == Imposed::Current),
         };
-        take(0, stepper.state());
+        take(0, stepper.reading());
         for n in 1..self.len() {
             let constraints = Constraints {
                 speed: match speed {
@@ -224,7 +272,8 @@ impl Experiment {
                 Drive::Voltage => (S::constant(self.input[n - 1]), S::constant(self.input[n])),
                 Drive::Torque => (S::ZERO, S::ZERO),
             };
-            take(n, stepper.step(from, to, constraints));
+            stepper.step(from, to, constraints);
+            take(n, stepper.reading());
         }
         Ok(())
     }

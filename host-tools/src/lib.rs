@@ -1,13 +1,18 @@
 //! Host side of greyrig: the virtual rig, identification, comparison and reports.
 
+pub mod challenge;
 pub mod commands;
 pub mod compare;
+pub mod diagnose;
 pub mod error;
 pub mod experiment;
 pub mod identify;
 pub mod mains;
 pub mod model;
+pub mod noise;
 pub mod output;
+pub mod plan;
 pub mod recording;
 pub mod report;
 pub mod rig;
+pub mod term;

@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Place, Result};
 use crate::output;
 use crate::recording::{Motion, Recording};
+use crate::term::Formula;
 
 /// Version of the file's layout.
 pub const SCHEMA: u32 = 1;
@@ -141,6 +142,17 @@ pub struct EffectEntry {
     pub parameters: BTreeMap<String, Parameter>,
 }
 
+/// A term of the user's own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TermEntry {
+    /// The formula, such as `k*i*abs(i)`.
+    pub formula: Formula,
+    /// Its unknown constants by name.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Parameter>,
+}
+
 /// The filter that measured and modelled signals go through before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -223,6 +235,9 @@ pub struct Model {
     /// Effects, in the order in which they act.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<EffectEntry>,
+    /// Terms of the user's own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<TermEntry>,
     /// Where it all comes from.
     #[serde(default)]
     pub provenance: Provenance,
@@ -367,11 +382,36 @@ impl Model {
                 ));
             };
             let names: Vec<_> = effect.description().parameters.iter().map(|p| p.name).collect();
+            if let Some(missing) = names.iter().find(|n| !entry.parameters.contains_key(**n)) {
+                return Err(Error::input(
+                    place(),
+                    format!("the effect {} has no value for {missing}", entry.id),
+                    format!("it has {}", names.join(", ")),
+                ));
+            }
             if let Some(stranger) = entry.parameters.keys().find(|k| !names.contains(&k.as_str())) {
                 return Err(Error::input(
                     place(),
                     format!("the effect {} has no parameter {stranger}", entry.id),
                     format!("it has {}", names.join(", ")),
+                ));
+            }
+        }
+        for entry in &self.terms {
+            let names = entry.formula.unknowns();
+            let place = || at(entry.formula.text());
+            if let Some(missing) = names.iter().find(|n| !entry.parameters.contains_key(*n)) {
+                return Err(Error::input(
+                    place(),
+                    format!("the term {} has no value for {missing}", entry.formula.text()),
+                    format!("add it as [terms.parameters.{missing}]"),
+                ));
+            }
+            if let Some(stranger) = entry.parameters.keys().find(|k| !names.contains(k)) {
+                return Err(Error::input(
+                    place(),
+                    format!("the term {} has no unknown {stranger}", entry.formula.text()),
+                    "remove the parameter or correct its name",
                 ));
             }
         }
@@ -417,7 +457,15 @@ impl Model {
     /// A value that no motor can have.
     pub fn motor<S: greyrig::scalar::Scalar<Base = S>>(&self) -> std::result::Result<Motor<S>, ParameterError> {
         let values = BASE_PARAMETERS.map(|name| S::constant(self.value(name)));
-        Motor::build(Parameters::from_values(self.kind.flux_law(), values), &self.effects::<S>())
+        let terms: Vec<_> = self
+            .terms
+            .iter()
+            .map(|entry| {
+                let value = |name: &String| entry.parameters.get(name).map_or(0.0, |p| p.value);
+                entry.formula.term(&entry.formula.unknowns().iter().map(value).collect::<Vec<_>>())
+            })
+            .collect();
+        Motor::build(Parameters::from_values(self.kind.flux_law(), values), &self.effects::<S>())?.with_terms(&terms)
     }
 }
 

@@ -1,16 +1,34 @@
 //! Physical effects beyond the base model: a file each, listed once in `catalogue!` below.
 //!
-//! An effect changes the terms of the voltage and torque balance ([`Balance`]); the stepper, the fit and the firmware
-//! take it from there. A new effect is one new file and one line here.
+//! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of the
+//! true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new effect is
+//! one new file and one line here. The list is in the order in which effects act: what magnetises first, then what the
+//! flux does, the circuit, the rotor, and at last the measuring chain.
 
-mod saturation;
-mod torque_offset;
+/// The two conversions between an effect's named fields and the values in the order of its parameters.
+macro_rules! fields {
+    ($($field:ident),* $(,)?) => {
+        fn from_values(values: &[S]) -> Self {
+            let mut values = values.iter().copied();
+            Self { $($field: values.next().unwrap_or_default()),* }
+        }
+        fn values(&self) -> [S; $crate::effects::MAX_EFFECT_PARAMETERS] {
+            let mut all = [S::ZERO; $crate::effects::MAX_EFFECT_PARAMETERS];
+            for (slot, value) in all.iter_mut().zip([$(self.$field),*]) {
+                *slot = value;
+            }
+            all
+        }
+    };
+}
 
-use crate::motor::{Balance, OperatingPoint, ParameterError};
+mod description;
+mod memory;
+
+use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
-pub use saturation::Saturation;
-pub use torque_offset::TorqueOffset;
+pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen};
 
 /// How many effects a model can combine.
 pub const MAX_EFFECTS: usize = 8;
@@ -18,43 +36,21 @@ pub const MAX_EFFECTS: usize = 8;
 /// How many parameters an effect has at most.
 pub const MAX_EFFECT_PARAMETERS: usize = 4;
 
-/// A parameter of an effect.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EffectParameter {
-    /// Name within the effect.
-    pub name: &'static str,
-    /// Unit of a rotary drive.
-    pub unit: &'static str,
-    /// Physical range.
-    pub range: (f64, f64),
-    /// Where a fit starts.
-    pub start: f64,
-    /// What it is.
-    pub meaning: &'static str,
-}
+/// What an effect remembers from step to step.
+pub type Memory<S> = [S; 4];
 
-/// What an effect is, in words and equations.
+/// A step that has been made.
 #[derive(Debug, Clone, Copy)]
-pub struct Description {
-    /// Identifier in commands and files.
-    pub id: &'static str,
-    /// The field's name of it.
-    pub name: &'static str,
-    /// The equation, with units.
-    pub equation: &'static str,
-    /// Its parameters.
-    pub parameters: &'static [EffectParameter],
-    /// What it leaves in the residual of a model without it.
-    pub signature: &'static str,
-    /// Effects that look alike.
-    pub confused_with: &'static [&'static str],
-    /// The recording that tells them apart.
-    pub separated_by: &'static str,
-    /// Where the equation comes from.
-    pub source: &'static str,
+pub struct Passed<S> {
+    /// Its length, s.
+    pub interval: S,
+    /// True current and speed at its begin.
+    pub before: State<S>,
+    /// True current and speed at its end.
+    pub after: State<S>,
 }
 
-/// A physical effect: its description, its parameters' values, and what it does to the balance.
+/// A physical effect: its description, its parameters' values, and what it does.
 pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     /// What it is.
     const DESCRIPTION: Description;
@@ -63,16 +59,37 @@ pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     /// The values in the order of [`Description::parameters`].
     fn values(&self) -> [S; MAX_EFFECT_PARAMETERS];
     /// Changes the balance at an operating point.
-    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, balance: &mut Balance<N>);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _at: &OperatingPoint<N>, _memory: &Memory<S>, _balance: &mut Balance<N>) {
+    }
+    /// What it remembers when a run begins in a state.
+    #[inline(always)]
+    fn at_start(&self, _state: State<S>) -> Memory<S> {
+        Memory::default()
+    }
+    /// Moves the memory on over a step.
+    #[inline(always)]
+    fn advance(&self, _passed: &Passed<S>, _memory: &mut Memory<S>) {}
+    /// Changes what the measuring chain shows.
+    #[inline(always)]
+    fn measure(&self, _memory: &Memory<S>, _reading: &mut State<S>) {}
 }
 
 macro_rules! catalogue {
-    ($($variant:ident),+ $(,)?) => {
+    ($($module:ident :: $variant:ident),+ $(,)?) => {
+        $(mod $module; pub use $module::$variant;)+
+
         /// Any effect of the catalogue.
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[allow(missing_docs)]
         pub enum Effect<S> {
             $($variant($variant<S>),)+
+        }
+
+        /// The places of the effects in the catalogue.
+        #[allow(clippy::enum_variant_names)]
+        enum Place {
+            $($variant,)+
         }
 
         impl<S: Scalar<Base = S>> Effect<S> {
@@ -90,6 +107,13 @@ macro_rules! catalogue {
                 None
             }
 
+            /// Its place in the catalogue, which is the order in which effects act.
+            pub fn place(&self) -> usize {
+                match self {
+                    $(Self::$variant(_) => Place::$variant as usize,)+
+                }
+            }
+
             /// What it is.
             pub fn description(&self) -> &'static Description {
                 match self {
@@ -105,17 +129,85 @@ macro_rules! catalogue {
             }
 
             /// Changes the balance at an operating point.
-            #[inline(always)]
-            pub fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, balance: &mut Balance<N>) {
+            #[inline(never)]
+            pub fn contribute<N: Scalar<Base = S>>(
+                &self,
+                at: &OperatingPoint<N>,
+                memory: &Memory<S>,
+                balance: &mut Balance<N>,
+            ) {
                 match self {
-                    $(Self::$variant(effect) => effect.contribute(at, balance),)+
+                    $(Self::$variant(effect) => effect.contribute(at, memory, balance),)+
+                }
+            }
+
+            /// What it remembers when a run begins in a state.
+            pub fn at_start(&self, state: State<S>) -> Memory<S> {
+                match self {
+                    $(Self::$variant(effect) => effect.at_start(state),)+
+                }
+            }
+
+            /// Moves the memory on over a step.
+            #[inline(never)]
+            pub fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+                match self {
+                    $(Self::$variant(effect) => effect.advance(passed, memory),)+
+                }
+            }
+
+            /// Changes what the measuring chain shows.
+            #[inline(never)]
+            pub fn measure(&self, memory: &Memory<S>, reading: &mut State<S>) {
+                match self {
+                    $(Self::$variant(effect) => effect.measure(memory, reading),)+
                 }
             }
         }
     };
 }
 
-catalogue!(Saturation, TorqueOffset);
+catalogue!(
+    remanence::Remanence,
+    hysteresis::Hysteresis,
+    saturation::Saturation,
+    armature_reaction::ArmatureReaction,
+    inductance_saturation::InductanceSaturation,
+    eddy_current::EddyCurrent,
+    transformer_emf::TransformerEmf,
+    commutation_demagnetisation::CommutationDemagnetisation,
+    winding_temperature::WindingTemperature,
+    skin_effect::SkinEffect,
+    commutation_resistance::CommutationResistance,
+    supply_impedance::SupplyImpedance,
+    voltage_gain::VoltageGain,
+    supply_dead_zone::SupplyDeadZone,
+    voltage_offset::VoltageOffset,
+    brush_drop::BrushDrop,
+    brush_arcing::BrushArcing,
+    coulomb_friction::CoulombFriction,
+    asymmetric_friction::AsymmetricFriction,
+    stribeck::Stribeck,
+    torque_offset::TorqueOffset,
+    quadratic_load::QuadraticLoad,
+    windage_exponent::WindageExponent,
+    fan_dynamics::FanDynamics,
+    iron_loss_drag::IronLossDrag,
+    stray_load_torque::StrayLoadTorque,
+    torque_ripple::TorqueRipple,
+    imbalance::Imbalance,
+    bearing_warmup::BearingWarmup,
+    current_compression::CurrentCompression,
+    current_gain::CurrentGain,
+    current_offset::CurrentOffset,
+    channel_delay::ChannelDelay,
+    adc_clipping::AdcClipping,
+    speed_ripple::SpeedRipple,
+    speed_lag::SpeedLag,
+    speed_sign_lost::SpeedSignLost,
+    speed_gain::SpeedGain,
+    adc_resolution::AdcResolution,
+);
 
 impl<S: Scalar<Base = S>> Effect<S> {
     /// Checks that all values are finite and within their physical ranges.

@@ -6,7 +6,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
 //! is the offset of the drive's force.
 
-use super::{Description, EffectParameter, MAX_EFFECT_PARAMETERS, PhysicalEffect};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -22,26 +22,24 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
         id: "torque_offset",
         name: "constant torque",
         equation: "J dω/dt = … − T",
+        acts: Acts::Mechanical,
         parameters: &[EffectParameter {
             name: "torque_offset",
             unit: "N m",
             range: (-1e4, 1e4),
-            start: 0.0,
+            start: 0.5,
+            relative: Relative::Friction,
             meaning: "constant torque against the positive direction",
         }],
         signature: "a torque error that does not change its sign with the direction of motion",
-        confused_with: &["asymmetric_friction"],
+        confused_with: &["asymmetric_friction", "coulomb_friction"],
         separated_by: "motion in both directions at several speeds",
         source: "Janot, Gautier, Brunot 2019 (EMPS)",
+        ..Description::USUAL
     };
-    fn from_values(values: &[S]) -> Self {
-        Self { torque: values.first().copied().unwrap_or_default() }
-    }
-    fn values(&self) -> [S; MAX_EFFECT_PARAMETERS] {
-        [self.torque, S::ZERO, S::ZERO, S::ZERO]
-    }
+    fields!(torque);
     #[inline(always)]
-    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, balance: &mut Balance<N>) {
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
         balance.torque -= N::lift(self.torque);
     }
 }

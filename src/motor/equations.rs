@@ -1,8 +1,10 @@
 //! The equations of motion: base model plus the contributions of the effects.
 
-use crate::effects::Effect;
+use crate::effects::{Effect, MAX_EFFECTS, Memory, Passed};
+use crate::motor::State;
 use crate::motor::parameters::{FluxLaw, ParameterError, Parameters};
 use crate::scalar::Scalar;
+use crate::term::{Op, Target, Term};
 
 /// Where the motor is: the arguments of every effect.
 #[derive(Debug, Clone, Copy)]
@@ -13,13 +15,34 @@ pub struct OperatingPoint<N> {
     pub speed: N,
     /// Direction of motion, or at standstill of the incipient motion: −1, 0 (held by dry friction), 1.
     pub direction: N,
+    /// u, the supply voltage as it is recorded, V.
+    pub voltage: N,
+    /// du/dt, V/s.
+    pub voltage_rate: N,
+}
+
+impl<N: Scalar> OperatingPoint<N> {
+    /// A point without a supply, as the mechanical side sees it.
+    pub fn unsupplied(current: N, speed: N, direction: N) -> Self {
+        Self { current, speed, direction, voltage: N::ZERO, voltage_rate: N::ZERO }
+    }
 }
 
 /// What effects act on; each starts as the base model has it and is changed by the effects in the catalogue's order.
 #[derive(Debug, Clone, Copy)]
 pub struct Balance<N> {
-    /// Flux as an equivalent: i in a series motor (A), 1 with permanent magnets. Back-EMF is K·flux·ω, torque K·flux·i.
+    /// Current that magnetises a series motor, A: i, changed by remanence and hysteresis.
+    pub magnetising: N,
+    /// Flux per magnetising current (series) or flux (permanent magnets), relative to the base model's: 1 without effects.
     pub flux: N,
+    /// dφ/di of a series motor, relative to the base model's: 1 without effects.
+    pub flux_slope: N,
+    /// Time by which the flux lags, s.
+    pub flux_lag: N,
+    /// The same of the inductive voltage: lag times the share of the inductance that lags, s.
+    pub inductance_lag: N,
+    /// Voltage that reaches the motor, V.
+    pub supply: N,
     /// R, Ω.
     pub resistance: N,
     /// Incremental inductance dλ/di, H.
@@ -30,7 +53,11 @@ pub struct Balance<N> {
     pub torque: N,
     /// Dry friction, N m, as a magnitude that opposes motion.
     pub dry_friction: N,
-    /// Friction that depends smoothly on the speed, N m, as the torque that it takes.
+    /// Viscous friction μ1, N m s/rad.
+    pub viscous_friction: N,
+    /// Turbulent friction μ2, N m s²/rad².
+    pub turbulent_friction: N,
+    /// Further friction that depends smoothly on the speed, N m, as the torque that it takes.
     pub friction: N,
 }
 
@@ -50,8 +77,17 @@ pub struct Slopes<N> {
 pub struct Motor<S> {
     parameters: Parameters<S>,
     inverse_inertia: S,
-    effects: heapless::Vec<Effect<S>, { crate::effects::MAX_EFFECTS }>,
+    effects: heapless::Vec<Effect<S>, MAX_EFFECTS>,
+    terms: heapless::Vec<Term<S>, MAX_TERMS>,
+    lags: bool,
+    bends_supply: bool,
 }
+
+/// How many terms of the user's own a motor can have.
+pub const MAX_TERMS: usize = 2;
+
+/// What the effects of a motor remember, in the order of [`Motor::effects`].
+pub type Memories<S> = [Memory<S>; MAX_EFFECTS];
 
 impl<S: Scalar<Base = S>> Motor<S> {
     /// Validates the parameters.
@@ -63,11 +99,32 @@ impl<S: Scalar<Base = S>> Motor<S> {
         for effect in effects {
             effect.validate()?;
         }
+        let mut effects =
+            heapless::Vec::<Effect<S>, MAX_EFFECTS>::from_slice(effects).map_err(|_| ParameterError::TooManyEffects)?;
+        effects.sort_unstable_by_key(Effect::place);
         Ok(Self {
             parameters,
             inverse_inertia: S::ONE / parameters.inertia,
-            effects: heapless::Vec::from_slice(effects).map_err(|_| ParameterError::TooManyEffects)?,
+            lags: effects.iter().any(|e| e.description().lags_flux),
+            bends_supply: effects.iter().any(|e| e.description().bends_supply),
+            effects,
+            terms: heapless::Vec::new(),
         })
+    }
+
+    /// The same motor with terms of the user's own.
+    ///
+    /// # Errors
+    /// More than [`MAX_TERMS`].
+    pub fn with_terms(mut self, terms: &[Term<S>]) -> Result<Self, ParameterError> {
+        self.terms = heapless::Vec::from_slice(terms).map_err(|_| ParameterError::TooManyEffects)?;
+        self.bends_supply |= terms.iter().any(|term| term.ops().any(|op| matches!(op, Op::Voltage)));
+        Ok(self)
+    }
+
+    /// The terms of the user's own.
+    pub fn terms(&self) -> &[Term<S>] {
+        &self.terms
     }
 
     /// The parameters of the base model.
@@ -75,59 +132,171 @@ impl<S: Scalar<Base = S>> Motor<S> {
         &self.parameters
     }
 
-    /// The effects, in the order in which they act.
+    /// The effects, in the order in which they act, which is that of the catalogue.
     pub fn effects(&self) -> &[Effect<S>] {
         &self.effects
     }
 
+    /// What the effects remember when a run begins.
+    pub fn memories_at_start(&self, state: State<S>) -> Memories<S> {
+        let mut memories = [Memory::default(); MAX_EFFECTS];
+        for (effect, memory) in self.effects.iter().zip(&mut memories) {
+            *memory = effect.at_start(state);
+        }
+        memories
+    }
+
+    /// Lets the memories of the effects move on over a step.
+    #[inline(always)]
+    pub fn advance(&self, passed: &Passed<S>, memories: &mut Memories<S>) {
+        for (k, effect) in self.effects.iter().enumerate() {
+            effect.advance(passed, &mut memories[k]);
+        }
+    }
+
+    /// What the measuring chain shows of the true state.
+    #[inline(always)]
+    pub fn measure(&self, memories: &Memories<S>, state: State<S>) -> State<S> {
+        let mut reading = state;
+        for (k, effect) in self.effects.iter().enumerate() {
+            effect.measure(&memories[k], &mut reading);
+        }
+        reading
+    }
+
     /// All terms of the voltage and the torque balance at an operating point.
     #[inline(always)]
-    pub fn balance<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>) -> Balance<N> {
+    pub fn balance<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Balance<N> {
+        let mut balance = self.base(at);
+        for (k, effect) in self.effects.iter().enumerate() {
+            effect.contribute(at, &memories[k], &mut balance);
+        }
+        for term in &self.terms {
+            let value = term.value(at.current, at.speed, at.voltage);
+            match term.target() {
+                Target::Voltage => balance.voltage += value,
+                Target::Torque => balance.friction += value,
+            }
+        }
+        balance
+    }
+
+    /// The terms without effects.
+    #[inline(always)]
+    fn base<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>) -> Balance<N> {
         let p = &self.parameters;
-        let mut balance = Balance {
-            flux: match p.flux_law {
-                FluxLaw::Series => at.current,
-                FluxLaw::PermanentMagnet => N::ONE,
-            },
+        Balance {
+            magnetising: at.current,
+            flux: N::ONE,
+            flux_slope: N::ONE,
+            flux_lag: N::ZERO,
+            inductance_lag: N::ZERO,
+            supply: at.voltage,
             resistance: N::lift(p.resistance),
             inductance: N::lift(p.inductance),
             voltage: N::ZERO,
             torque: N::ZERO,
             dry_friction: N::lift(p.dry_friction),
-            friction: (N::lift(p.viscous_friction) + N::lift(p.turbulent_friction) * at.speed.abs()) * at.speed,
-        };
-        for effect in &self.effects {
-            effect.contribute(at, &mut balance);
+            viscous_friction: N::lift(p.viscous_friction),
+            turbulent_friction: N::lift(p.turbulent_friction),
+            friction: N::ZERO,
         }
-        balance
+    }
+
+    /// Rate of di/dt by time, A/s², while the voltage goes from that of `at` to `to` within `interval` seconds. `inductance` is
+    /// that at `at`.
+    #[inline(always)]
+    pub(crate) fn drift(
+        &self,
+        at: &OperatingPoint<S>,
+        to: S,
+        inverse_interval: S,
+        inductance: S,
+        memories: &Memories<S>,
+    ) -> S {
+        if self.bends_supply {
+            let ahead = OperatingPoint { voltage: to, ..*at };
+            (self.slopes(&ahead, memories).current - self.slopes(at, memories).current) * inverse_interval
+        } else {
+            at.voltage_rate / inductance
+        }
+    }
+
+    /// K φ, V s/rad: back-EMF per speed, torque per current.
+    #[inline(always)]
+    pub fn linkage<N: Scalar<Base = S>>(&self, b: &Balance<N>) -> N {
+        let k = N::lift(self.parameters.flux_coefficient) * b.flux;
+        match self.parameters.flux_law {
+            FluxLaw::Series => k * b.magnetising,
+            FluxLaw::PermanentMagnet => k,
+        }
     }
 
     /// Equations 13 and 14 of Rakar & Juričić (2004), solved for the derivatives:
     /// `L di/dt = u − R i − K φ ω − v` and `J dω/dt = K φ i + τ − s μ0 − μ1 ω − μ2 ω|ω|`.
+    ///
+    /// Flux that lags by T, with a share χ of the inductance, is φ − T dφ/dt and λ − χ T L d²i/dt² to first order in T. With
+    /// the derivative of the voltage balance for L d²i/dt² both stay algebraic:
+    /// `(L − K φ' T ω + χ T (R + K φ' ω)) di/dt = u + χ T du/dt − R i − K φ ω − v`.
     #[inline(always)]
-    pub fn slopes<N: Scalar<Base = S>>(&self, voltage: N, at: &OperatingPoint<N>) -> Slopes<N> {
-        let b = self.balance(at);
-        let linkage = N::lift(self.parameters.flux_coefficient) * b.flux;
-        Slopes {
-            current: (voltage - b.resistance * at.current - linkage * at.speed - b.voltage) / b.inductance,
-            speed: (linkage * at.current + b.torque - at.direction * b.dry_friction - b.friction)
-                * N::lift(self.inverse_inertia),
-            inductance: b.inductance,
+    pub fn slopes<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Slopes<N> {
+        if self.effects.is_empty() && self.terms.is_empty() {
+            self.slopes_of(at, &self.base(at), false)
+        } else {
+            self.slopes_of(at, &self.balance(at, memories), self.lags)
         }
+    }
+
+    #[inline(always)]
+    fn slopes_of<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, b: &Balance<N>, lags: bool) -> Slopes<N> {
+        let linkage = self.linkage(b);
+        let mut inductance = b.inductance;
+        let mut left = b.supply - b.resistance * at.current - linkage * at.speed - b.voltage;
+        let mut lagged = linkage;
+        let slope = N::lift(self.parameters.flux_coefficient) * b.flux_slope;
+        if lags {
+            let emf = slope * at.speed;
+            let gained = inductance + b.inductance_lag * (b.resistance + emf);
+            let lost = b.flux_lag * emf / gained;
+            // 1 − x and 1/(1 + x) agree to first order, and the second never turns the inductance negative.
+            inductance = if lost.value() > S::ZERO { gained / (N::ONE + lost) } else { gained * (N::ONE - lost) };
+            left += b.inductance_lag * at.voltage_rate;
+        }
+        let current = left / inductance;
+        if lags {
+            lagged -= slope * b.flux_lag * current;
+        }
+        let friction = (b.viscous_friction + b.turbulent_friction * at.speed.abs()) * at.speed + b.friction;
+        Slopes {
+            current,
+            speed: (lagged * at.current + b.torque - at.direction * b.dry_friction - friction)
+                * N::lift(self.inverse_inertia),
+            inductance,
+        }
+    }
+
+    /// The torque, N m, that has to be applied from outside (or by the current) for a given motion: friction less the
+    /// driving torques of effects, without J dω/dt and K φ i.
+    pub fn load_torque(&self, speed: S, direction: S) -> S {
+        let at = OperatingPoint::unsupplied(S::ZERO, speed, direction);
+        let b = self.balance(&at, &[Memory::default(); MAX_EFFECTS]);
+        (b.viscous_friction + b.turbulent_friction * speed.abs()) * speed + b.friction + direction * b.dry_friction
+            - b.torque
     }
 
     /// The direction in which the motor moves or, at standstill, is about to move: the driving torque has to exceed
     /// the dry friction, else the rotor sticks and the answer is 0.
     #[inline(always)]
-    pub fn direction(&self, current: S, speed: S) -> S {
+    pub fn direction(&self, current: S, speed: S, memories: &Memories<S>) -> S {
         if speed > S::ZERO {
             return S::ONE;
         }
         if speed < S::ZERO {
             return -S::ONE;
         }
-        let b = self.balance(&OperatingPoint { current, speed, direction: S::ZERO });
-        let torque = self.parameters.flux_coefficient * b.flux * current + b.torque;
+        let at = OperatingPoint::unsupplied(current, speed, S::ZERO);
+        let b = self.balance(&at, memories);
+        let torque = self.linkage(&b) * current + b.torque - b.friction;
         if torque > b.dry_friction {
             S::ONE
         } else if torque < -b.dry_friction {

@@ -160,6 +160,18 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
     fn atan(self) -> Self {
         self.through(self.value.atan(), S::ONE / (S::ONE + self.value * self.value))
     }
+    #[inline]
+    fn cos(self) -> Self {
+        self.through(self.value.cos(), -self.value.sin())
+    }
+    #[inline]
+    fn sin(self) -> Self {
+        self.through(self.value.sin(), self.value.cos())
+    }
+    #[inline]
+    fn round(self) -> Self {
+        Self::lift(self.value.round())
+    }
     #[inline(always)]
     fn is_finite(self) -> bool {
         self.value.is_finite() && self.by_current.is_finite() && self.by_speed.is_finite()

@@ -33,7 +33,8 @@
 //! A. Sandu, J. G. Verwer, J. G. Blom, E. J. Spee, G. R. Carmichael, F. A. Potra: Benchmarking stiff ODE solvers for
 //! atmospheric chemistry problems II: Rosenbrock solvers. Atmospheric Environment 31 (1997) 3459–3472, method ROS3.
 
-use crate::motor::equations::{Motor, OperatingPoint};
+use crate::effects::Passed;
+use crate::motor::equations::{Memories, Motor, OperatingPoint};
 use crate::motor::gradient::Gradient;
 use crate::motor::parameters::{FluxLaw, ParameterError};
 use crate::scalar::Scalar;
@@ -90,6 +91,7 @@ pub struct Stepper<S> {
     motor: Motor<S>,
     state: State<S>,
     rounding: State<S>,
+    memories: Memories<S>,
     substeps: u8,
     inverse_substeps: S,
     /// Of a sub-step, like what follows, s.
@@ -142,11 +144,13 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             return Err(ParameterError::FasterThanSampling);
         }
         let interval = interval * inverse_substeps;
+        let state = State::default();
         Ok(Self {
             substeps,
             inverse_substeps,
+            memories: motor.memories_at_start(state),
             motor,
-            state: State::default(),
+            state,
             rounding: State::default(),
             interval,
             inverse_interval: S::ONE / interval,
@@ -169,14 +173,21 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         self.state
     }
 
-    /// Puts the motor into a state.
+    /// Current and speed now, as the measuring chain shows them: what is to be compared with a measurement.
+    #[inline(always)]
+    pub fn reading(&self) -> State<S> {
+        self.motor.measure(&self.memories, self.state)
+    }
+
+    /// Puts the motor into a state, with the memories of its effects as at the start of a run.
     pub fn set_state(&mut self, state: State<S>) {
         self.state = state;
         self.rounding = State::default();
+        self.memories = self.motor.memories_at_start(state);
     }
 
-    /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the state
-    /// at its end.
+    /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the true
+    /// state at its end; [`Stepper::reading`] tells what the measuring chain shows of it.
     #[inline]
     pub fn step(&mut self, from: S, to: S, constraints: Constraints<S>) -> State<S> {
         let rise = (to - from) * self.inverse_substeps;
@@ -201,19 +212,24 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             self.rounding.current = S::ZERO;
         }
         let State { current, speed } = self.state;
-        let direction = self.motor.direction(current, speed);
+        let direction = self.motor.direction(current, speed, &self.memories);
+        let before = self.state;
         let rotor_held = constraints.speed.is_some() || (speed == S::ZERO && direction == S::ZERO);
 
+        let rate = (to - from) * self.inverse_interval;
         let here = OperatingPoint {
             current: Gradient::current(current),
             speed: Gradient::speed(speed),
             direction: Gradient::lift(direction),
+            voltage: Gradient::lift(from),
+            voltage_rate: Gradient::lift(rate),
         };
-        let slopes = self.motor.slopes(Gradient::lift(from), &here);
+        let slopes = self.motor.slopes(&here, &self.memories);
         let mut f = [slopes.current.value, slopes.speed.value];
         let mut jacobian =
             [[slopes.current.by_current, slopes.current.by_speed], [slopes.speed.by_current, slopes.speed.by_speed]];
-        let mut drift = (to - from) * self.inverse_interval / slopes.inductance.value;
+        let begin = OperatingPoint { current, speed, direction, voltage: from, voltage_rate: rate };
+        let mut drift = self.motor.drift(&begin, to, self.inverse_interval, slopes.inductance.value, &self.memories);
         if constraints.current.is_some() {
             (f[0], jacobian[0], drift) = (S::ZERO, [S::ZERO; 2], S::ZERO);
         }
@@ -225,8 +241,14 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
         let k1 = system.solve([f[0] + by_time * S::constant(GAMMA_SUM[0]), f[1]]);
 
-        let second = OperatingPoint { current: current + k1[0], speed: speed + k1[1], direction };
-        let slopes = self.motor.slopes(from + (to - from) * S::constant(GAMMA), &second);
+        let second = OperatingPoint {
+            current: current + k1[0],
+            speed: speed + k1[1],
+            direction,
+            voltage: from + (to - from) * S::constant(GAMMA),
+            voltage_rate: rate,
+        };
+        let slopes = self.motor.slopes(&second, &self.memories);
         let f = [
             if constraints.current.is_some() { S::ZERO } else { slopes.current },
             if rotor_held { S::ZERO } else { slopes.speed },
@@ -248,6 +270,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             self.state.speed = self.speed_after_crossing(speed, direction);
             self.rounding.speed = S::ZERO;
         }
+        self.motor.advance(&Passed { interval: self.interval, before, after: self.state }, &mut self.memories);
     }
 
     /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has counted
@@ -256,12 +279,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;
         let reversed = -direction;
-        if self.motor.direction(current, S::ZERO) != reversed {
+        if self.motor.direction(current, S::ZERO, &self.memories) != reversed {
             return S::ZERO;
         }
         let share_after = crossed / (crossed - before);
-        let at = OperatingPoint { current, speed: S::ZERO, direction: reversed };
-        let friction = self.motor.balance(&at).dry_friction / self.motor.parameters().inertia;
+        let at = OperatingPoint::unsupplied(current, S::ZERO, reversed);
+        let friction = self.motor.balance(&at, &self.memories).dry_friction / self.motor.parameters().inertia;
         let corrected = crossed - reversed * S::constant(2.0) * friction * self.interval * share_after;
         if corrected * reversed > S::ZERO { corrected } else { S::ZERO }
     }

@@ -2,5 +2,6 @@
 
 mod butterworth;
 mod butterworth_arithmetic;
+mod effects;
 mod stepper;
 mod tick;

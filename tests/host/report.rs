@@ -67,7 +67,8 @@ fn assert_well_formed(page: &str) {
 fn a_full_report_is_well_formed_and_whole_in_itself() {
     let (before, mut m) = (comparison(vec![recording("a.csv", traces(3.0))]), model(Motion::Rotary));
     let offset = Parameter { value: 0.003, unit: "N m".into(), ci95: Some([0.002, 0.004]), status: Status::Identified };
-    m.effects.push(EffectEntry { id: "torque_offset".into(), parameters: [("offset".to_owned(), offset)].into() });
+    m.effects
+        .push(EffectEntry { id: "torque_offset".into(), parameters: [("torque_offset".to_owned(), offset)].into() });
     let after = comparison(vec![recording("b.csv", traces(2.0))]);
     let page = Report::new("Type 462")
         .lead("First sentence.")

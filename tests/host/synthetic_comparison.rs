@@ -195,6 +195,7 @@ pub fn model(motion: Motion) -> Model {
         ]
         .into(),
         effects: Vec::new(),
+        terms: Vec::new(),
         provenance: Provenance {
             greyrig: "0.1.0".into(),
             method: "output error".into(),

@@ -10,10 +10,11 @@ use super::{input, words};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::identify::{self, Settings};
-use crate::model::{Assignment, EffectEntry, Model, Origin, Status};
+use crate::model::{Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
 use crate::report::{Report, Step};
+use crate::term::Formula;
 
 /// Adds effects to a model, identifies again, and shows the error fall, on data held out.
 #[derive(Debug, clap::Args)]
@@ -26,6 +27,9 @@ pub struct Args {
     /// Effects of the catalogue, and recordings
     #[arg(required = true, value_name = "EFFECT|RUN")]
     arguments: Vec<PathBuf>,
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)' (repeatable)
+    #[arg(long, value_name = "FORMULA")]
+    term: Vec<Formula>,
     /// Model file to start from
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
@@ -67,10 +71,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let effects: Vec<&'static str> = args.arguments.iter().filter_map(known).collect();
     let files: Vec<PathBuf> = args.arguments.iter().filter(|a| known(a).is_none()).cloned().collect();
-    if effects.is_empty() || files.is_empty() {
+    if (effects.is_empty() && args.term.is_empty()) || files.is_empty() {
         let ids: Vec<&str> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
         return Err(Error::usage(
-            "add needs at least one effect and one recording",
+            "add needs at least one effect or --term, and one recording",
             format!("effects are {}", ids.join(", ")),
         ));
     }
@@ -81,15 +85,19 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = input::load(&files, &args.map)?;
     let (training, held_out) = split(&recordings);
 
-    let mut stages = vec![stage("before", &model, &[], &training, &held_out)?];
+    let mut stages = vec![stage("before", &model, &[], &[], &training, &held_out)?];
     for count in 1..=effects.len() {
         let label = format!("+ {}", effects[count - 1]);
-        stages.push(stage(&label, &model, &effects[..count], &training, &held_out)?);
+        stages.push(stage(&label, &model, &effects[..count], &[], &training, &held_out)?);
+    }
+    for count in 1..=args.term.len() {
+        let label = format!("+ {}", args.term[count - 1].text());
+        stages.push(stage(&label, &model, &effects, &args.term[..count], &training, &held_out)?);
     }
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
     let accepted = falls(&first.held_out.esr, &last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
-    let final_fit = identify::identify(&recordings, &settings(&model, &effects))?;
+    let final_fit = identify::identify(&recordings, &settings(&model, &effects, &args.term))?;
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.force)?;
     }
@@ -111,6 +119,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             &names,
             json!({
                 "effects": effects,
+                "terms": args.term.iter().map(Formula::text).collect::<Vec<_>>(),
                 "esr_before": first.training,
                 "esr_after": last.training,
                 "held_out_before": first.held_out.esr,
@@ -140,30 +149,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The settings that identify a model again with further effects; what the user fixed stays fixed.
-fn settings(model: &Model, more: &[&str]) -> Settings {
-    let held = model.parameters.iter().chain(model.effects.iter().flat_map(|e: &EffectEntry| &e.parameters));
-    Settings {
-        base: model.base,
-        effects: model.effects.iter().map(|e| e.id.clone()).chain(more.iter().map(|id| (*id).to_owned())).collect(),
-        fixed: held
-            .filter(|(_, p)| p.status == Status::Fixed)
-            .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
-            .collect(),
-        filter: model.filter,
-        cutoff_given: true,
-        ..Settings::new(model.kind)
-    }
+/// The settings that identify a model again with further effects.
+fn settings(model: &Model, more: &[&str], terms: &[Formula]) -> Settings {
+    let mut settings = Settings::of_model(model);
+    settings.effects.extend(more.iter().map(|id| (*id).to_owned()));
+    settings.terms.extend(terms.iter().cloned());
+    settings
 }
 
 fn stage(
     label: &str,
     model: &Model,
     effects: &[&str],
+    terms: &[Formula],
     training: &[Recording],
     held_out: &[Recording],
 ) -> Result<Stage> {
-    let identification = identify::identify(training, &settings(model, effects))?;
+    let identification = identify::identify(training, &settings(model, effects, terms))?;
     let model = identification.model;
     Ok(Stage {
         label: label.to_owned(),

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::words;
 use crate::compare::{Comparison, compare};
+use crate::diagnose::{Options, diagnose};
 use crate::error::Result;
 use crate::identify::{self, Identification, Method, Settings};
 use crate::model::{Kind, Origin};
@@ -16,11 +17,20 @@ use crate::report::figures::error_falling;
 use crate::report::{Report, Step};
 use crate::rig::Setup;
 
-/// Share of the flux that the hidden saturation takes at nominal peak current: where the physical model alone is off by
-/// the paper's 20 %.
-const SATURATION: &str = "saturation=0.42";
+/// What the motor hides; the seed chooses. The first is a motor whose physical model alone is off by the paper's 20 %.
+const HIDDEN: [&[&str]; 8] = [
+    &["saturation=0.42", "hysteresis"],
+    &["saturation:langevin=0.4", "brush_drop=4"],
+    &["inductance_saturation=0.6"],
+    &["hysteresis=0.4", "channel_delay=150e-6"],
+    &["saturation=0.3", "eddy_current=150e-6"],
+    &["current_compression=0.07", "brush_drop=3"],
+    &["windage_exponent=2.8", "remanence=0.15"],
+    &["channel_delay=120e-6"],
+];
 
-/// The whole story on built-in data: simulate a motor with a hidden effect, identify, compare, see where it fails.
+/// The whole story on built-in data: simulate a motor that hides something, identify, compare,
+/// see where it fails, learn what is missing, add it, and watch the error fall.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  greyrig demo --report demo.html")]
 pub struct Args {
@@ -30,7 +40,7 @@ pub struct Args {
     /// Picture of the errors to write, SVG
     #[arg(long, value_name = "FILE.svg")]
     figure: Option<PathBuf>,
-    /// Noise and motor of the virtual rig
+    /// What the motor hides, and the noise of the virtual rig
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Replace an existing report
@@ -43,7 +53,7 @@ pub struct Args {
 
 /// One way to a model, judged on data that it has not seen.
 struct Attempt {
-    label: &'static str,
+    label: String,
     identification: Identification,
     held_out: Comparison,
 }
@@ -57,63 +67,78 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     output::refuse_overwrite(&report, args.force)?;
     let say = |text: &str| if args.json { Ok(()) } else { output::print_line(text) };
 
-    say("1. A motor on the virtual rig: a 1.4 kW vacuum-cleaner motor at 50 Hz with a hidden effect.\n   \
+    say("1. A motor on the virtual rig: a 1.4 kW vacuum-cleaner motor at 50 Hz that hides something.\n   \
          Training: an amplitude staircase of 24 s. Held out: a ramp of 20 s, which no fit sees.\n")?;
-    let training = record("staircase", "staircase.csv", args.seed)?;
-    let held_out = record("ramp", "ramp.csv", args.seed + 1)?;
+    let training = record("staircase", "staircase.csv", hidden(args.seed), args.seed)?;
+    let held_out = record("ramp", "ramp.csv", hidden(args.seed), args.seed + 1)?;
 
-    let attempt = |label, method, effects: &[&str]| -> Result<Attempt> {
+    let attempt = |label: &str, method, effects: &[&str]| -> Result<Attempt> {
         let effects = effects.iter().map(|id| (*id).to_owned()).collect();
         let settings = Settings { method, effects, ..Settings::new(Kind::Universal) };
         let identification = identify::identify(&training, &settings)?;
         let held_out = compare(&identification.model, &held_out)?;
-        Ok(Attempt { label, identification, held_out })
+        Ok(Attempt { label: label.to_owned(), identification, held_out })
     };
-    let attempts = [
-        attempt("least squares", Method::LeastSquares, &[])?,
-        attempt("output error", Method::OutputError, &[])?,
-        attempt("+ saturation", Method::OutputError, &["saturation"])?,
-    ];
-    let [first, last, improved] = &attempts;
-
+    let mut attempts =
+        vec![attempt("least squares", Method::LeastSquares, &[])?, attempt("output error", Method::OutputError, &[])?];
     say("2. The physical model by the paper's method, linear least squares in continuous time:\n")?;
-    say(&words::parameters(&first.identification))?;
+    say(&words::parameters(&attempts[0].identification))?;
     say("\n3. The same model refined by output error, on the free run itself:\n")?;
-    say(&words::parameters(&last.identification))?;
-    for note in &last.identification.notes {
+    say(&words::parameters(&attempts[1].identification))?;
+    for note in &attempts[1].identification.notes {
         say(&format!("note: {note}"))?;
     }
     say("\n4. Where it fails on the held-out ramp, in free run from the voltage alone:\n")?;
-    say(&words::regions(&last.held_out))?;
-    say("\n5. Saturation of the flux added, and identified again:\n")?;
+    say(&words::regions(&attempts[1].held_out))?;
+
+    say("\n5. Which effect of the catalogue is missing:\n")?;
+    let options = Options { settings: Settings::new(Kind::Universal), exclude: Vec::new(), candidates_refined: true };
+    let bar = output::progress("diagnosis", 40);
+    let diagnosis = diagnose(&training, &options, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    })?;
+    bar.finish_and_clear();
+    say(&super::diagnose::candidates(&diagnosis))?;
+    say(&format!("\nverdict: {}\n{}", super::diagnose::headline(&diagnosis), diagnosis.verdict.text))?;
+
+    let found = &diagnosis.verdict.effects;
+    for count in 1..=found.len() {
+        attempts.push(attempt(&format!("+ {}", found[count - 1]), Method::OutputError, &found[..count])?);
+    }
+    let improved = &attempts[attempts.len() - 1];
+    say("\n6. Added, and identified again:\n")?;
     say(&words::parameters(&improved.identification))?;
-    say("\n6. The error falls, on the ramp that no fit has seen:\n")?;
+    say("\n7. The error falls, on the ramp that no fit has seen:\n")?;
     let mut table = words::table(&["model", "current", "speed"]);
     for attempt in &attempts {
         let esr = attempt.held_out.esr;
-        table.add_row([attempt.label.to_owned(), words::percent(esr.current), words::percent(esr.speed)]);
+        table.add_row([attempt.label.clone(), words::percent(esr.current), words::percent(esr.speed)]);
     }
     let floor = improved.held_out.noise_floor;
     table.add_row(["noise floor".to_owned(), words::percent(floor.current), words::percent(floor.speed)]);
     say(&table.to_string())?;
 
-    let steps: Vec<Step> = attempts.iter().map(|a| Step { label: a.label.to_owned(), esr: a.held_out.esr }).collect();
+    let steps: Vec<Step> = attempts.iter().map(|a| Step { label: a.label.clone(), esr: a.held_out.esr }).collect();
     if let Some(path) = &args.figure {
         output::write_file(path, args.force, |out| out.write_all(error_falling(&steps, floor).as_bytes()))?;
     }
     let files: Vec<Origin> = training.iter().chain(&held_out).map(Origin::from).collect();
     Report::new("A motor with a hidden effect")
-        .lead("What the physical model alone explains of a motor whose flux saturates, where it fails, and what is left once saturation is in it.")
+        .lead(format!(
+            "What the physical model alone explains of a motor that hides something, where it fails, what is missing, and \
+             what is left once that is in it. Verdict: {}.",
+            super::diagnose::headline(&diagnosis)
+        ))
         .waterfall("Error-to-signal ratio on the held-out ramp", &steps, floor)
-        .comparison("Physical model alone", &last.held_out, &last.identification.model)
-        .comparison("With saturation", &improved.held_out, &improved.identification.model)
+        .text("Why", diagnosis.verdict.text.clone())
+        .table("Candidates", super::diagnose::candidates_in_report(&diagnosis))
+        .comparison("Physical model alone", &attempts[1].held_out, &attempts[1].identification.model)
+        .comparison("With what was missing", &improved.held_out, &improved.identification.model)
         .recordings(&files)
         .fact("Command", format!("greyrig demo --seed {}", args.seed))
         .write(&report, args.force)?;
-    say(&format!(
-        "\nWhat is left above the noise floor is a second hidden effect, hysteresis.\n\nreport: {}",
-        report.display()
-    ))?;
+    say(&format!("\nThe motor did hide: {}.\n\nreport: {}", hidden(args.seed).join(" "), report.display()))?;
 
     if args.json {
         output::print_json(
@@ -126,7 +151,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     "held_out": a.held_out.esr,
                 })).collect::<Vec<_>>(),
                 "noise_floor": floor,
-                "where": last.held_out.regions,
+                "where": attempts[1].held_out.regions,
+                "hidden": hidden(args.seed),
+                "verdict": diagnosis.verdict,
                 "report": report,
             }),
         )?;
@@ -134,14 +161,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn record(profile: &str, name: &str, seed: u64) -> Result<Vec<Recording>> {
-    let mut recording = Setup::new(Kind::Universal)
-        .effect(SATURATION)?
-        .effect("hysteresis")?
-        .profile(profile)?
-        .seed(seed)
-        .run()?
-        .recording;
+/// What the motor of a seed hides.
+fn hidden(seed: u64) -> &'static [&'static str] {
+    HIDDEN[(seed.saturating_sub(1) % HIDDEN.len() as u64) as usize]
+}
+
+fn record(profile: &str, name: &str, hidden: &[&str], seed: u64) -> Result<Vec<Recording>> {
+    let mut setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
+    for effect in hidden {
+        setup = setup.effect(effect)?;
+    }
+    let mut recording = setup.run()?.recording;
     recording.path = name.into();
     Ok(vec![recording])
 }

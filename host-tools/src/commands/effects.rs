@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
-use greyrig::effects::{Description, Effect};
+use greyrig::effects::{Acts, Description, Effect, Relative, Seen};
 use serde_json::json;
 
 use super::words;
+use crate::diagnose::classes;
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -15,6 +16,9 @@ use crate::output;
 pub struct Args {
     /// Identifier of one effect
     id: Option<String>,
+    /// Print the catalogue as the page of the documentation
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -33,7 +37,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             Error::usage(format!("there is no effect {id}"), format!("known are {}", ids.join(", ")))
         })?],
     };
-    if args.json {
+    if args.markdown {
+        output::print_line(&page(&chosen))?;
+    } else if args.json {
         let effects: Vec<_> = chosen.iter().map(|d| as_json(d)).collect();
         output::print_json("effects", &[], json!({ "effects": effects }))?;
     } else if args.id.is_some() {
@@ -41,13 +47,106 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             output::print_line(&explained(description))?;
         }
     } else {
-        let mut table = words::table(&["effect", "what", "equation"]);
+        let mut table = words::table(&["effect", "what", "enters", "shows in"]);
         for d in chosen {
-            table.add_row([d.id, d.name, d.equation]);
+            let shows = match d.seen {
+                Seen::FreeRun => "free run",
+                Seen::Invisible(_) => "nothing",
+                Seen::Variance => "variance",
+                Seen::Orders => "orders",
+                Seen::Samples => "samples",
+            };
+            table.add_row([d.id, d.name, enters(d), shows]);
         }
         output::print_line(&table.to_string())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Which equation an effect enters, in words.
+fn enters(d: &Description) -> &'static str {
+    match d.acts {
+        Acts::Electrical => "voltage",
+        Acts::Mechanical => "torque",
+        Acts::Both => "voltage and torque",
+        Acts::Measuring => "measuring chain",
+    }
+}
+
+/// How an effect shows, in words.
+fn shows(d: &Description) -> String {
+    match d.seen {
+        Seen::FreeRun => "in the error of the free run".to_owned(),
+        Seen::Invisible(needs) => format!("not in voltage, current and speed: needs {needs}"),
+        Seen::Variance => "in the variance of the residual".to_owned(),
+        Seen::Orders => "in lines at multiples of the rotation, above the filter".to_owned(),
+        Seen::Samples => "in the samples, before any fit".to_owned(),
+    }
+}
+
+/// What a start value is relative to, in words.
+fn relative(relative: Relative) -> &'static str {
+    match relative {
+        Relative::Absolute => "",
+        Relative::Current => " of the largest current",
+        Relative::InverseCurrentSquared => " over the largest current squared",
+        Relative::Voltage => " of the largest voltage",
+        Relative::Impedance => " of voltage over current",
+        Relative::ImpedancePerSpeed => " of voltage over current and speed",
+        Relative::Speed => " of the largest speed",
+        Relative::InverseSpeed => " over the largest speed",
+        Relative::InverseSpeedSquared => " over the largest speed squared",
+        Relative::Friction => " of a tenth of the largest torque",
+        Relative::FrictionPerSpeed => " of that over the speed",
+        Relative::FrictionPerSpeedSquared => " of that over the speed squared",
+        Relative::FrictionPerCurrentSquaredSpeed => " of that over current squared and speed",
+        Relative::FrictionPerCurrentSquaredSpeedSquared => " of that over current squared and speed squared",
+    }
+}
+
+/// The catalogue as a page of the documentation.
+fn page(effects: &[&Description]) -> String {
+    let mut text = String::from(
+        "# The catalogue of physical effects\n\nMade by `greyrig effects --markdown` from the text beside the equations in \
+         `src/effects/`. The order is that in which effects act. The first parameter of each is its size: at zero the effect is \
+         absent.\n\nEffects that no recording of voltage, current and speed could separate count as one: \n\n",
+    );
+    for class in classes::all() {
+        text += &format!("- {}\n", class.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", "));
+    }
+    text += "\n| effect | what | enters | shows |\n| --- | --- | --- | --- |\n";
+    for d in effects {
+        text += &format!("| [`{}`](#{}) | {} | {} | {} |\n", d.id, d.id, d.name, enters(d), shows(d));
+    }
+    for d in effects {
+        text += &format!("\n## {}\n\n{}.\n\n```text\n{}\n```\n\n", d.id, capitalised(d.name), d.equation);
+        text += "| parameter | unit | meaning | range | start |\n| --- | --- | --- | --- | --- |\n";
+        for p in d.parameters {
+            text += &format!(
+                "| `{}` | {} | {} | {} … {} | {}{} |\n",
+                p.name,
+                p.unit,
+                p.meaning,
+                p.range.0,
+                p.range.1,
+                p.start,
+                relative(p.relative)
+            );
+        }
+        text += &format!("\n- Enters: {}. Shows {}.\n", enters(d), shows(d));
+        text += &format!("- Signature: {}.\n", d.signature);
+        if !d.confused_with.is_empty() {
+            let ids: Vec<String> = d.confused_with.iter().map(|id| format!("`{id}`")).collect();
+            text += &format!("- Confused with {}. Separated by {}.\n", ids.join(", "), d.separated_by);
+        }
+        text += &format!("- Source: {}.\n", d.source);
+    }
+    text.trim_end().to_owned()
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn explained(d: &Description) -> String {
@@ -55,6 +154,7 @@ fn explained(d: &Description) -> String {
     for p in d.parameters {
         text += &format!("  {} ({}): {}; {} to {}\n", p.name, p.unit, p.meaning, p.range.0, p.range.1);
     }
+    text += &format!("\nenters         {}\nshows          {}", enters(d), shows(d));
     text += &format!("\nsignature      {}\n", d.signature);
     text += &format!("confused with  {}\n", d.confused_with.join(", "));
     text += &format!("separated by   {}\n", d.separated_by);
@@ -69,6 +169,8 @@ fn as_json(d: &Description) -> serde_json::Value {
         "parameters": d.parameters.iter().map(|p| json!({
             "name": p.name, "unit": p.unit, "meaning": p.meaning, "range": [p.range.0, p.range.1], "start": p.start,
         })).collect::<Vec<_>>(),
+        "enters": enters(d),
+        "shows": shows(d),
         "signature": d.signature,
         "confused_with": d.confused_with,
         "separated_by": d.separated_by,

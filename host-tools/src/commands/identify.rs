@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::identify::{self, Method, Settings};
 use crate::model::{Assignment, Base, Kind};
 use crate::output;
+use crate::term::Formula;
 
 /// Physical parameters with 95 % intervals from recordings of one motor type.
 #[derive(Debug, clap::Args)]
@@ -35,6 +36,9 @@ pub struct Args {
     /// Effect of the catalogue that the model shall have besides (repeatable)
     #[arg(long, value_name = "ID")]
     effect: Vec<String>,
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)' (repeatable)
+    #[arg(long, value_name = "FORMULA")]
+    term: Vec<Formula>,
     /// Parameter with a known value, SI (repeatable)
     #[arg(long, value_name = "NAME=VALUE")]
     fix: Vec<Assignment>,
@@ -80,6 +84,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     settings.method = args.method;
     settings.base = args.base.unwrap_or(settings.base);
     settings.effects.clone_from(&args.effect);
+    settings.terms.clone_from(&args.term);
     settings.fixed.clone_from(&args.fix);
     settings.bounds.clone_from(&args.bound);
     settings.filter.order = args.order;

@@ -1,13 +1,16 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
 pub mod add;
+pub mod challenge;
 pub mod compare;
 pub mod completions;
 pub mod convert;
 pub mod demo;
+pub mod diagnose;
 pub mod effects;
 pub mod identify;
 mod input;
+pub mod plan;
 pub mod simulate;
 mod words;
 
@@ -38,6 +41,12 @@ pub enum Command {
     Compare(compare::Args),
     /// Adds effects to a model and shows the error fall on data held out.
     Add(add::Args),
+    /// Which physical effect is missing, how sure, and the experiment that would tell.
+    Diagnose(diagnose::Args),
+    /// From what size on recordings would have revealed each effect.
+    Challenge(challenge::Args),
+    /// The recording that would best tell rival effects apart.
+    Plan(plan::Args),
     /// The catalogue of physical effects, explained.
     Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
@@ -59,6 +68,9 @@ impl Command {
             Self::Identify(args) => identify::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Add(args) => add::run(args),
+            Self::Diagnose(args) => diagnose::run(args),
+            Self::Challenge(args) => challenge::run(args),
+            Self::Plan(args) => plan::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),

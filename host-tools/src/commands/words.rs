@@ -103,3 +103,19 @@ pub fn regions(comparison: &Comparison) -> String {
     }
     comparison.regions.iter().map(|r| format!("  {}", r.text)).collect::<Vec<_>>().join("\n")
 }
+
+/// A quantity to two digits, with its unit: 43 mV, 0.15, 1.7e-11 N m s²/(A² rad²).
+pub fn quantity(value: f64, unit: &str) -> String {
+    const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
+    let simple = matches!(unit, "V" | "A" | "s" | "N m" | "N" | "Ω" | "ohm" | "H");
+    let fitting = PREFIXES.iter().find(|(size, _)| value.abs() >= 0.9995 * size);
+    let (size, prefix) = fitting.filter(|_| simple).copied().unwrap_or(PREFIXES[0]);
+    let scaled = value / size;
+    let number = if scaled == 0.0 || (1e-2..1e4).contains(&scaled.abs()) {
+        let decimals = (1.0 - (1.005 * scaled.abs().max(1e-2)).log10().floor()).max(0.0) as usize;
+        format!("{scaled:.decimals$}")
+    } else {
+        format!("{scaled:.1e}")
+    };
+    if unit == "1" { number } else { format!("{number} {prefix}{unit}") }
+}

@@ -5,6 +5,8 @@ pub mod regions;
 mod result;
 pub mod traces;
 
+use greyrig::effects::Passed;
+use greyrig::motor::{OperatingPoint, State};
 use rayon::prelude::*;
 
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
@@ -249,13 +251,26 @@ fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>
     let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));
     let direction = crate::identify::regression::directions(w);
     let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
+    let state = |n: usize| State { current: i[n], speed: w[n] };
+    let mut memories = motor.memories_at_start(state(0));
+    let du = derivative(&e.input, e.interval_s);
     for n in 0..e.len() {
-        let at = greyrig::motor::OperatingPoint { current: i[n], speed: w[n], direction: direction[n] };
-        let slopes = motor.slopes(e.input[n], &at);
+        if n > 0 {
+            let passed = Passed { interval: e.interval_s, before: state(n - 1), after: state(n) };
+            motor.advance(&passed, &mut memories);
+        }
+        let at = OperatingPoint {
+            current: i[n],
+            speed: w[n],
+            direction: direction[n],
+            voltage: e.input[n],
+            voltage_rate: du[n],
+        };
+        let slopes = motor.slopes(&at, &memories);
         voltage.push(slopes.inductance * (slopes.current - di[n]));
         let inertia = motor.parameters().inertia;
         torque.push(inertia * (slopes.speed - dw[n]));
-        driving.push(motor.parameters().flux_coefficient * motor.balance(&at).flux * i[n]);
+        driving.push(motor.linkage(&motor.balance(&at, &memories)) * i[n]);
     }
     let zero = vec![0.0; e.len()];
     let counted = |n: usize| e.counted[n] && !e.is_open(n) && !e.is_locked(n);

@@ -7,17 +7,15 @@
 //! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 
-use std::f64::consts::TAU;
-
 use greyrig::motor::Motor;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use realfft::RealFftPlanner;
 
 use super::result::PerSignal;
 use super::traces::simulate;
 use crate::experiment::{Drive, Experiment, Imposed};
+use crate::noise::{TOP_OF_BAND, white_noise};
 
 /// Two voltages count as the same when they differ by less than this, relative to their RMS.
 const SAME_VOLTAGE: f64 = 0.005;
@@ -25,8 +23,6 @@ const SAME_VOLTAGE: f64 = 0.005;
 const IDLE: f64 = 0.02;
 /// Idle stretches have to add up to this, s.
 const IDLE_S: f64 = 0.2;
-/// The top of the band, as fractions of the sampling rate, in which the spectrum is taken for noise.
-const TOP_OF_BAND: (f64, f64) = (0.25, 0.40);
 /// Share of the filter's cut-off to Nyquist that has to be free of signal for that.
 const FREE_BAND: f64 = 2.0;
 
@@ -37,34 +33,6 @@ pub struct Floor {
     pub rms: PerSignal,
     /// The source in words; `None`: unknown.
     pub source: Option<&'static str>,
-}
-
-/// Standard deviation of white noise per sample, from the top of the spectrum (median over frequencies, so that single
-/// lines do not count). `None` when there is too little data.
-pub fn white_noise(signal: &[f64]) -> Option<f64> {
-    const LENGTH: usize = 1024;
-    let mut planner = RealFftPlanner::<f64>::new();
-    let fft = planner.plan_fft_forward(LENGTH);
-    let window: Vec<f64> = (0..LENGTH).map(|k| 0.5 - 0.5 * (TAU * k as f64 / LENGTH as f64).cos()).collect();
-    let energy: f64 = window.iter().map(|w| w * w).sum();
-    let bins = (TOP_OF_BAND.0 * LENGTH as f64) as usize..(TOP_OF_BAND.1 * LENGTH as f64) as usize;
-    let mut densities = vec![0.0; bins.len()];
-    let mut count = 0.0;
-    for piece in signal.chunks_exact(LENGTH) {
-        let mean = piece.iter().sum::<f64>() / LENGTH as f64;
-        let mut input: Vec<f64> = piece.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
-        let mut output = fft.make_output_vec();
-        fft.process(&mut input, &mut output).ok()?;
-        for (d, k) in densities.iter_mut().zip(bins.clone()) {
-            *d += output[k].norm_sqr() / energy;
-        }
-        count += 1.0;
-    }
-    if count < 4.0 {
-        return None;
-    }
-    densities.sort_by(f64::total_cmp);
-    Some((densities[densities.len() / 2] / count).sqrt())
 }
 
 /// Share of white noise that passes the filter, as a standard deviation.

@@ -7,7 +7,6 @@ use super::result::Traces;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::identify::inverse_dynamics::{directions_by_quantum, zero_phase};
-use crate::identify::regression::torque_of;
 
 /// A filtered simulation: current and speed, sample by sample.
 pub struct Simulated {
@@ -76,7 +75,7 @@ pub fn traces(motor: &Motor<f32>, precise: &Motor<f64>, e: &Experiment, start_s:
             let acceleration = derivative(speed, e.interval_s);
             let direction = directions_by_quantum(speed);
             let needed: Vec<f64> = (0..speed.len())
-                .map(|n| precise.parameters().inertia * acceleration[n] + torque_of(precise, speed[n], direction[n]))
+                .map(|n| precise.parameters().inertia * acceleration[n] + precise.load_torque(speed[n], direction[n]))
                 .collect();
             if let (Some(measured), Some(modelled)) = (zero_phase(&e.input, e.filter), zero_phase(&needed, e.filter)) {
                 traces.measured_torque = measured;

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
-use super::output_error::Refined;
+use super::minimise::Refined;
 use super::space::{Freedom, Space};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};
@@ -189,11 +189,13 @@ fn describe(names: &[&str], direction: &[f64], has_current: bool) -> Weakness {
     let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let involved: Vec<&str> =
         names.iter().zip(direction).filter(|(_, x)| x.abs() > LOADING * largest).map(|(n, _)| *n).collect();
-    // Friction terms are the ones that a motor can do without.
-    let held = ["mu1", "mu2", "mu0"]
-        .into_iter()
-        .find(|n| involved.contains(n))
-        .or_else(|| involved.iter().copied().find(|n| !matches!(*n, "R" | "L" | "K" | "J")))
+    // Shapes of effects have a usual value; friction terms are the ones that a motor can do without.
+    let base = |n: &str| crate::model::BASE_PARAMETERS.contains(&n);
+    let held = involved
+        .iter()
+        .copied()
+        .find(|n| !base(n))
+        .or_else(|| ["mu1", "mu2", "mu0"].into_iter().find(|n| involved.contains(n)))
         .or_else(|| ["L", "J", "K", "R"].into_iter().find(|n| involved.contains(n)))
         .unwrap_or(names[0]);
     let others: Vec<&str> = involved.iter().copied().filter(|n| *n != held).collect();

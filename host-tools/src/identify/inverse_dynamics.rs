@@ -14,7 +14,6 @@ use greyrig::butterworth::{Cascade, Settings};
 use nalgebra::{DMatrix, DVector};
 use realfft::RealFftPlanner;
 
-use super::regression::torque_of;
 use super::space::{Freedom, Space};
 use crate::experiment::{Experiment, derivative};
 
@@ -156,7 +155,7 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
                 acceleration.clone()
             } else {
                 let motor = unit(k, 1.0)?;
-                speed.iter().zip(&direction).map(|(w, s)| torque_of(&motor, *w, *s)).collect()
+                speed.iter().zip(&direction).map(|(w, s)| motor.load_torque(*w, *s)).collect()
             };
             match (entries.iter().position(|j| *j == k), entry.freedom) {
                 (Some(place), _) => {

@@ -7,16 +7,20 @@
 //! 4. Directions in which the data leave the parameters open are closed, one by one, by holding a parameter; each is
 //!    reported in words with the excitation that would tell ([`identifiability`]).
 
+pub mod equation_error;
 pub mod identifiability;
 pub mod intervals;
 pub mod inverse_dynamics;
+pub mod minimise;
 pub mod output_error;
 pub mod regression;
+pub mod scales;
 pub mod space;
 
 use std::collections::BTreeMap;
 
 use greyrig::effects::Effect;
+use greyrig::motor::MAX_TERMS;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -24,13 +28,18 @@ use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::{
     Assignment, BASE_PARAMETERS, Base, EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status,
-    unit,
+    TermEntry, unit,
 };
+use crate::output;
 use crate::recording::Recording;
+use crate::term::Formula;
+use equation_error::EquationError;
 use identifiability::Weakness;
 use intervals::{Covariance, block_length_s, correlation_time_s, covariance};
-use output_error::Rows;
-use space::{Freedom, Space};
+use minimise::{Effort, Refined, as_it_is, minimise};
+use output_error::{OutputError, Rows};
+use scales::Scales;
+use space::{Entry, Freedom, Space};
 
 /// How far the estimation goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -41,6 +50,9 @@ pub enum Method {
     /// Linear least squares in continuous time alone, as Rakar & Juričić did.
     LeastSquares,
 }
+
+/// Distance from a limit, in the optimiser's coordinates, at which a shape is at it.
+const AT_LIMIT: f64 = 1e-4;
 
 /// Half a 95 % interval of the normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
@@ -56,6 +68,8 @@ pub struct Settings {
     pub base: Base,
     /// Identifiers of effects that the model has besides.
     pub effects: Vec<String>,
+    /// Terms of the user's own that the model has besides.
+    pub terms: Vec<Formula>,
     /// Parameters with known values.
     pub fixed: Vec<Assignment>,
     /// Parameters with bounds: name, least, greatest.
@@ -74,10 +88,32 @@ impl Settings {
             kind,
             base: Base::usual(kind),
             effects: Vec::new(),
+            terms: Vec::new(),
             fixed: Vec::new(),
             bounds: Vec::new(),
             filter: Filter::default(),
             cutoff_given: false,
+        }
+    }
+}
+
+impl Settings {
+    /// The settings that identify a model again; what the user fixed stays fixed.
+    pub fn of_model(model: &Model) -> Self {
+        let effects = model.effects.iter().flat_map(|e: &EffectEntry| &e.parameters);
+        let terms = model.terms.iter().flat_map(|t| &t.parameters);
+        let held = model.parameters.iter().chain(effects).chain(terms);
+        Self {
+            base: model.base,
+            effects: model.effects.iter().map(|e| e.id.clone()).collect(),
+            terms: model.terms.iter().map(|t| t.formula.clone()).collect(),
+            fixed: held
+                .filter(|(_, p)| p.status == Status::Fixed)
+                .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
+                .collect(),
+            filter: model.filter,
+            cutoff_given: true,
+            ..Self::new(model.kind)
         }
     }
 }
@@ -142,7 +178,11 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
     Ok(report(recordings, settings, filter, outcome, notes))
 }
 
-fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>> {
+/// Prepares recordings of one motor type.
+///
+/// # Errors
+/// No recording, recordings of different types, or one that cannot be used.
+pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>> {
     if recordings.is_empty() {
         return Err(Error::usage("no recording was given", "name at least one file"));
     }
@@ -162,7 +202,11 @@ fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>>
     recordings.iter().map(|r| Experiment::new(r, filter)).collect()
 }
 
-fn build_space(settings: &Settings) -> Result<Space> {
+/// The parameters that settings ask for.
+///
+/// # Errors
+/// An effect or a parameter that there is not, or an impossible value.
+pub fn build_space(settings: &Settings) -> Result<Space> {
     let mut ids = Vec::new();
     for id in &settings.effects {
         let found = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
@@ -171,7 +215,21 @@ fn build_space(settings: &Settings) -> Result<Space> {
             found.ok_or_else(|| Error::usage(format!("there is no effect {id}"), format!("known are {}", known())))?.id,
         );
     }
-    let mut space = Space::new(settings.kind, settings.base, &ids);
+    if settings.terms.len() > MAX_TERMS {
+        return Err(Error::usage(
+            format!("{} terms are too many", settings.terms.len()),
+            format!("a model takes {MAX_TERMS} at most; write them as one sum"),
+        ));
+    }
+    let mut space = Space::new(settings.kind, settings.base, &ids).with_terms(&settings.terms);
+    for (k, entry) in space.entries.iter().enumerate() {
+        if space.entries[..k].iter().any(|e| e.name == entry.name) {
+            return Err(Error::usage(
+                format!("the name {} stands for two parameters", entry.name),
+                "give the unknown of the term another name",
+            ));
+        }
+    }
     let names = space.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>().join(", ");
     let unknown = |name: &str| Error::usage(format!("there is no parameter {name}"), format!("the model has {names}"));
     for fix in &settings.fixed {
@@ -196,7 +254,8 @@ fn build_space(settings: &Settings) -> Result<Space> {
     Ok(space)
 }
 
-fn hold(space: &mut Space, names: &[&str], freedom: Freedom) {
+/// Gives free parameters another freedom.
+pub fn hold(space: &mut Space, names: &[&str], freedom: Freedom) {
     for name in names {
         if let Some(entry) = space.get_mut(name)
             && matches!(entry.freedom, Freedom::Free(_))
@@ -286,17 +345,7 @@ fn by_simulation(
 ) -> Result<Outcome> {
     let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
     identifiability::check_excitation(experiments)?;
-    for entry in &mut space.entries {
-        // The order of magnitude of a small motor, from which the regression starts.
-        if entry.positive && !entry.of_effect() && matches!(entry.freedom, Freedom::Free(None)) {
-            entry.value = match entry.name.as_str() {
-                "R" => 1.0,
-                "L" => 1e-3,
-                "K" => 1e-2,
-                _ => 1e-4,
-            };
-        }
-    }
+    typical_values(&mut space);
     let mut neutral = space.clone();
     loop {
         if space.free().next().is_none() {
@@ -307,12 +356,20 @@ fn by_simulation(
                 "record more excitation, or give what you know with --fix",
             ));
         }
-        regression::start_values(&mut space, experiments);
+        let mut bare = without_effects(&space);
+        regression::start_values(&mut bare, experiments);
+        take_values(&mut space, &bare);
         let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
-        let rows: Vec<Rows<'_>> = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
+        let problem = OutputError::new(experiments.iter().map(|e| Rows::new(e, substeps(e))).collect())?;
+        let rows = problem.rows();
         let refined = match method {
-            Method::OutputError => output_error::refine(&space, &rows)?,
-            Method::LeastSquares => output_error::as_it_is(&space, &rows)?,
+            Method::OutputError => {
+                if space.entries.iter().any(Entry::of_effect) {
+                    space = with_effects_started(&space, &bare, experiments)?;
+                }
+                refine(&space, &problem)?
+            }
+            Method::LeastSquares => as_it_is(&space, &problem),
         };
         if let Some(stuck) = refined.space.free().find(|e| e.at_bound()) {
             // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
@@ -327,12 +384,25 @@ fn by_simulation(
         }
         let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
         let total: f64 = experiments.iter().map(|e| e.len() as f64 * e.interval_s).sum();
-        let correlation = slowest_correlation_s(&rows, refined.residuals.as_slice(), interval);
+        let correlation = slowest_correlation_s(rows, refined.residuals.as_slice(), interval);
         let block = block_length_s(correlation, total);
         let blocks =
             numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))));
-        let covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
-        let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        let mut refined = refined;
+        pin_shapes_at_limits(&mut refined);
+        let mut covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
+        let mut weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        while let Some(held) = weakness.as_ref().map(|w| w.held.clone()) {
+            let place = refined.space.free().position(|e| e.name == held && e.is_shape());
+            let Some(place) = place else { break };
+            // The shape of an effect has a prior: it stays where the fit has left it, and nothing else has to move.
+            hold(&mut refined.space, &[&held], Freedom::Pinned);
+            refined.jacobian = refined.jacobian.remove_column(place);
+            covariance = intervals::covariance(&refined.jacobian, &refined.residuals, &blocks);
+            weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        }
+        // An effect that was asked for stays, however little the data say about its size.
+        let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
         match weakness {
             Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
                 // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
@@ -358,6 +428,79 @@ fn by_simulation(
                     esr: BTreeMap::new(),
                 });
             }
+        }
+    }
+}
+
+/// Shapes of effects that have run into their physical limits no longer answer to the data: they stay there, without an
+/// interval.
+fn pin_shapes_at_limits(refined: &mut Refined) {
+    let theta = refined.space.coordinates();
+    let at_limit: Vec<(usize, String)> = refined
+        .space
+        .free()
+        .zip(&theta)
+        .enumerate()
+        .filter(|(_, (entry, theta))| {
+            let (low, high) = entry.limits();
+            entry.is_shape() && (**theta - low < AT_LIMIT || high - **theta < AT_LIMIT)
+        })
+        .map(|(k, (entry, _))| (k, entry.name.clone()))
+        .collect();
+    for (k, name) in at_limit.into_iter().rev() {
+        hold(&mut refined.space, &[&name], Freedom::Pinned);
+        refined.jacobian = refined.jacobian.clone().remove_column(k);
+    }
+}
+
+/// The order of magnitude of a small motor, from which the regression starts.
+pub fn typical_values(space: &mut Space) {
+    for entry in &mut space.entries {
+        if entry.positive && !entry.of_effect() && matches!(entry.freedom, Freedom::Free(None)) {
+            entry.value = match entry.name.as_str() {
+                "R" => 1.0,
+                "L" => 1e-3,
+                "K" => 1e-2,
+                _ => 1e-4,
+            };
+        }
+    }
+}
+
+/// The output-error fit, with a progress bar.
+fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
+    let bar = output::progress("output-error fit", Effort::FULL.steps as u64);
+    let refined = minimise(space, problem, Effort::FULL, None, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    refined
+}
+
+/// Effects start from absence at the fit of the base model and grow where the balances of the measured state want them:
+/// equation error is nearly linear and gets there in a few steps, where the free run would take dozens.
+fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment]) -> Result<Space> {
+    let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
+    let mut started = space.clone();
+    let Some(balances) = EquationError::new(&coarse) else {
+        started.take_scales(&Scales::of(&started, experiments));
+        return Ok(started);
+    };
+    let bare = minimise(bare, &balances, Effort::ROUGH, None, &mut || ())?.space;
+    take_values(&mut started, &bare);
+    started.take_scales(&Scales::of(&started, experiments));
+    started.remove_sizes();
+    Ok(minimise(&started, &balances, Effort { steps: 15, tolerance: 1e-4 }, None, &mut || ())?.space)
+}
+
+/// The base model of a space.
+fn without_effects(space: &Space) -> Space {
+    space.effects().to_vec().into_iter().fold(space.clone().with_terms(&[]), |less, id| less.without_effect(id))
+}
+
+/// Takes the values of the parameters that two spaces share.
+fn take_values(space: &mut Space, from: &Space) {
+    for entry in &mut space.entries {
+        if let Some(known) = from.get(&entry.name) {
+            (entry.value, entry.scale) = (known.value, known.scale);
         }
     }
 }
@@ -439,8 +582,9 @@ fn report(
             },
             Freedom::Pinned => Estimate {
                 name: entry.name.clone(),
-                // A friction term held at zero is a usable value; an R, L, K or J that nothing tells is not.
-                value: (!entry.positive).then_some(entry.value),
+                // A friction term held at zero and the usual shape of an effect are usable values; an R, L, K or J that
+                // nothing tells is not.
+                value: (!entry.positive || entry.of_effect()).then_some(entry.value),
                 unit,
                 ci95: None,
                 identifiable: false,
@@ -470,6 +614,14 @@ fn report(
             Some(EffectEntry { id: id.clone(), parameters: stored(&|name| names.contains(&name)) })
         })
         .collect();
+    let terms = settings
+        .terms
+        .iter()
+        .map(|formula| TermEntry {
+            formula: formula.clone(),
+            parameters: stored(&|name| formula.unknowns().iter().any(|u| u == name)),
+        })
+        .collect();
     let model = Model {
         schema: SCHEMA,
         kind: settings.kind,
@@ -479,6 +631,7 @@ fn report(
         filter,
         parameters: stored(&|name| BASE_PARAMETERS.contains(&name)),
         effects,
+        terms,
         provenance: Provenance {
             greyrig: env!("CARGO_PKG_VERSION").to_owned(),
             method: method.to_owned(),

@@ -13,9 +13,9 @@
 //! Rakar & Juričić 2004, section 2.2, for the least squares in continuous time; the weak form after the modulating
 //! functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547–552.
 
-use greyrig::motor::{Motor, OperatingPoint};
 use nalgebra::{DMatrix, DVector};
 
+use super::scales::Scales;
 use super::space::{Freedom, Space};
 use crate::experiment::{Drive, Experiment, derivative};
 use crate::model::Kind;
@@ -85,7 +85,7 @@ impl Regression {
 
 /// Finds start values for all free parameters.
 pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
-    set_friction_scales(space, experiments);
+    space.take_scales(&Scales::of(space, experiments));
     let with_current: Vec<_> =
         experiments.iter().filter(|e| e.drive == Drive::Voltage && e.current.is_some()).collect();
     if with_current.is_empty() {
@@ -93,9 +93,9 @@ pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
     } else {
         electrical(space, &with_current);
     }
-    set_friction_scales(space, experiments);
+    space.take_scales(&Scales::of(space, experiments));
     mechanical(space, experiments);
-    set_friction_scales(space, experiments);
+    space.take_scales(&Scales::of(space, experiments));
 }
 
 fn take(space: &mut Space, solution: Option<Vec<(&'static str, f64)>>) {
@@ -206,7 +206,7 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
 }
 
 /// Mean over a window around each sample.
-fn sliding_mean(signal: &[f64], window: usize) -> Vec<f64> {
+pub fn sliding_mean(signal: &[f64], window: usize) -> Vec<f64> {
     let half = (window / 2).max(1);
     let mut sums = Vec::with_capacity(signal.len() + 1);
     let mut sum = 0.0;
@@ -226,41 +226,4 @@ fn sliding_mean(signal: &[f64], window: usize) -> Vec<f64> {
 /// Every how many samples a filtered signal has to be looked at: four times per period of the cut-off.
 pub fn stride(e: &Experiment) -> usize {
     ((e.filter.sample_rate_hz / (4.0 * e.filter.cutoff_hz)) as usize).max(1)
-}
-
-/// Typical sizes of the friction terms, from the largest driving torque and speed in the data.
-fn set_friction_scales(space: &mut Space, experiments: &[Experiment]) {
-    let k = space.value("K");
-    let (mut torque, mut speed) = (0.0f64, 0.0f64);
-    for e in experiments {
-        if let Some(w) = &e.speed {
-            speed = w.iter().fold(speed, |m, w| m.max(w.abs()));
-        }
-        match (e.drive, &e.current) {
-            (Drive::Torque, _) => torque = e.input.iter().fold(torque, |m, t| m.max(t.abs())),
-            (Drive::Voltage, Some(i)) => {
-                torque = i.iter().fold(torque, |m, i| m.max((k * flux_of(space.kind(), *i) * i).abs()));
-            }
-            (Drive::Voltage, None) => {
-                let r = space.value("R").max(1e-6);
-                torque = e.input.iter().fold(torque, |m, u| m.max((k * u / r).abs()));
-            }
-        }
-    }
-    let (torque, speed) = (0.1 * torque.max(1e-12), speed.max(1e-9));
-    for entry in &mut space.entries {
-        entry.scale = match entry.name.as_str() {
-            "mu1" => torque / speed,
-            "mu2" => torque / (speed * speed),
-            "mu0" | "torque_offset" => torque,
-            _ => entry.scale,
-        };
-    }
-}
-
-/// What the mechanical side needs for a measured motion, term by term: the torque that each friction parameter and
-/// each linear effect takes at value one, from the core's own balance.
-pub fn torque_of(motor: &Motor<f64>, speed: f64, direction: f64) -> f64 {
-    let balance = motor.balance(&OperatingPoint { current: 0.0, speed, direction });
-    balance.friction + direction * balance.dry_friction - balance.torque
 }

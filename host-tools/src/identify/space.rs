@@ -2,8 +2,11 @@
 
 use greyrig::effects::Effect;
 use greyrig::motor::{Motor, ParameterError, Parameters};
+use greyrig::term::Target;
 
-use crate::model::{BASE_PARAMETERS, Base, Kind};
+use super::scales::Scales;
+use crate::model::{BASE_PARAMETERS, Base, Kind, Model};
+use crate::term::Formula;
 
 /// What may happen to a parameter in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +26,7 @@ pub enum Freedom {
 enum Home {
     Base(usize),
     Effect(usize, usize),
+    Term(usize, usize),
 }
 
 /// One parameter.
@@ -38,13 +42,39 @@ pub struct Entry {
     pub positive: bool,
     /// Typical size, for parameters that may pass zero.
     pub scale: f64,
+    /// Physical range.
+    pub range: (f64, f64),
     home: Home,
 }
 
 impl Entry {
     /// Whether it belongs to an effect, with a start value of its own.
     pub fn of_effect(&self) -> bool {
-        matches!(self.home, Home::Effect(..))
+        matches!(self.home, Home::Effect(..) | Home::Term(..))
+    }
+
+    /// Whether it is the size of an effect, which is absent at zero.
+    pub fn is_size(&self) -> bool {
+        matches!(self.home, Home::Effect(_, 0))
+    }
+
+    /// Whether it is the shape of an effect.
+    pub fn is_shape(&self) -> bool {
+        matches!(self.home, Home::Effect(_, j) if j > 0)
+    }
+
+    /// The usual value of a shape, in the optimiser's coordinate: its scale is what it started from.
+    pub fn usual(&self) -> Option<f64> {
+        self.is_shape().then(|| self.encode(self.scale))
+    }
+
+    /// The range in the optimiser's coordinate.
+    pub fn limits(&self) -> (f64, f64) {
+        match self.freedom {
+            Freedom::Free(Some(_)) => (f64::NEG_INFINITY, f64::INFINITY),
+            _ if self.positive => (self.range.0.ln(), self.range.1.ln()),
+            _ => (self.range.0 / self.scale, self.range.1 / self.scale),
+        }
     }
 
     fn encode(&self, value: f64) -> f64 {
@@ -87,6 +117,7 @@ impl Entry {
 pub struct Space {
     kind: Kind,
     effects: Vec<&'static str>,
+    terms: Vec<Formula>,
     /// Base parameters in the core's order, then those of the effects.
     pub entries: Vec<Entry>,
 }
@@ -105,6 +136,7 @@ impl Space {
                     freedom: if base.has(name) { Freedom::Free(None) } else { Freedom::Absent },
                     positive,
                     scale: 1.0,
+                    range: if positive { (1e-10, 1e5) } else { (-1e4, 1e5) },
                     home: Home::Base(k),
                 }
             })
@@ -117,12 +149,116 @@ impl Space {
                     value: p.start,
                     freedom: Freedom::Free(None),
                     positive: p.range.0 > 0.0,
-                    scale: if p.start == 0.0 { 1.0 } else { p.start.abs() },
+                    scale: p.start.abs(),
+                    range: p.range,
                     home: Home::Effect(e, j),
                 });
             }
         }
-        Self { kind, effects: effects.to_vec(), entries }
+        Self { kind, effects: effects.to_vec(), terms: Vec::new(), entries }
+    }
+
+    /// The same with terms of the user's own; their unknowns start from absence where the term is proportional to them, and
+    /// from one otherwise.
+    #[must_use]
+    pub fn with_terms(mut self, terms: &[Formula]) -> Self {
+        self.entries.retain(|e| !matches!(e.home, Home::Term(..)));
+        for (t, formula) in terms.iter().enumerate() {
+            for (j, name) in formula.unknowns().iter().enumerate() {
+                self.entries.push(Entry {
+                    name: name.clone(),
+                    value: if is_proportional(formula, j) { 0.0 } else { 1.0 },
+                    freedom: Freedom::Free(None),
+                    positive: false,
+                    scale: 1.0,
+                    range: (f64::NEG_INFINITY, f64::INFINITY),
+                    home: Home::Term(t, j),
+                });
+            }
+        }
+        self.terms = terms.to_vec();
+        self
+    }
+
+    /// Takes the typical sizes of the recordings: scales of friction and of effects, and effects at their start values.
+    pub fn take_scales(&mut self, scales: &Scales) {
+        for entry in &mut self.entries {
+            match entry.home {
+                Home::Base(_) => {
+                    entry.scale = match entry.name.as_str() {
+                        "mu0" => scales.friction,
+                        "mu1" => scales.friction / scales.speed,
+                        "mu2" => scales.friction / (scales.speed * scales.speed),
+                        _ => entry.scale,
+                    };
+                }
+                Home::Term(t, j) => entry.scale = unknown_scale(&self.terms[t], j, scales),
+                Home::Effect(e, j) => {
+                    let Some(effect) = Effect::<f64>::from_id(self.effects[e], &[]) else { continue };
+                    let p = &effect.description().parameters[j];
+                    let typical = (p.start * scales.size(p.relative)).clamp(p.range.0, p.range.1);
+                    entry.scale = if typical == 0.0 { 1.0 } else { typical.abs() };
+                    if matches!(entry.freedom, Freedom::Free(None)) {
+                        entry.value = typical;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes the values of a model, by name.
+    pub fn take_model(&mut self, model: &Model) {
+        let effects = model.effects.iter().flat_map(|e| &e.parameters);
+        let terms = model.terms.iter().flat_map(|t| &t.parameters);
+        for (name, parameter) in model.parameters.iter().chain(effects).chain(terms) {
+            if let Some(entry) = self.get_mut(name) {
+                entry.value = parameter.value;
+            }
+        }
+    }
+
+    /// Sets the sizes of all free effects to zero: absent.
+    pub fn remove_sizes(&mut self) {
+        for entry in &mut self.entries {
+            if entry.is_size() && matches!(entry.freedom, Freedom::Free(None)) {
+                entry.value = 0.0;
+            }
+        }
+    }
+
+    /// The identifiers of the effects.
+    pub fn effects(&self) -> &[&'static str] {
+        &self.effects
+    }
+
+    /// The same with one more effect, at its start values.
+    #[must_use]
+    pub fn with_effect(&self, id: &'static str, scales: &Scales) -> Self {
+        let mut all = self.effects.clone();
+        all.push(id);
+        let mut more = Self::new(self.kind, Base::Full, &all).with_terms(&self.terms);
+        more.take_scales(scales);
+        for entry in &mut more.entries {
+            if let Some(known) = self.get(&entry.name) {
+                *entry = known.clone();
+            }
+        }
+        more
+    }
+
+    /// The same without an effect.
+    #[must_use]
+    pub fn without_effect(&self, id: &str) -> Self {
+        let left: Vec<&'static str> = self.effects.iter().copied().filter(|e| *e != id).collect();
+        let mut less = Self::new(self.kind, Base::Full, &left).with_terms(&self.terms);
+        for entry in &mut less.entries {
+            let home = entry.home;
+            if let Some(known) = self.get(&entry.name) {
+                *entry = known.clone();
+                entry.home = home;
+            }
+        }
+        less
     }
 
     /// Kind of motor.
@@ -181,6 +317,7 @@ impl Space {
     pub fn motor_at(&self, theta: &[f64]) -> Result<Motor<f64>, ParameterError> {
         let mut base = [0.0; 7];
         let mut effects = vec![[0.0; greyrig::effects::MAX_EFFECT_PARAMETERS]; self.effects.len()];
+        let mut unknowns: Vec<Vec<f64>> = self.terms.iter().map(|t| vec![0.0; t.unknowns().len()]).collect();
         let mut theta = theta.iter();
         for entry in &self.entries {
             let value = match entry.freedom {
@@ -190,11 +327,17 @@ impl Space {
             match entry.home {
                 Home::Base(k) => base[k] = value,
                 Home::Effect(e, j) => effects[e][j] = value,
+                Home::Term(t, j) => unknowns[t][j] = value,
             }
         }
         let effects: Vec<_> =
             self.effects.iter().zip(&effects).filter_map(|(id, values)| Effect::from_id(id, values)).collect();
-        Motor::build(Parameters::from_values(self.kind.flux_law(), base), &effects)
+        let motor = Motor::build(Parameters::from_values(self.kind.flux_law(), base), &effects)?;
+        if self.terms.is_empty() {
+            return Ok(motor);
+        }
+        let terms: Vec<_> = self.terms.iter().zip(&unknowns).map(|(formula, values)| formula.term(values)).collect();
+        motor.with_terms(&terms)
     }
 
     /// The motor at the present values.
@@ -204,4 +347,32 @@ impl Space {
     pub fn motor(&self) -> Result<Motor<f64>, ParameterError> {
         self.motor_at(&self.coordinates())
     }
+}
+
+/// Operating points, as shares of the largest current, speed and voltage, at which a formula is looked at.
+const PROBES: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [0.5, 0.3, 0.6], [-0.7, 0.9, -0.4], [0.2, 0.6, 0.9]];
+
+/// Largest value of a formula at the probes, with one unknown at `value` and the others at one.
+fn largest_value(formula: &Formula, unknown: usize, value: f64, scales: [f64; 3]) -> f64 {
+    let mut values = vec![1.0; formula.unknowns().len()];
+    values[unknown] = value;
+    let term = formula.term::<f64>(&values);
+    PROBES.iter().map(|p| term.value(p[0] * scales[0], p[1] * scales[1], p[2] * scales[2]).abs()).fold(0.0, f64::max)
+}
+
+/// Whether a formula vanishes with an unknown and doubles when it doubles.
+fn is_proportional(formula: &Formula, unknown: usize) -> bool {
+    let at = |value: f64| largest_value(formula, unknown, value, [1.0; 3]);
+    let once = at(1.0);
+    at(0.0) == 0.0 && once.is_finite() && (at(2.0) - 2.0 * once).abs() <= 1e-9 * once
+}
+
+/// The value of an unknown at which a term is 1 % of the voltage or as large as friction.
+fn unknown_scale(formula: &Formula, unknown: usize, scales: &Scales) -> f64 {
+    let typical = match formula.target() {
+        Target::Voltage => 0.01 * scales.voltage,
+        Target::Torque => scales.friction,
+    };
+    let at_one = largest_value(formula, unknown, 1.0, [scales.current, scales.speed, scales.voltage]);
+    if is_proportional(formula, unknown) && at_one > 0.0 && at_one.is_finite() { typical / at_one } else { 1.0 }
 }

@@ -3,7 +3,8 @@
 use core::hint::black_box;
 
 use greyrig::butterworth::{Cascade, Settings, fixed};
-use greyrig::motor::{Constraints, Motor, Stepper};
+use greyrig::effects::Effect;
+use greyrig::motor::Constraints;
 use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
 
 use crate::scenarios;
@@ -39,12 +40,13 @@ pub fn all(counter: &mut impl Counter) {
             black_box(Sample { voltage: Volts(230.0), current: Amperes(6.5), speed: RadiansPerSecond(3_400.0) });
         black_box(tick.process(sample, Constraints::FREE));
     });
-    let Ok(Ok(stepper)) = Motor::build(scenarios::UNIVERSAL, &[]).map(|motor| Stepper::build(motor, 1e-4)) else {
-        return;
-    };
-    counter.count("motor_step", stepper, |stepper| {
-        black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
-    });
+    let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
+    for (name, effects) in motors {
+        let Some(stepper) = scenarios::stepper(scenarios::UNIVERSAL, effects) else { return };
+        counter.count(name, stepper, |stepper| {
+            black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
+        });
+    }
     counter.count("exp_f32", (), |()| {
         black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));
     });

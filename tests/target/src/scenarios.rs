@@ -1,8 +1,11 @@
 //! What has to come out the same on the host and on the microcontroller.
 
 use greyrig::butterworth::{self, Settings, fixed};
-use greyrig::effects::{Effect, TorqueOffset};
-use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
+use greyrig::effects::{
+    BrushDrop, ChannelDelay, CurrentCompression, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS, Saturation,
+    SpeedLag, TorqueOffset, WindingTemperature,
+};
+use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::scalar::Scalar;
 use greyrig::tick::{Output, Tick};
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
@@ -22,6 +25,9 @@ pub const ALL: &[Scenario] = &[
     ("scalar_functions", scalar_functions),
     ("motor_universal", motor_universal),
     ("motor_magnet", motor_magnet),
+    ("motor_effects", motor_effects),
+    ("motor_chain", motor_chain),
+    ("motor_each_effect", motor_each_effect),
     ("tick_any_counts", tick_any_counts),
     ("tick_bad_samples", tick_bad_samples),
 ];
@@ -118,6 +124,9 @@ fn scalar_functions(outputs: &mut Outputs) {
         for y in [Scalar::sqrt(x), Scalar::exp(x), Scalar::ln(x), Scalar::tanh(x), Scalar::atan(x)] {
             outputs.f32(y);
         }
+        for y in [Scalar::sin(x), Scalar::cos(x), Scalar::round(x)] {
+            outputs.f32(y);
+        }
     }
 }
 
@@ -145,14 +154,33 @@ const MAGNET: Parameters<f32> = Parameters {
     turbulent_friction: 0.0,
 };
 
-fn stepper(parameters: Parameters<f32>) -> Option<Stepper<f32>> {
-    let offset = Effect::TorqueOffset(TorqueOffset { torque: 1e-4 });
-    Stepper::build(Motor::build(parameters, &[offset]).ok()?, 1e-4).ok()
+/// A constant torque, so that a loop over effects has something to do.
+const OFFSET: [Effect<f32>; 1] = [Effect::TorqueOffset(TorqueOffset { torque: 1e-4 })];
+
+/// A motor whose iron, brushes and winding are far from ideal.
+pub const EFFECTS: [Effect<f32>; 5] = [
+    Effect::Hysteresis(Hysteresis { coercive: 0.14, width: 2.2, linked: 0.6 }),
+    Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
+    Effect::EddyCurrent(EddyCurrent { lag: 8e-5, linked: 0.6 }),
+    Effect::WindingTemperature(WindingTemperature { heating: 1.7e-4, time: 40.0 }),
+    Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
+];
+
+/// A measuring chain that is late, slow and bent; the delay is no whole number of steps.
+const CHAIN: [Effect<f32>; 3] = [
+    Effect::CurrentCompression(CurrentCompression { strength: 6e-4 }),
+    Effect::ChannelDelay(ChannelDelay { delay: 3.3e-4 }),
+    Effect::SpeedLag(SpeedLag { time: 10e-3 }),
+];
+
+/// That motor with effects, at the rig's sampling rate.
+pub fn stepper(parameters: Parameters<f32>, effects: &[Effect<f32>]) -> Option<Stepper<f32>> {
+    Stepper::build(Motor::build(parameters, effects).ok()?, 1e-4).ok()
 }
 
 /// A voltage that starts the motor, runs it, jumps, and lets it stand, with noise on top; and what is imposed meanwhile.
-fn motor(parameters: Parameters<f32>, outputs: &mut Outputs) {
-    let Some(mut stepper) = stepper(parameters) else { return };
+fn motor(parameters: Parameters<f32>, effects: &[Effect<f32>], outputs: &mut Outputs) {
+    let Some(mut stepper) = stepper(parameters, effects) else { return };
     let mut noise = Noise(6);
     let mut last = 0.0;
     for n in 0..12_000u32 {
@@ -167,22 +195,57 @@ fn motor(parameters: Parameters<f32>, outputs: &mut Outputs) {
         };
         let state = stepper.step(last, voltage, constraints);
         last = voltage;
-        outputs.f32(state.current);
-        outputs.f32(state.speed);
+        let reading = stepper.reading();
+        for x in [state.current, state.speed, reading.current, reading.speed] {
+            outputs.f32(x);
+        }
     }
 }
 
 fn motor_universal(outputs: &mut Outputs) {
-    motor(UNIVERSAL, outputs);
+    motor(UNIVERSAL, &OFFSET, outputs);
 }
 
 fn motor_magnet(outputs: &mut Outputs) {
-    motor(MAGNET, outputs);
+    motor(MAGNET, &OFFSET, outputs);
+}
+
+fn motor_effects(outputs: &mut Outputs) {
+    motor(UNIVERSAL, &EFFECTS, outputs);
+}
+
+fn motor_chain(outputs: &mut Outputs) {
+    motor(UNIVERSAL, &CHAIN, outputs);
+}
+
+/// Every effect of the catalogue by itself, with values that are small in whatever unit they have, from a speed at which
+/// the angle is wrapped every few steps.
+fn motor_each_effect(outputs: &mut Outputs) {
+    for description in Effect::<f32>::CATALOGUE {
+        let mut values = [0.0; MAX_EFFECT_PARAMETERS];
+        for (value, parameter) in values.iter_mut().zip(description.parameters) {
+            let (least, greatest) = parameter.range;
+            *value = parameter.start.clamp(least, greatest) as f32;
+        }
+        let Some(effect) = Effect::from_id(description.id, &values) else { return };
+        let Some(mut stepper) = stepper(UNIVERSAL, &[effect]) else { return };
+        stepper.set_state(State { current: 0.5, speed: 2_000.0 });
+        let mut noise = Noise(9);
+        let mut last = 0.0;
+        for _ in 0..SAMPLES {
+            let voltage = last + 10.0 * noise.uniform::<f32>();
+            stepper.step(last, voltage, Constraints::FREE);
+            last = voltage;
+            let reading = stepper.reading();
+            outputs.f32(reading.current);
+            outputs.f32(reading.speed);
+        }
+    }
 }
 
 /// A tick as the rig has it.
 pub fn tick() -> Option<Tick> {
-    Some(Tick::new(stepper(UNIVERSAL)?, Settings::default().build().ok()?))
+    Some(Tick::new(stepper(UNIVERSAL, &OFFSET)?, Settings::default().build().ok()?))
 }
 
 fn write(outputs: &mut Outputs, output: Output) {

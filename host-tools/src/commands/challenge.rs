@@ -1,0 +1,107 @@
+//! `greyrig challenge`: from what size on the recordings would have revealed each effect.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::input::Input;
+use super::words;
+use crate::challenge::{Challenge, Challenged, MOST_TRIES, challenge, most_effects};
+use crate::error::Result;
+use crate::model::Model;
+use crate::output;
+
+/// Is there really nothing else? From what size on these recordings would have revealed each effect.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  greyrig challenge staircase.csv --model model.toml\n  \
+    greyrig challenge staircase.csv --model model.toml --effect brush_drop --effect saturation\n\n\
+    Each effect that the model lacks is put into the recordings at known sizes, and diagnosis has to find it.")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Effect to try (repeatable) [default: all that the model lacks]
+    #[arg(long, value_name = "ID")]
+    effect: Vec<String>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let model = Model::load(&args.model)?;
+    let recordings = args.input.load()?;
+    let bar = output::progress("challenge", MOST_TRIES * most_effects(&model, &args.effect));
+    let result = challenge(&recordings, &model, &args.effect, &|effect| {
+        bar.set_message(effect.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let result = result?;
+    if args.json {
+        output::print_json("challenge", &args.input.names(), &result)?;
+    } else {
+        print(&result)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(c: &Challenge) -> Result<()> {
+    if !c.found.is_empty() {
+        output::print_line(&format!(
+            "diagnosis finds {} without any challenge; the challenged model has it (greyrig add {})",
+            c.found.join(" and "),
+            c.found.join(" ")
+        ))?;
+    }
+    if c.unexplained {
+        output::print_line("structure is left that no effect explains, which hides small effects (greyrig diagnose)")?;
+    }
+    if !c.effects.is_empty() {
+        output::print_line(&table(c))?;
+    }
+    if !c.out_of_reach.is_empty() {
+        output::print_line("\nnot to be told from these recordings:")?;
+        for o in &c.out_of_reach {
+            output::print_line(&format!("  {}: {}", o.name, o.text))?;
+        }
+    }
+    Ok(())
+}
+
+fn table(c: &Challenge) -> String {
+    let mut table = words::table(&["effect", "revealed", "current error", "speed error", "smaller ones"]);
+    for e in &c.effects {
+        table.add_row([
+            e.name.to_owned(),
+            from(e),
+            words::percent(e.esr.current),
+            words::percent(e.esr.speed),
+            smaller(e),
+        ]);
+    }
+    table.to_string()
+}
+
+/// From what size on an effect is revealed, in words.
+fn from(e: &Challenged) -> String {
+    match (e.revealed_from, e.hidden_up_to) {
+        (Some(size), _) => format!("from {} on", words::quantity(size, e.unit)),
+        (None, Some(size)) => format!("not even at {}", words::quantity(size, e.unit)),
+        (None, None) => "the model cannot be run with it".to_owned(),
+    }
+}
+
+/// What happens to smaller sizes, in words.
+fn smaller(e: &Challenged) -> String {
+    match (e.mistaken_for, e.objection) {
+        (Some(other), _) => format!("taken for {other}"),
+        (None, Some(objection)) => objection.to_owned(),
+        (None, None) => String::new(),
+    }
+}

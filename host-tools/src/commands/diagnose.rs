@@ -1,0 +1,192 @@
+//! `greyrig diagnose`: which physical effect is missing.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::input::Input;
+use super::words;
+use crate::compare::{Comparison, compare};
+use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
+use crate::error::Result;
+use crate::identify::{self, Settings};
+use crate::model::{Assignment, Base, Kind, Model, Origin};
+use crate::output;
+use crate::report::{Report, Table};
+
+/// Which physical effect is missing, how sure, what it is confused with, and the experiment that would tell.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  greyrig diagnose staircase.csv --model model.toml\n  \
+    greyrig diagnose ramp.csv --kind pm-dc --base viscous --fix R=3.4 --fix L=2.85e-3")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file to start from; without it the base model is identified
+    #[arg(long, value_name = "MODEL.toml")]
+    model: Option<PathBuf>,
+    /// Kind of motor, without a model file
+    #[arg(long, value_enum, conflicts_with = "model")]
+    kind: Option<Kind>,
+    /// Friction terms of the base model, without a model file
+    #[arg(long, value_enum, conflicts_with = "model")]
+    base: Option<Base>,
+    /// Parameter with a known value, SI (repeatable)
+    #[arg(long, value_name = "NAME=VALUE")]
+    fix: Vec<Assignment>,
+    /// Effect that is not to be considered (repeatable)
+    #[arg(long, value_name = "ID")]
+    exclude: Vec<String>,
+    /// Report to write, one HTML file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used, or a report that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(path) = &args.report {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    let model = args.model.as_deref().map(Model::load).transpose()?;
+    let recordings = args.input.load()?;
+    let mut settings = match &model {
+        Some(model) => Settings::of_model(model),
+        None => {
+            let kind = args.kind.unwrap_or_default();
+            Settings { base: args.base.unwrap_or(Base::usual(kind)), ..Settings::new(kind) }
+        }
+    };
+    settings.fixed.extend(args.fix.iter().cloned());
+    // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
+    let fitted = identify::identify(&recordings, &settings).ok().map(|i| i.model);
+    let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
+    let options = Options { settings, exclude: args.exclude.clone(), candidates_refined: true };
+    let bar = output::progress("diagnosis", 40);
+    let result = diagnose(&recordings, &options, &mut |what| {
+        bar.set_message(what.to_owned());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    let d = result?;
+    if let (Some(path), Some(model), Some(comparison)) = (&args.report, &fitted, &comparison) {
+        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        Report::new("Which effect is missing")
+            .lead(headline(&d))
+            .text("Why", d.verdict.text.clone())
+            .table("Candidates", candidates_in_report(&d))
+            .comparison("The model as it is", comparison, model)
+            .recordings(&files)
+            .write(path, args.force)?;
+        eprintln!("report: {}", path.display());
+    }
+    if args.json {
+        output::print_json("diagnose", &args.input.names(), as_json(&d, comparison.as_ref()))?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if let Some(comparison) = &comparison {
+        output::print_line(&words::errors(comparison))?;
+        output::print_line("\nwhere the model fails:")?;
+        output::print_line(&words::regions(comparison))?;
+        output::print_line("")?;
+    }
+    if !d.candidates.is_empty() {
+        output::print_line(&candidates(&d))?;
+    }
+    output::print_line(&format!("\nverdict: {}", headline(&d)))?;
+    for line in d.verdict.text.lines() {
+        output::print_line(&format!("  {line}"))?;
+    }
+    if let Some(next) = &d.verdict.next_experiment {
+        output::print_line(&format!("next recording: {next}"))?;
+    }
+    if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
+        && !d.verdict.effects.is_empty()
+    {
+        output::print_line(&format!(
+            "with {}: current {}, speed {}",
+            d.verdict.effects.join(" and "),
+            words::percent(Some(current)),
+            words::percent(Some(speed))
+        ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The verdict in a line.
+pub fn headline(d: &Diagnosis) -> String {
+    let effects = d.verdict.effects.join(", ");
+    match d.verdict.kind {
+        VerdictKind::MissingEffect => format!("missing: {effects}"),
+        VerdictKind::None => "nothing is missing that these recordings could show".to_owned(),
+        VerdictKind::Ambiguous => format!("ambiguous: {effects}"),
+        VerdictKind::OutsideCatalogue => "something is missing that the catalogue does not hold".to_owned(),
+        VerdictKind::InsufficientData => "insufficient data".to_owned(),
+    }
+}
+
+const CANDIDATE_COLUMNS: [&str; 7] =
+    ["step", "candidate", "held-out error falls by", "current", "speed", "p", "objection"];
+
+/// The candidates, best first, a row each.
+fn rows(d: &Diagnosis) -> Vec<Vec<String>> {
+    d.candidates
+        .iter()
+        .map(|c| {
+            vec![
+                c.step.to_string(),
+                c.effect.to_owned(),
+                format!("{:.1} %", 100.0 * c.held_out_gain.max(0.0)),
+                words::percent(c.esr_after.current),
+                words::percent(c.esr_after.speed),
+                if c.p_value < 1e-6 { "< 1e-6".to_owned() } else { format!("{:.1e}", c.p_value) },
+                c.objection.unwrap_or("").to_owned(),
+            ]
+        })
+        .collect()
+}
+
+/// The candidates as a table for the terminal.
+pub fn candidates(d: &Diagnosis) -> String {
+    let mut table = words::table(&CANDIDATE_COLUMNS);
+    table.add_rows(rows(d));
+    table.to_string()
+}
+
+/// The candidates as a table of the report.
+pub fn candidates_in_report(d: &Diagnosis) -> Table {
+    Table {
+        caption: "Candidates step by step, best first; current and speed are free-run error-to-signal ratios"
+            .to_owned(),
+        columns: CANDIDATE_COLUMNS.map(str::to_owned).to_vec(),
+        rows: rows(d),
+    }
+}
+
+fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value {
+    json!({
+        "esr_before": d.esr_before,
+        "esr_after": d.esr_after,
+        "noise_floor": comparison.map(|c| c.noise_floor),
+        "where": comparison.map(|c| &c.regions),
+        "verdict": {
+            "kind": d.verdict.kind,
+            "effects": d.verdict.effects,
+            "text": d.verdict.text,
+            "next_experiment": d.verdict.next_experiment,
+        },
+        "classes": d.verdict.classes,
+        "candidates": d.candidates,
+        "screening": d.screening.iter().map(|(id, gain)| json!({ "effect": id, "gain": gain })).collect::<Vec<_>>(),
+        "lead": d.lead,
+        "decoy_gain": d.decoy_gain,
+    })
+}

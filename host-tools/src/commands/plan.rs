@@ -1,0 +1,134 @@
+//! `greyrig plan`: the recording that would best tell rival effects apart.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use super::words;
+use crate::error::{Error, Result};
+use crate::model::{Kind, Model};
+use crate::output;
+use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan, ticks};
+
+/// The recording that would best tell rival effects apart, by simulating them within the limits of the rig.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  greyrig plan --model model.toml\n  \
+    greyrig plan --model model.toml --rivals saturation,current_compression --seconds 12 --max-current 8")]
+pub struct Args {
+    /// Model file
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Effects to tell apart, with commas between them [default: pairs that are known to be confused]
+    #[arg(long, value_name = "ID,ID", value_delimiter = ',')]
+    rivals: Vec<String>,
+    /// Length of all recordings of a proposal together, s
+    #[arg(long, value_name = "S", default_value_t = 8.0)]
+    seconds: f64,
+    /// Peak voltage, V [default: 325 for universal, 24 for pm-dc]
+    #[arg(long, value_name = "V")]
+    max_voltage: Option<f64>,
+    /// Peak current, A [default: 10 for universal, 15 for pm-dc]
+    #[arg(long, value_name = "A")]
+    max_current: Option<f64>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model that cannot be run, rivals that nothing tells apart, or impossible limits.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let limit = |given: Option<f64>, usual: f64, option: &str| match given {
+        Some(x) if !(x > 0.0 && x.is_finite()) => Err(Error::usage(
+            format!("{option} must be positive"),
+            format!("give it in V or A, such as {option} {usual}"),
+        )),
+        x => Ok(x.unwrap_or(usual)),
+    };
+    let model = Model::load(&args.model)?;
+    let usual = Limits::usual(model.kind);
+    let limits = Limits {
+        voltage_v: limit(args.max_voltage, usual.voltage_v, "--max-voltage")?,
+        current_a: limit(args.max_current, usual.current_a, "--max-current")?,
+    };
+    let bar = output::progress("simulations", ticks(model.kind));
+    let result = plan(&model, &args.rivals, args.seconds, limits, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let result = result?;
+    if args.json {
+        output::print_json("plan", &[], &result)?;
+    } else {
+        print(&result, model.kind)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Proposals that are shown where there is one pair.
+const SHOWN: usize = 10;
+
+fn print(plan: &Plan, kind: Kind) -> Result<()> {
+    let one = plan.contests.len() == 1;
+    let tables = if one { plan.contests.iter().map(ranking).collect() } else { best_of_each(plan) };
+    output::print_line(&tables)?;
+    output::print_line(
+        "separation: what remains of one effect after the other one, in multiples of the noise, at 1 % of the current",
+    )?;
+    for contest in &plan.contests {
+        let hidden = contest.proposals.first().is_none_or(|p| p.separation < 1.0);
+        output::print_line(&format!(
+            "{}: {}{}",
+            contest.rivals.join(" or "),
+            if hidden { "no profile shows more than the noise; known is " } else { "" },
+            contest.separated_by
+        ))?;
+    }
+    output::print_line(if one { "\nbest:" } else { "\nbest over all pairs:" })?;
+    for take in &plan.best {
+        output::print_line(&format!("  {}", instruction(take, kind)))?;
+    }
+    Ok(())
+}
+
+fn ranking(contest: &Contest) -> String {
+    let [a, b] = contest.rivals;
+    let mut table = words::table(&["recording", "separation", a, b, "peak voltage", "peak current"]);
+    for p in contest.proposals.iter().take(SHOWN) {
+        let peak = |of: fn(&Take) -> f64| p.recordings.iter().map(of).fold(0.0, f64::max);
+        table.add_row([
+            names(p),
+            format!("{:.2}", p.separation),
+            format!("{:.2}", p.each[0]),
+            format!("{:.2}", p.each[1]),
+            words::quantity(peak(|t| t.peak_voltage_v), "V"),
+            words::quantity(peak(|t| t.peak_current_a), "A"),
+        ]);
+    }
+    table.to_string()
+}
+
+fn best_of_each(plan: &Plan) -> String {
+    let mut table = words::table(&["rivals", "recording", "separation"]);
+    for contest in &plan.contests {
+        let Some(best) = contest.proposals.first() else { continue };
+        table.add_row([contest.rivals.join(", "), names(best), format!("{:.2}", best.separation)]);
+    }
+    table.to_string()
+}
+
+fn names(p: &Proposal) -> String {
+    p.recordings.iter().map(|t| t.profile).collect::<Vec<_>>().join(" + ")
+}
+
+fn instruction(take: &Take, kind: Kind) -> String {
+    format!(
+        "{} of {} s, up to {} and {} (on the virtual rig: greyrig simulate --kind {kind} --profile {} --seconds {} --out {}.csv)",
+        take.profile,
+        take.seconds,
+        words::quantity(take.peak_voltage_v, "V"),
+        words::quantity(take.peak_current_a, "A"),
+        take.profile,
+        take.seconds,
+        take.profile,
+    )
+}

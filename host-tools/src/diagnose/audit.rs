@@ -1,0 +1,99 @@
+//! The effects found, looked at once more in the free run.
+//!
+//! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output error,
+//! and each has to earn its place there: how far would the error rise without it, with all other parameters free to move?
+
+use nalgebra::DMatrix;
+
+use super::ladder::{SMALLEST_GAIN, SMALLEST_SHARE, size_of};
+use super::screening::{Complement, log_fall};
+use crate::error::Result;
+use crate::experiment::Experiment;
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::output_error::{OutputError, Rows};
+use crate::identify::space::Space;
+
+/// How hard the free run is fitted.
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+
+/// The free run of a set of recordings.
+pub struct Audit<'a> {
+    problem: OutputError<'a>,
+}
+
+impl<'a> Audit<'a> {
+    /// Prepares the recordings; `space` tells how many sub-steps they need.
+    ///
+    /// # Errors
+    /// Data without a single usable row.
+    pub fn new(experiments: &'a [Experiment], space: &Space) -> Result<Self> {
+        let substeps = |e: &Experiment| space.motor().ok().and_then(|m| e.substeps(&m).ok()).unwrap_or(1);
+        let rows = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
+        Ok(Self { problem: OutputError::new(rows)? })
+    }
+
+    /// Fits a model by output error.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit(&self, space: &Space) -> Result<Refined> {
+        self.fit_with(space, EFFORT)
+    }
+
+    /// The same with another effort.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Refined> {
+        minimise(space, &self.problem, effort, None, &mut || ())
+    }
+
+    /// Drops effects that do not earn their place, the least one first. `base` is the fit without any.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn keep_earners(&self, base: &Refined, fit: Refined, found: &mut Vec<&'static str>) -> Result<Refined> {
+        let mut fit = fit;
+        while !found.is_empty() {
+            let total: f64 = (0..2).map(|g| (base.rms[g] / fit.rms[g]).ln()).sum();
+            let least = found
+                .iter()
+                .enumerate()
+                .map(|(k, id)| (k, self.earns(&fit, id)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .filter(|(_, gain)| *gain < SMALLEST_GAIN.max(SMALLEST_SHARE * total));
+            let Some((k, _)) = least else { break };
+            let id = found.remove(k);
+            fit = self.fit(&fit.space.without_effect(id))?;
+        }
+        Ok(fit)
+    }
+
+    /// By how much the error would rise without an effect: sum of the logarithms of both signals' RMS.
+    fn earns(&self, fit: &Refined, id: &str) -> f64 {
+        let Some(effect) = greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id) else { return 0.0 };
+        let own = |name: &str| effect.parameters.iter().any(|p| p.name == name);
+        let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
+        let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
+        let Some(size) = names.iter().position(|n| *n == size_of(id)) else { return f64::INFINITY };
+        let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
+        let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
+        log_fall(&Complement::of(&rest).project(&without), &fit.residuals, self.problem.groups())
+    }
+
+    /// RMS of the free run's error at given parameters: current, A, and speed, rad/s.
+    pub fn error_at(&self, space: &Space) -> [f64; 2] {
+        let residuals = self.problem.at(space, &space.coordinates());
+        crate::identify::minimise::rms_of(&residuals, self.problem.groups())
+    }
+
+    /// RMS of the measured current and speed.
+    pub fn signals(&self) -> [f64; 2] {
+        self.problem.sizes()
+    }
+
+    /// Whether there are rows of the current and of the speed.
+    pub fn has(&self) -> [bool; 2] {
+        [0u8, 1].map(|g| self.problem.groups().contains(&g))
+    }
+}

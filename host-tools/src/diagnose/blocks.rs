@@ -1,0 +1,134 @@
+//! Errors on data held out, block by block of time.
+//!
+//! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact for a
+//! model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the parameters from all
+//! other blocks, `r_b + J_b d`. A block of a staircase has an amplitude of its own, so that this is an error on another
+//! excitation.
+//!
+//! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974) 111–147.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
+
+use crate::identify::intervals::correlation_time_s;
+use crate::identify::minimise::{PRIOR, Refined};
+
+/// How many blocks the recordings are cut into, about.
+const BLOCKS: f64 = 32.0;
+/// Curvature, relative to that of a whole column, that keeps a parameter in place.
+const SMALLEST_CURVATURE: f64 = 1e-6;
+/// Shortest block, s.
+const SHORTEST_S: f64 = 0.2;
+
+/// The block of each row.
+pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
+    let mut lengths: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+    for (recording, t) in times {
+        let longest = lengths.entry(*recording).or_default();
+        *longest = longest.max(*t);
+    }
+    let total: f64 = lengths.values().sum();
+    let block = (total / BLOCKS).max(SHORTEST_S);
+    let mut first = std::collections::BTreeMap::new();
+    let mut count = 0;
+    for (recording, length) in &lengths {
+        first.insert(*recording, count);
+        count += (length / block) as usize + 1;
+    }
+    times.iter().map(|(recording, t)| first[recording] + (t / block) as usize).collect()
+}
+
+/// Squared errors of the two groups in each block, on data held out, and the numbers of rows.
+#[derive(Debug, Clone)]
+pub struct HeldOut {
+    /// Sums of squares by block, in the units of the residuals.
+    pub squares: Vec<[f64; 2]>,
+    /// Rows by block.
+    pub rows: Vec<[f64; 2]>,
+}
+
+/// Leaves out each block in turn.
+pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
+    let p = fit.jacobian.ncols();
+    let count = blocks.iter().max().map_or(0, |b| b + 1);
+    let mut rows_of: Vec<Vec<usize>> = vec![Vec::new(); count];
+    for (row, block) in blocks.iter().enumerate() {
+        rows_of[*block].push(row);
+    }
+    let lengths: Vec<f64> = fit.jacobian.column_iter().map(|c| c.norm().max(1e-300)).collect();
+    let part = |rows: &[usize]| {
+        let j = DMatrix::from_fn(rows.len(), p, |r, c| fit.jacobian[(rows[r], c)] / lengths[c]);
+        let r = DVector::from_fn(rows.len(), |k, _| fit.residuals[rows[k]]);
+        (j, r)
+    };
+    let parts: Vec<(DMatrix<f64>, DVector<f64>)> = rows_of.iter().map(|rows| part(rows)).collect();
+    let normals: Vec<DMatrix<f64>> = parts.iter().map(|(j, _)| j.tr_mul(j)).collect();
+    let mut whole = normals.iter().fold(DMatrix::zeros(p, p), |sum, n| sum + n);
+    for (k, entry) in fit.space.free().enumerate() {
+        // What a single block tells all by itself stays where it is, and a shape keeps its prior.
+        whole[(k, k)] += SMALLEST_CURVATURE + if entry.is_shape() { PRIOR / lengths[k].powi(2) } else { 0.0 };
+    }
+    let mut squares = vec![[0.0; 2]; count];
+    let mut counts = vec![[0.0; 2]; count];
+    for (b, (j, r)) in parts.iter().enumerate() {
+        let gradient = j.tr_mul(r);
+        let change = (&whole - &normals[b]).cholesky().map(|c| c.solve(&gradient));
+        let predicted = change.map_or_else(|| r.clone(), |d| r + j * d);
+        for (row, error) in rows_of[b].iter().zip(predicted.iter()) {
+            let g = usize::from(groups[*row]);
+            squares[b][g] += (error * fit.rms[g]).powi(2);
+            counts[b][g] += 1.0;
+        }
+    }
+    HeldOut { squares, rows: counts }
+}
+
+impl HeldOut {
+    /// RMS of the two groups over all blocks.
+    pub fn rms(&self) -> [f64; 2] {
+        [0, 1].map(|g| {
+            let n: f64 = self.rows.iter().map(|r| r[g]).sum();
+            let s: f64 = self.squares.iter().map(|s| s[g]).sum();
+            if n > 0.0 { (s / n).sqrt() } else { f64::NAN }
+        })
+    }
+
+    /// Sum of the logarithms of the RMS errors of the groups that there are.
+    pub fn log_error(&self) -> f64 {
+        self.rms().into_iter().filter(|r| r.is_finite()).map(f64::ln).sum()
+    }
+}
+
+/// p-value of an effect by the fall of the held-out error: `2 Σ n ln(RMS before/RMS after)` over both balances against χ² with
+/// as many degrees of freedom as the effect has parameters, where n is the number of independent rows: the rows over the
+/// integrated correlation time of what is left. Where other structure that is still unexplained makes the rows few, the sign
+/// test over the blocks counts instead: how many of them are predicted better? (The smaller of the two, doubled.)
+pub fn p_value(before: &HeldOut, after: &HeldOut, fit: &Refined, groups: &[u8], parameters: usize) -> f64 {
+    let (worse, better) = (before.rms(), after.rms());
+    let statistic: f64 = (0..2)
+        .filter(|g| worse[*g].is_finite() && better[*g].is_finite())
+        .map(|g| {
+            let left: Vec<f64> =
+                fit.residuals.iter().zip(groups).filter(|(_, k)| usize::from(**k) == g).map(|(r, _)| *r).collect();
+            let independent = left.len() as f64 / correlation_time_s(&left, 1.0).max(1.0);
+            2.0 * independent * (worse[g] / better[g]).ln()
+        })
+        .sum();
+    let by_likelihood =
+        ChiSquared::new(parameters.max(1) as f64).map_or(1.0, |d| if statistic > 0.0 { d.sf(statistic) } else { 1.0 });
+    (2.0 * by_likelihood.min(sign_test(before, after))).min(1.0)
+}
+
+/// One-sided sign test: the chance that as many blocks gain by luck.
+fn sign_test(before: &HeldOut, after: &HeldOut) -> f64 {
+    let scale = before.rms().map(|r| r * r);
+    let gains: Vec<f64> = before
+        .squares
+        .iter()
+        .zip(&after.squares)
+        .map(|(b, a)| (0..2).filter(|g| scale[*g].is_finite()).map(|g| (b[g] - a[g]) / scale[g]).sum::<f64>())
+        .filter(|gain| *gain != 0.0)
+        .collect();
+    let better = gains.iter().filter(|g| **g > 0.0).count() as u64;
+    Binomial::new(0.5, gains.len() as u64).map_or(1.0, |d| if better == 0 { 1.0 } else { d.sf(better - 1) })
+}

@@ -1,0 +1,88 @@
+//! Whether anything is left to explain: the residual against what does not repeat.
+//!
+//! Structure repeats from one mains period to the next (without mains: from one 20 ms to the next), noise does not. The floor
+//! of the voltage balance is therefore the RMS of `(e(t + T) − e(t))/√2`; that of the torque balance, which is known once
+//! per window, the RMS of the second difference of neighbouring windows over √6. Both hold turbulence, sparking and every
+//! other disturbance that no model of the mean can know.
+
+use crate::identify::minimise::{Refined, Residuals};
+
+/// Residual over floor below which a balance is complete.
+const COMPLETE: f64 = 1.35;
+/// Share of the structure that has to be explained where the floor is not reached: another form of the right law leaves
+/// less, the wrong law more.
+const EXPLAINED: f64 = 0.9;
+
+/// Residual over what does not repeat, for the voltage and the torque balance; 1 is perfect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Completeness {
+    /// Voltage balance.
+    pub electrical: f64,
+    /// Torque balance.
+    pub mechanical: f64,
+}
+
+/// What does not repeat: RMS of the voltage balance (V) and the torque balance (N m s per window).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Floor([f64; 2]);
+
+impl Floor {
+    /// Nothing is known; then no structure is claimed.
+    pub const UNKNOWN: Self = Self([0.0; 2]);
+
+    /// Whether it is known.
+    pub fn is_known(&self) -> bool {
+        self.0.iter().any(|f| *f > 0.0)
+    }
+
+    /// From a fit; `times` are recording and time of each row, `period_s` that of the mains. Structure that grows or fades
+    /// counts to some degree, so the floor of the best fit is that of all.
+    pub fn of(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
+        let groups = problem.groups();
+        let rows_of = |group: u8| (0..groups.len()).filter(|k| groups[*k] == group).collect::<Vec<usize>>();
+        let rows = rows_of(0);
+        let step = rows.windows(2).map(|w| times[w[1]].1 - times[w[0]].1).find(|d| *d > 0.0).unwrap_or(1e-3);
+        let lag = (period_s / step).round().max(1.0) as usize;
+        let apart = (0..rows.len().saturating_sub(lag)).filter_map(|k| {
+            let (a, b) = (rows[k], rows[k + lag]);
+            let gap = times[b].1 - times[a].1;
+            (times[a].0 == times[b].0 && (gap - period_s).abs() < step)
+                .then(|| (fit.residuals[b] - fit.residuals[a]).powi(2) / 2.0)
+        });
+        let electrical = mean(apart);
+        let rows = rows_of(1);
+        let bent = rows.windows(3).filter_map(|w| {
+            let [a, b, c] = [w[0], w[1], w[2]];
+            let even = ((times[c].1 - times[b].1) - (times[b].1 - times[a].1)).abs() < 1e-9;
+            (times[a].0 == times[c].0 && even)
+                .then(|| (fit.residuals[a] - 2.0 * fit.residuals[b] + fit.residuals[c]).powi(2) / 6.0)
+        });
+        let mechanical = mean(bent);
+        Self([electrical.sqrt() * fit.rms[0], mechanical.sqrt() * fit.rms[1]])
+    }
+}
+
+/// Mean of squares; none: not known, 0.
+fn mean(squares: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = squares.fold((0.0, 0.0), |(s, n), x| (s + x, n + 1.0));
+    if count < 8.0 { 0.0 } else { sum / count }
+}
+
+impl Completeness {
+    /// Of a fit against a floor.
+    pub fn of(fit: &Refined, floor: &Floor) -> Self {
+        let ratio = |g: usize| if floor.0[g] > 0.0 { fit.rms[g] / floor.0[g] } else { 1.0 };
+        Self { electrical: ratio(0), mechanical: ratio(1) }
+    }
+
+    /// Whether no structure is left in either balance.
+    pub fn is_complete(&self) -> bool {
+        self.electrical < COMPLETE && self.mechanical < COMPLETE
+    }
+
+    /// Whether nearly all structure of an earlier fit is explained in this one.
+    pub fn explains(&self, before: &Self) -> bool {
+        let of = |before: f64, after: f64| after < COMPLETE || (after - 1.0) <= (1.0 - EXPLAINED) * (before - 1.0);
+        of(before.electrical, self.electrical) && of(before.mechanical, self.mechanical)
+    }
+}

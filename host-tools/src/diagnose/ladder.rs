@@ -1,0 +1,380 @@
+//! Effects found one after the other, each judged on data held out, with a look back at every step.
+
+use greyrig::effects::Description;
+
+use super::blocks::{self, HeldOut, held_out, p_value};
+use super::classes;
+use super::completeness::{Completeness, Floor};
+use super::decoys;
+use super::lead::{self, Lead};
+use super::screening::{self, Promise};
+use crate::error::Result;
+use crate::experiment::Experiment;
+use crate::identify::equation_error::EquationError;
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::scales::Scales;
+use crate::identify::space::Space;
+use crate::output;
+
+/// Candidates that are fitted after the screening.
+const FITTED: usize = 7;
+/// A candidate that promises less than this share of the best one's is not fitted.
+const WORTH_FITTING: f64 = 0.03;
+/// Smallest fall of the held-out error, sum of the logarithms of both balances.
+pub const SMALLEST_GAIN: f64 = 0.1;
+/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
+/// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
+const SIGNIFICANCE: f64 = 1e-4;
+/// An effect has to beat the best decoy's gain by this factor.
+const OVER_DECOYS: f64 = 2.0;
+/// R and K that an effect changes by more than this factor are no longer those of the same motor.
+const LARGEST_SHIFT: f64 = 3.0;
+/// A gain (error down to a third in one balance) that neither of these two objections can undo.
+const BEYOND_DOUBT: f64 = 1.0;
+/// Least part of a candidate's column that has to be its own.
+pub const LEAST_INDEPENDENT: f64 = 0.01;
+/// Held-out errors within this of each other are the same.
+const SAME_ERROR: f64 = 0.04;
+/// A rival that gains less than this share of the winner's gain is none.
+const RIVAL_SHARE: f64 = 0.5;
+/// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
+pub const SMALLEST_SHARE: f64 = 0.02;
+/// How hard each candidate is fitted.
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+
+/// Why a candidate does not count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objection {
+    /// The held-out error hardly falls.
+    TooSmall,
+    /// Its size is not significantly different from zero, or decoys do as well.
+    NotSignificant,
+    /// It makes R or K those of another motor.
+    Implausible,
+    /// Its column is that of the supply or of the base parameters.
+    NotIndependent,
+}
+
+impl Objection {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::TooSmall => "error hardly falls",
+            Self::NotSignificant => "not significant, or no better than a decoy",
+            Self::Implausible => "R or K would be those of another motor",
+            Self::NotIndependent => "looks like the supply or the base model here",
+        }
+    }
+}
+
+/// A candidate that was fitted.
+#[derive(Debug, Clone)]
+pub struct Tried {
+    /// The effect.
+    pub id: &'static str,
+    /// The model with it.
+    pub fit: Refined,
+    /// Its errors on data held out.
+    pub held_out: HeldOut,
+    /// Fall of the held-out error, sum of the logarithms of both balances.
+    pub gain: f64,
+    /// p-value of its size, corrected for the number of candidates.
+    pub p_value: f64,
+    /// Why it does not count, if it does not.
+    pub objection: Option<Objection>,
+}
+
+/// One step: all candidates at one model.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// Screening of all candidates, most promising first.
+    pub promises: Vec<(&'static str, f64)>,
+    /// Those that were fitted, best first.
+    pub tried: Vec<Tried>,
+    /// The one that was added.
+    pub winner: Option<&'static str>,
+    /// Best gain of a decoy.
+    pub decoy_gain: f64,
+    /// Decoys tried, and how many of them gain enough, significantly, to be accepted if they were effects.
+    pub decoys: [usize; 2],
+}
+
+/// The way from the model to what explains the data.
+#[derive(Debug, Clone)]
+pub struct Ladder {
+    /// Steps, the last of which found nothing.
+    pub steps: Vec<Step>,
+    /// The effects that stay, in the order in which they should be added.
+    pub found: Vec<&'static str>,
+    /// For each of them, effects that would do as well in its place and are no class with it.
+    pub rivals: Vec<Vec<&'static str>>,
+    /// The fit with all of them.
+    pub fit: Refined,
+    /// Completeness at the beginning.
+    pub before: Completeness,
+    /// And at the end.
+    pub after: Completeness,
+    /// What does not repeat.
+    pub floor: Floor,
+}
+
+/// The data and the settings of a climb.
+pub struct Climb<'a> {
+    experiments: &'a [Experiment],
+    problem: EquationError<'a>,
+    blocks: Vec<usize>,
+    period_s: f64,
+    candidates: Vec<&'static Description>,
+    most: usize,
+}
+
+impl<'a> Climb<'a> {
+    /// `candidates` are tried at each step, `most` effects are added at most. `None` if no balance can be formed.
+    pub fn new(experiments: &'a [Experiment], candidates: Vec<&'static Description>, most: usize) -> Option<Self> {
+        let problem = EquationError::new(experiments)?;
+        let blocks = blocks::blocks(problem.times());
+        let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
+        Some(Self { experiments, problem, blocks, period_s, candidates, most })
+    }
+
+    /// Fits a model as it is.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit(&self, space: &Space) -> Result<Refined> {
+        minimise(space, &self.problem, Effort { steps: 15, tolerance: 1e-4 }, None, &mut || ())
+    }
+
+    /// Screens all candidates at the fit of a model: a first ranking.
+    pub fn screen(&self, fit: &Refined) -> Vec<Promise> {
+        let left: Vec<&'static Description> =
+            self.candidates.iter().copied().filter(|d| !fit.space.effects().contains(&d.id)).collect();
+        let scales = Scales::of(&fit.space, self.experiments);
+        screening::screen(fit, &self.problem, &scales, &left)
+    }
+
+    /// One step from a fitted model: all candidates, and the one that would be added.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn first_step(&self, fit: &Refined) -> Result<Step> {
+        let mut step = self.step(fit, 0.0, &mut |_| ())?;
+        step.winner = winner(&step.tried).map(|t| t.id);
+        Ok(step)
+    }
+
+    /// Climbs from a fitted model. `progress` is told the steps done.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(&str)) -> Result<Ladder> {
+        let mut fit = base.clone();
+        let mut found: Vec<&'static str> = Vec::new();
+        let mut steps = Vec::new();
+        while found.len() < self.most {
+            let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
+            let mut step = self.step(&fit, gained, progress)?;
+            let winner = winner(&step.tried).map(|t| (t.id, t.fit.clone()));
+            step.winner = winner.as_ref().map(|w| w.0);
+            steps.push(step);
+            let Some((id, next)) = winner else { break };
+            found.push(id);
+            fit = next;
+        }
+        self.look_back(&mut fit, &mut found, progress)?;
+        let rivals = self.rivals(&fit, &found, &steps, progress)?;
+        let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
+        let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
+        Ok(Ladder { steps, found, rivals, fit, before, after, floor })
+    }
+
+    /// What does not repeat.
+    fn floor(&self, fit: &Refined) -> Floor {
+        Floor::of(fit, &self.problem, self.problem.times(), self.period_s)
+    }
+
+    /// After the free run has dropped effects: the fit without them, and the rivals of those that stay.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn narrow(&self, ladder: &mut Ladder, before: &[&'static str]) -> Result<()> {
+        let mut space = ladder.fit.space.clone();
+        let mut rivals = Vec::new();
+        for (k, id) in before.iter().enumerate() {
+            if ladder.found.contains(id) {
+                rivals.push(ladder.rivals.get(k).cloned().unwrap_or_default());
+            } else {
+                space = space.without_effect(id);
+            }
+        }
+        ladder.rivals = rivals;
+        ladder.fit = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        Ok(())
+    }
+
+    /// Whether the recordings hold voltage, current and speed.
+    pub fn is_of_whole_motor(&self) -> bool {
+        self.problem.is_of_whole_motor()
+    }
+
+    /// Share of an effect's column that the other parameters do not explain.
+    pub fn independence(&self, fit: &Refined, d: &Description) -> Option<f64> {
+        screening::independence(fit, &self.problem, &Scales::of(&fit.space, self.experiments), d)
+    }
+
+    /// What generic terms make of what a fit leaves over.
+    pub fn lead(&self, fit: &Refined) -> Lead {
+        lead::find(fit, &self.problem, &self.blocks)
+    }
+
+    fn held_out(&self, fit: &Refined) -> HeldOut {
+        held_out(fit, self.problem.groups(), &self.blocks)
+    }
+
+    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(&str)) -> Result<Step> {
+        let before = self.held_out(fit);
+        progress("screening");
+        let promises = self.screen(fit);
+        let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
+        let decoys = decoys::tried(
+            fit,
+            self.problem.groups(),
+            self.problem.times(),
+            &self.blocks,
+            &columns,
+            1 + fit.space.effects().len() as u64,
+        );
+        let smallest = SMALLEST_GAIN.max(SMALLEST_SHARE * gained);
+        let decoy_gain = decoys.iter().map(|d| before.log_error() - d.log_error()).fold(0.0, f64::max);
+        let accepted = decoys.iter().filter(|d| {
+            let p = p_value(&before, d, fit, self.problem.groups(), 1) * self.candidates.len() as f64;
+            before.log_error() - d.log_error() >= smallest && p <= SIGNIFICANCE
+        });
+        let accepted = [decoys.len(), accepted.count()];
+        let best = promises.first().map_or(0.0, |p| p.gain);
+        let mut tried = Vec::new();
+        for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
+            output::check_interrupt()?;
+            progress(promise.id);
+            let refined = minimise(&promise.space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            let held_out = self.held_out(&refined);
+            let gain = before.log_error() - held_out.log_error();
+            let parameters = refined.space.free().count() - fit.space.free().count();
+            let single = p_value(&before, &held_out, &refined, self.problem.groups(), parameters);
+            let p_value = (single * self.candidates.len() as f64).min(1.0);
+            let objection = if gain < smallest {
+                Some(Objection::TooSmall)
+            } else if p_value > SIGNIFICANCE || gain < OVER_DECOYS * decoy_gain {
+                Some(Objection::NotSignificant)
+            } else if promise.independent < LEAST_INDEPENDENT && gain < BEYOND_DOUBT {
+                Some(Objection::NotIndependent)
+            } else if shift(&fit.space, &refined.space) > LARGEST_SHIFT && gain < BEYOND_DOUBT {
+                Some(Objection::Implausible)
+            } else {
+                None
+            };
+            tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
+        }
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        Ok(Step {
+            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+            tried,
+            winner: None,
+            decoy_gain,
+            decoys: accepted,
+        })
+    }
+
+    /// Drops effects that the later ones have made superfluous.
+    fn look_back(
+        &self,
+        fit: &mut Refined,
+        found: &mut Vec<&'static str>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<()> {
+        let mut k = 0;
+        while found.len() > 1 && k + 1 < found.len() {
+            progress(found[k]);
+            let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
+                found.remove(k);
+                *fit = less;
+            } else {
+                k += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// For each effect found, those of its step that would do as well in its place.
+    fn rivals(
+        &self,
+        fit: &Refined,
+        found: &[&'static str],
+        steps: &[Step],
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Vec<Vec<&'static str>>> {
+        let error = self.held_out(fit).log_error();
+        let mut all = Vec::new();
+        for id in found {
+            let mut rivals = Vec::new();
+            let step = steps.iter().find(|s| s.winner == Some(*id));
+            let tried: &[Tried] = step.map_or(&[], |s| &s.tried);
+            let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
+            // With more parameters it is no rival: a law that has to be bent to look like another one.
+            let rivals_here = tried.iter().filter(|t| {
+                t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
+            });
+            for rival in rivals_here {
+                progress(rival.id);
+                let swapped = if found.len() == 1 {
+                    rival.fit.clone()
+                } else {
+                    let scales = Scales::of(&fit.space, self.experiments);
+                    let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
+                    if let (Some(entry), Some(known)) =
+                        (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id)))
+                    {
+                        entry.value = known.value;
+                    }
+                    minimise(&space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?
+                };
+                if self.held_out(&swapped).log_error() - error < SAME_ERROR && !classes::same(id, rival.id) {
+                    rivals.push(rival.id);
+                }
+            }
+            all.push(rivals);
+        }
+        Ok(all)
+    }
+}
+
+/// The candidate that counts: the best one, or one that does as well with fewer parameters.
+fn winner(tried: &[Tried]) -> Option<&Tried> {
+    let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
+    tried
+        .iter()
+        .filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR)
+        .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))
+}
+
+/// Number of parameters of an effect.
+fn parameters_of(id: &str) -> usize {
+    greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or(0, |d| d.parameters.len())
+}
+
+/// Name of the size of an effect.
+pub fn size_of(id: &str) -> &'static str {
+    greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or("", |d| d.parameters[0].name)
+}
+
+/// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)
+fn shift(before: &Space, after: &Space) -> f64 {
+    ["R", "K"]
+        .iter()
+        .map(|name| {
+            let ratio = after.value(name) / before.value(name);
+            ratio.max(1.0 / ratio)
+        })
+        .fold(1.0, f64::max)
+}

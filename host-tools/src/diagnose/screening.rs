@@ -1,0 +1,218 @@
+//! Which effects could be missing: all candidates tried at once, by linearisation.
+//!
+//! At the fit of the present model each candidate's columns are the changes of the balances when the effect appears at a
+//! small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
+//! parameters free to move, is the candidate's promise. It ranks; it does not judge.
+
+use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::experiment::{Drive, Experiment};
+use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::scales::Scales;
+use crate::identify::space::{Freedom, Space};
+use crate::model::Kind;
+
+/// Size at which a candidate appears, in typical sizes.
+const SMALL: f64 = 0.03;
+/// Factor to the neighbouring shapes.
+const NEIGHBOUR: f64 = 2.0;
+
+/// A candidate and what it promises.
+#[derive(Debug, Clone)]
+pub struct Promise {
+    /// The effect.
+    pub id: &'static str,
+    /// Fall of the error that the linearisation predicts: sum of the logarithms of both balances' RMS.
+    pub gain: f64,
+    /// The model with it, at the size and shape that the linearisation suggests.
+    pub space: Space,
+    /// Share of the candidate's column that neither the other parameters nor the supply voltage already explain.
+    pub independent: f64,
+    /// Its column, weighted.
+    pub column: DVector<f64>,
+}
+
+/// What a set of recordings holds, as far as it decides which effects can be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Holds {
+    /// Voltage and current: without, nothing is known of the electrical side by itself.
+    pub electrical: bool,
+    /// Motion in both directions: without, a constant torque is dry friction.
+    pub both_directions: bool,
+}
+
+/// Speed in the rarer direction, relative to that in the other one, from which both count as recorded.
+const BOTH: f64 = 0.02;
+
+impl Holds {
+    /// Looks at recordings.
+    pub fn of(experiments: &[Experiment]) -> Self {
+        let extremes = experiments.iter().filter_map(|e| e.speed.as_ref()).flatten();
+        let (low, high) = extremes.fold((0.0f64, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
+        Self {
+            electrical: experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some()),
+            both_directions: (-low).min(high) > BOTH * (-low).max(high),
+        }
+    }
+
+    /// Whether such recordings can tell an effect.
+    pub fn tells(self, d: &Description) -> bool {
+        let one_way = matches!(d.id, "torque_offset" | "asymmetric_friction");
+        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, "speed_lag");
+        (self.electrical || of_speed) && (self.both_directions || !one_way)
+    }
+}
+
+/// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
+/// of this sort can tell.
+pub fn candidates(kind: Kind, holds: Holds) -> impl Iterator<Item = &'static Description> {
+    Effect::<f64>::CATALOGUE
+        .iter()
+        .filter(|d| d.seen == Seen::FreeRun && d.id != "speed_sign_lost")
+        .filter(move |d| d.motors == Motors::All || kind == Kind::Universal)
+        .filter(move |d| holds.tells(d))
+}
+
+/// The part of columns that is orthogonal to the column space of a Jacobian.
+pub struct Complement {
+    q: DMatrix<f64>,
+}
+
+impl Complement {
+    /// Of a Jacobian with full column rank; columns without length are left out.
+    pub fn of(jacobian: &DMatrix<f64>) -> Self {
+        let columns: Vec<DVector<f64>> = jacobian
+            .column_iter()
+            .filter_map(|c| {
+                let length = c.norm();
+                (length > 0.0 && length.is_finite()).then(|| c / length)
+            })
+            .collect();
+        let q = if columns.is_empty() {
+            DMatrix::zeros(jacobian.nrows(), 0)
+        } else {
+            DMatrix::from_columns(&columns).qr().q()
+        };
+        Self { q }
+    }
+
+    /// The orthogonal part.
+    pub fn project(&self, column: &DVector<f64>) -> DVector<f64> {
+        let once = column - &self.q * self.q.tr_mul(column);
+        // Twice is enough (Kahan): the first pass leaves rounding errors of the size of the column.
+        &once - &self.q * self.q.tr_mul(&once)
+    }
+}
+
+/// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
+pub fn independence(fit: &Refined, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
+    let mut space = fit.space.with_effect(d.id, scales);
+    let entry = space.get_mut(d.parameters[0].name)?;
+    entry.value = entry.scale * SMALL;
+    let mut column = problem.at(&space, &space.coordinates()) - unweighted(fit, problem);
+    for (x, group) in column.iter_mut().zip(problem.groups()) {
+        *x /= fit.rms[usize::from(*group)];
+    }
+    let length = column.norm();
+    (length > 0.0).then(|| Complement::of(&fit.jacobian).project(&column).norm() / length)
+}
+
+/// Tries candidates at the fit of a model, most promising first.
+pub fn screen(
+    fit: &Refined,
+    problem: &impl Residuals,
+    scales: &Scales,
+    candidates: &[&'static Description],
+) -> Vec<Promise> {
+    let complement = Complement::of(&fit.jacobian);
+    let left = complement.project(&fit.residuals);
+    let mut promises: Vec<Promise> =
+        candidates.par_iter().filter_map(|d| promise(d, fit, problem, scales, &complement, &left)).collect();
+    promises.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    promises
+}
+
+fn promise(
+    d: &'static Description,
+    fit: &Refined,
+    problem: &impl Residuals,
+    scales: &Scales,
+    complement: &Complement,
+    left: &DVector<f64>,
+) -> Option<Promise> {
+    let more = fit.space.with_effect(d.id, scales);
+    let mut best: Option<Promise> = None;
+    let plain = unweighted(fit, problem);
+    for shape in shapes(d, &more) {
+        let mut shaped = shape;
+        let size = shaped.get(d.parameters[0].name)?.scale * SMALL;
+        shaped.get_mut(d.parameters[0].name)?.value = size;
+        let theta = shaped.coordinates();
+        let mut column = (problem.at(&shaped, &theta) - &plain) / SMALL;
+        for (x, group) in column.iter_mut().zip(problem.groups()) {
+            *x /= fit.rms[usize::from(*group)];
+        }
+        let length = column.norm();
+        if length == 0.0 || !length.is_finite() {
+            continue;
+        }
+        let orthogonal = complement.project(&column);
+        let square = orthogonal.norm_squared();
+        let independent = square.sqrt() / length;
+        if independent < 1e-6 {
+            continue;
+        }
+        let sizes = -orthogonal.dot(left) / square;
+        let allowed = d.parameters[0].range;
+        let value = sizes * shaped.get(d.parameters[0].name)?.scale;
+        if value < allowed.0 {
+            continue;
+        }
+        let gain = log_fall(left, &(left + &orthogonal * sizes), problem.groups());
+        if best.as_ref().is_none_or(|b| gain > b.gain) {
+            let entry = shaped.get_mut(d.parameters[0].name)?;
+            // A long way from here the linearisation does not hold; the fit goes on by itself.
+            entry.value = value.clamp(-1.5 * entry.scale, 1.5 * entry.scale).clamp(allowed.0, allowed.1);
+            best = Some(Promise { id: d.id, gain, space: shaped, independent, column });
+        }
+    }
+    best
+}
+
+/// Sum over both balances of the logarithm by which the RMS falls.
+pub fn log_fall(before: &DVector<f64>, after: &DVector<f64>, groups: &[u8]) -> f64 {
+    (0u8..2)
+        .map(|group| {
+            let sum = |r: &DVector<f64>| -> f64 {
+                r.iter().zip(groups).filter(|(_, g)| **g == group).map(|(x, _)| x * x).sum()
+            };
+            let (b, a) = (sum(before), sum(after));
+            if b > 0.0 && a > 0.0 { 0.5 * (b / a).ln() } else { 0.0 }
+        })
+        .sum()
+}
+
+fn unweighted(fit: &Refined, problem: &impl Residuals) -> DVector<f64> {
+    DVector::from_iterator(
+        fit.residuals.len(),
+        fit.residuals.iter().zip(problem.groups()).map(|(r, g)| r * fit.rms[usize::from(*g)]),
+    )
+}
+
+/// The usual shape and those with the first shape parameter larger and smaller.
+fn shapes(d: &Description, space: &Space) -> Vec<Space> {
+    let mut all = vec![space.clone()];
+    let Some(shape) = d.parameters.get(1) else { return all };
+    for factor in [NEIGHBOUR, 1.0 / NEIGHBOUR] {
+        let mut other = space.clone();
+        if let Some(entry) = other.get_mut(shape.name)
+            && matches!(entry.freedom, Freedom::Free(_))
+        {
+            entry.value = (entry.value * factor).clamp(shape.range.0, shape.range.1);
+            all.push(other);
+        }
+    }
+    all
+}

@@ -1,0 +1,240 @@
+//! The verdict, in one word and in a motor engineer's.
+
+use greyrig::effects::{Acts, Effect};
+use serde::Serialize;
+
+use super::classes::class_of;
+use super::completeness::Completeness;
+use super::ladder::{Ladder, Objection};
+use super::lead::Lead;
+use super::samples::Finding;
+use crate::identify::Settings;
+use crate::identify::minimise::Refined;
+use crate::model::unit;
+use crate::recording::Motion;
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictKind {
+    /// Named effects.
+    MissingEffect,
+    /// The model is as good as the data.
+    None,
+    /// A set that these data cannot tell apart, but another recording could.
+    Ambiguous,
+    /// Real structure that no effect of the catalogue explains.
+    OutsideCatalogue,
+    /// The recordings do not hold what it takes.
+    InsufficientData,
+}
+
+/// The verdict.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// In one word.
+    pub kind: VerdictKind,
+    /// The effects, in the order in which they should be added.
+    pub effects: Vec<&'static str>,
+    /// Sets whose members no recording could separate.
+    pub classes: Vec<Vec<&'static str>>,
+    /// In a motor engineer's words.
+    pub text: String,
+    /// The recording that would tell more.
+    pub next_experiment: Option<String>,
+}
+
+impl Verdict {
+    /// The recordings do not hold what it takes.
+    pub fn insufficient(reason: &str) -> Self {
+        Self {
+            kind: VerdictKind::InsufficientData,
+            effects: Vec::new(),
+            classes: Vec::new(),
+            text: format!("these recordings cannot tell: {reason}"),
+            next_experiment: Some(
+                "a ramp, a staircase or a sine of the voltage over the whole range, and a coast-down".to_owned(),
+            ),
+        }
+    }
+}
+
+fn description(id: &str) -> Option<&'static greyrig::effects::Description> {
+    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
+}
+
+fn name(id: &str) -> &str {
+    description(id).map_or(id, |d| d.name)
+}
+
+/// The default member of the class of an effect, or the effect itself.
+fn default_member(id: &'static str) -> &'static str {
+    class_of(id).map_or(id, |class| class[0])
+}
+
+/// Judges what a climb has found.
+pub fn judge(
+    ladder: &Ladder,
+    findings: &[Finding],
+    lead: &Lead,
+    fitted: Option<&Refined>,
+    settings: &Settings,
+    motion: Motion,
+) -> Verdict {
+    let mut effects: Vec<&'static str> = super::ids(findings);
+    effects.extend(ladder.found.iter().map(|id| default_member(id)));
+    let mut classes: Vec<Vec<&'static str>> =
+        ladder.found.iter().filter_map(|id| class_of(id)).map(<[_]>::to_vec).collect();
+    classes.dedup();
+    let complete = ladder.after.is_complete() || (!ladder.found.is_empty() && ladder.after.explains(&ladder.before));
+    let rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+    let found = !effects.is_empty();
+    let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
+    text.extend(ladder.found.iter().enumerate().map(|(k, id)| {
+        let mut line = reasons(id, ladder, k);
+        if let Some(sizes) = fitted.map(|fit| sizes(id, fit, settings, motion)) {
+            line += &format!("; {sizes}");
+        }
+        line
+    }));
+    let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
+    match (found, complete) {
+        (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, text),
+        (true, _) if !rivals.is_empty() => {
+            effects.extend(rivals.iter().map(|id| default_member(id)));
+            let next = ladder.found.iter().zip(&ladder.rivals).find(|(_, r)| !r.is_empty()).and_then(|(id, _)| {
+                description(id).map(|d| d.separated_by.to_owned())
+            });
+            text.push(format!(
+                "{} would explain these data as well; another recording would tell",
+                rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
+            ));
+            Verdict { kind: VerdictKind::Ambiguous, effects, classes, text: text.join("\n"), next_experiment: next }
+        }
+        (true, _) => {
+            if ladder.floor.is_known() && ladder.after.is_complete() && !ladder.found.is_empty() {
+                text.push("with that, nothing is left that repeats from one period to the next".to_owned());
+            }
+            Verdict {
+                kind: VerdictKind::MissingEffect,
+                effects,
+                classes,
+                text: text.join("\n"),
+                next_experiment: None,
+            }
+        }
+        (false, _) if swallowed.is_some() => {
+            let id = swallowed.unwrap_or_default();
+            Verdict {
+                kind: VerdictKind::InsufficientData,
+                effects: Vec::new(),
+                classes: Vec::new(),
+                text: format!(
+                    "{} would lower the error, but in these recordings its contribution can hardly be told from the supply \
+                     or from the base parameters, so it is not named",
+                    name(id)
+                ),
+                next_experiment: Some(format!(
+                    "a ramp, a staircase or a sine of the voltage through zero{}",
+                    description(id).map_or_else(String::new, |d| format!("; {}", d.separated_by))
+                )),
+            }
+        }
+        (false, true) => Verdict {
+            kind: VerdictKind::None,
+            effects: Vec::new(),
+            classes: Vec::new(),
+            text: "the model is as good as the data: what is left does not repeat from one period to the next, and no effect \
+                   of the catalogue lowers the error on data held out. Gains of the sensors, an impedance of the supply and a \
+                   resistance that grows with the speed are never visible in voltage, current and speed"
+                .to_owned(),
+            next_experiment: None,
+        },
+        (false, false) => outside(ladder, lead, text),
+    }
+}
+
+/// A candidate of the first step that would explain everything, and that only one objection keeps from being named.
+fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
+    let first = ladder.steps.first()?;
+    first
+        .tried
+        .iter()
+        .filter(|t| t.objection == Some(objection))
+        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before))
+        .map(|t| t.id)
+}
+
+fn outside(ladder: &Ladder, lead: &Lead, mut text: Vec<String>) -> Verdict {
+    let (side, times) = if ladder.after.electrical > ladder.after.mechanical {
+        ("voltage", ladder.after.electrical)
+    } else {
+        ("torque", ladder.after.mechanical)
+    };
+    if !text.is_empty() {
+        text.insert(0, "part of the error looks like an effect of the catalogue, but not all of it:".to_owned());
+    }
+    text.push(format!(
+        "structure is left in the {side} balance, {times:.1} times what does not repeat, that no effect of the catalogue explains"
+    ));
+    if !lead.terms.is_empty() {
+        let formula: Vec<String> =
+            lead.terms.iter().map(|t| format!("{:+.3e} {} ({})", t.coefficient, t.formula, t.balance)).collect();
+        text.push(format!(
+            "a formula of generic terms takes {:.0} % of it: {}",
+            100.0 * lead.held_out_gain,
+            formula.join("  ")
+        ));
+        let arguments = lead.as_arguments();
+        if !arguments.is_empty() {
+            let flags: Vec<String> = arguments.iter().map(|a| format!("--term '{a}'")).collect();
+            text.push(format!("as a lead: greyrig add {}", flags.join(" ")));
+        }
+    }
+    Verdict {
+        kind: VerdictKind::OutsideCatalogue,
+        effects: Vec::new(),
+        classes: Vec::new(),
+        text: text.join("\n"),
+        next_experiment: Some(
+            "a locked rotor, DC steps and a coast-down: each takes one part of the motor away".to_owned(),
+        ),
+    }
+}
+
+/// Why an effect is named.
+fn reasons(id: &str, ladder: &Ladder, place: usize) -> String {
+    let Some(d) = description(id) else { return id.to_owned() };
+    let step = ladder.steps.iter().find(|s| s.winner == Some(id));
+    let side = match d.acts {
+        Acts::Electrical => "in the voltage balance",
+        Acts::Mechanical => "in the torque balance",
+        Acts::Both => "in the voltage and the torque balance",
+        Acts::Measuring => "in the measuring chain",
+    };
+    let mut text = format!("{}{} {side}: {}", if place == 0 { "" } else { "then " }, d.name, d.signature);
+    if let Some(step) = step
+        && let Some(own) = step.tried.iter().find(|t| t.id == id)
+    {
+        text += &format!("; the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
+        if let Some(next) = step.tried.iter().find(|t| t.id != id) {
+            text += &format!(
+                ", with the next best, {}, by {:.0} %",
+                name(next.id),
+                100.0 * (1.0 - (-0.5 * next.gain).exp()).max(0.0)
+            );
+        }
+    }
+    text
+}
+
+/// The size of an effect with its interval.
+fn sizes(id: &str, fit: &Refined, settings: &Settings, motion: Motion) -> String {
+    let Some(d) = description(id) else { return String::new() };
+    let each: Vec<String> = d
+        .parameters
+        .iter()
+        .map(|p| format!("{} = {:.3e} {}", p.name, fit.space.value(p.name), unit(p.name, settings.kind, motion)))
+        .collect();
+    each.join(", ")
+}

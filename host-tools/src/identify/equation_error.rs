@@ -1,0 +1,412 @@
+//! Equation error: what the voltage balance and the torque balance leave over at the measured state.
+//!
+//! Nothing is simulated, so the error is nearly linear in the parameters, a fit converges from anywhere in a few steps, and
+//! every effect of the catalogue can be tried within a second. The noise of the regressors biases it slightly: what is
+//! found here is refined by [`super::output_error`].
+//!
+//! # Electrical side
+//! `L di/dt + R i + K φ ω + v − u` on the raw samples, then through the Butterworth filter. (The product of filtered signals
+//! is not the filtered product.)
+//!
+//! # Mechanical side
+//! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that nothing is
+//! differentiated and the pulsation of the torque at twice the mains frequency cancels.
+//!
+//! # Other recordings
+//! Torque (or force) and motion alone give the torque balance directly, `J dω/dt + friction − T`; voltage and speed alone,
+//! of a motor with magnets, the voltage balance with the current that the motion needs, `i = (J dω/dt + friction)/K`. Both go
+//! through a zero-phase low-pass whose cut-off is found from the data, as in [`super::inverse_dynamics`].
+//!
+//! # Measuring chain
+//! Effects of the chain are undone to first order: true ≈ measured − (chain(measured) − measured).
+//!
+//! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
+//! ASME 79 (1957) 547–552.
+
+use greyrig::butterworth::{self, Cascade};
+use greyrig::effects::{Acts, Passed};
+use greyrig::motor::{Motor, OperatingPoint, State};
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::inverse_dynamics::{automatic_cutoff_hz, directions_by_quantum, zero_phase};
+use super::minimise::{Residuals, rms_of};
+use super::regression::{directions, sliding_mean, stride};
+use super::space::Space;
+use crate::experiment::{Drive, Experiment, derivative};
+use crate::noise::white_noise;
+
+/// Windows of the weak form are at least this long on mains, s.
+const WINDOW_S: f64 = 0.1;
+/// And this long without.
+const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
+
+/// The low-pass of a motion has at least this many periods of its cut-off in the recording.
+const FEWEST_PERIODS: f64 = 40.0;
+
+/// Reversals of the current below this many standard deviations of its noise are noise.
+const NOISE_REVERSAL: f64 = 4.0;
+
+/// Stands for a residual that cannot be computed.
+const HOPELESS: f64 = 1e6;
+
+/// One of the two equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Balance {
+    /// The voltage balance, V.
+    Voltage,
+    /// The torque balance, N m s over a window.
+    Torque,
+}
+
+/// The balances of all recordings.
+#[derive(Debug)]
+pub struct EquationError<'a> {
+    parts: Vec<Part<'a>>,
+    whole_motor: bool,
+    groups: Vec<u8>,
+    sizes: [f64; 2],
+    times: Vec<(usize, f64)>,
+}
+
+#[derive(Debug)]
+enum Part<'a> {
+    Motor(MotorPart<'a>),
+    Motion(MotionPart<'a>),
+}
+
+/// Voltage or torque, and motion: no current.
+#[derive(Debug)]
+struct MotionPart<'a> {
+    experiment: &'a Experiment,
+    speed: &'a [f64],
+    acceleration: Vec<f64>,
+    directions: Vec<f64>,
+    low_pass: butterworth::Settings,
+    samples: Vec<usize>,
+}
+
+/// Voltage, current and speed.
+#[derive(Debug)]
+struct MotorPart<'a> {
+    experiment: &'a Experiment,
+    current: Vec<f64>,
+    /// The current without its noise's small reversals, which would wear a hysteresis loop down.
+    turning: Vec<f64>,
+    speed: Vec<f64>,
+    voltage_rate: Vec<f64>,
+    current_rate: Vec<f64>,
+    directions: Vec<f64>,
+    /// Samples at which the filtered voltage balance is looked at.
+    samples: Vec<usize>,
+    /// First and last sample of each window of the torque balance.
+    windows: Vec<(usize, usize)>,
+    /// Samples over which the speed at a window's end is averaged.
+    period: usize,
+}
+
+impl<'a> EquationError<'a> {
+    /// Prepares the recordings from which a balance can be formed; `None` without any.
+    pub fn new(experiments: &'a [Experiment]) -> Option<Self> {
+        let mut parts = Vec::new();
+        let mut times = Vec::new();
+        let mut groups = Vec::new();
+        for (recording, e) in experiments.iter().enumerate() {
+            let Some(part) = Part::new(e) else { continue };
+            for (group, samples) in part.rows() {
+                times.extend(samples.iter().map(|n| (recording, *n as f64 * e.interval_s)));
+                groups.extend(samples.iter().map(|_| group));
+            }
+            parts.push(part);
+        }
+        let whole_motor = parts.iter().all(|p| matches!(p, Part::Motor(_)));
+        let sizes = rms_of(&DVector::from_vec(parts.iter().flat_map(Part::signals).collect()), &groups);
+        (!groups.is_empty()).then_some(Self { parts, whole_motor, groups, sizes, times })
+    }
+
+    /// Whether all recordings hold voltage, current and speed.
+    pub fn is_of_whole_motor(&self) -> bool {
+        self.whole_motor
+    }
+
+    /// The rows of a term on the side of R i or, braking, on the side of the friction: its value at current (A), speed
+    /// (rad/s) and di/dt (A/s), filtered or integrated as the balances are. Zero in the rows of the other balance.
+    pub fn column(&self, balance: Balance, term: &(impl Fn(f64, f64, f64) -> f64 + Sync)) -> DVector<f64> {
+        let parts: Vec<Vec<f64>> = self.parts.par_iter().map(|part| part.column(balance, term)).collect();
+        DVector::from_vec(parts.concat())
+    }
+
+    /// Recording and time, s, of each row.
+    pub fn times(&self) -> &[(usize, f64)] {
+        &self.times
+    }
+}
+
+impl Residuals for EquationError<'_> {
+    fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64> {
+        let Ok(motor) = space.motor_at(theta) else {
+            return DVector::from_element(self.groups.len(), HOPELESS);
+        };
+        let parts: Vec<Vec<f64>> = self.parts.par_iter().map(|part| part.residuals(&motor)).collect();
+        let mut all = DVector::from_vec(parts.concat());
+        for x in all.iter_mut().filter(|x| !x.is_finite()) {
+            *x = HOPELESS;
+        }
+        all
+    }
+    fn groups(&self) -> &[u8] {
+        &self.groups
+    }
+    fn sizes(&self) -> [f64; 2] {
+        self.sizes
+    }
+}
+
+/// A signal that follows another one with a play of the given half width.
+fn without_small_reversals(signal: &[f64], half: f64) -> Vec<f64> {
+    let mut held = signal.first().copied().unwrap_or(0.0);
+    signal
+        .iter()
+        .map(|x| {
+            held = held.clamp(x - half, x + half);
+            held
+        })
+        .collect()
+}
+
+impl<'a> Part<'a> {
+    fn new(e: &'a Experiment) -> Option<Self> {
+        if e.drive == Drive::Voltage && e.current.is_some() {
+            MotorPart::new(e).map(Self::Motor)
+        } else {
+            MotionPart::new(e).map(Self::Motion)
+        }
+    }
+
+    /// Group and sample of each row.
+    fn rows(&self) -> Vec<(u8, Vec<usize>)> {
+        match self {
+            Self::Motor(part) => {
+                vec![(0, part.samples.clone()), (1, part.windows.iter().map(|(from, _)| *from).collect())]
+            }
+            Self::Motion(part) => vec![(u8::from(part.experiment.drive == Drive::Torque), part.samples.clone())],
+        }
+    }
+
+    fn signals(&self) -> Vec<f64> {
+        match self {
+            Self::Motor(part) => part.signals(),
+            Self::Motion(part) => part.rows_of(&part.experiment.input),
+        }
+    }
+
+    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
+        match self {
+            Self::Motor(part) => part.residuals(motor),
+            Self::Motion(part) => part.residuals(motor),
+        }
+    }
+
+    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+        match self {
+            Self::Motor(part) => part.column(balance, term),
+            Self::Motion(part) => part.column(balance, term),
+        }
+    }
+}
+
+impl<'a> MotionPart<'a> {
+    fn new(e: &'a Experiment) -> Option<Self> {
+        let speed = e.speed.as_deref()?;
+        let (motion, derivatives) = e.position.as_deref().map_or((speed, 1), |angle| (angle, 2));
+        let slowest = FEWEST_PERIODS / (e.len() as f64 * e.interval_s);
+        let cutoff_hz = automatic_cutoff_hz(motion, derivatives, e.interval_s).max(slowest).min(e.filter.cutoff_hz);
+        let trim = ((2.0 / cutoff_hz) / e.interval_s) as usize;
+        let stride = ((1.0 / (4.0 * cutoff_hz * e.interval_s)) as usize).max(1);
+        Some(Self {
+            experiment: e,
+            speed,
+            acceleration: derivative(speed, e.interval_s),
+            directions: directions_by_quantum(speed),
+            low_pass: butterworth::Settings { order: 4, cutoff_hz, sample_rate_hz: 1.0 / e.interval_s },
+            samples: (trim..e.len().saturating_sub(trim)).step_by(stride).filter(|n| e.counted[*n]).collect(),
+        })
+    }
+
+    fn rows_of(&self, signal: &[f64]) -> Vec<f64> {
+        let filtered = zero_phase(signal, self.low_pass).unwrap_or_else(|| signal.to_vec());
+        self.samples.iter().map(|n| filtered[*n]).collect()
+    }
+
+    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
+        let e = self.experiment;
+        let memories = motor.memories_at_start(State::default());
+        let p = motor.parameters();
+        let left: Vec<f64> = (0..e.len())
+            .map(|n| {
+                let (speed, direction) = (self.speed[n], self.directions[n]);
+                let torque = p.inertia * self.acceleration[n] + motor.load_torque(speed, direction);
+                if e.drive == Drive::Torque {
+                    return torque - e.input[n];
+                }
+                let current = torque / p.flux_coefficient;
+                let at = OperatingPoint { current, speed, direction, voltage: e.input[n], voltage_rate: 0.0 };
+                let b = motor.balance(&at, &memories);
+                b.resistance * current + motor.linkage(&b) * speed + b.voltage - b.supply
+            })
+            .collect();
+        self.rows_of(&left)
+    }
+
+    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+        if (balance == Balance::Torque) != (self.experiment.drive == Drive::Torque) {
+            return vec![0.0; self.samples.len()];
+        }
+        let values: Vec<f64> = self.speed.iter().map(|w| term(0.0, *w, 0.0)).collect();
+        self.rows_of(&values)
+    }
+}
+
+impl<'a> MotorPart<'a> {
+    fn new(e: &'a Experiment) -> Option<Self> {
+        let current = e.current.as_deref()?;
+        // Without a supply there is no current, whatever the sensor shows.
+        let current: Vec<f64> = current.iter().enumerate().map(|(n, i)| if e.is_open(n) { 0.0 } else { *i }).collect();
+        let speed = e.speed.clone().unwrap_or_else(|| vec![0.0; current.len()]);
+        if e.speed.is_none() && !e.is_locked(0) {
+            return None;
+        }
+        let directions = directions(&speed);
+        let shortest = e.mains_period_s.map_or(WINDOW_WITHOUT_MAINS_S, |period| (WINDOW_S / period).ceil() * period);
+        let window = ((shortest / e.interval_s).round() as usize).max(2);
+        let period = e.mains_period_s.map_or(window / 2, |period| (period / e.interval_s).round() as usize).max(2);
+        let mut windows = Vec::new();
+        let mut from = period;
+        while e.speed.is_some() && from + window + period < current.len() {
+            let to = from + window;
+            if (from..to).all(|n| e.counted[n] && !e.is_locked(n) && directions[n] != 0.0) {
+                windows.push((from, to));
+            }
+            from = to;
+        }
+        Some(Self {
+            experiment: e,
+            voltage_rate: derivative(&e.input, e.interval_s),
+            current_rate: derivative(&current, e.interval_s),
+            turning: without_small_reversals(&current, NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0)),
+            current,
+            samples: (0..e.len()).step_by(stride(e)).filter(|n| e.counted[*n]).collect(),
+            speed,
+            directions,
+            windows,
+            period,
+        })
+    }
+
+    /// What the rows are compared with: the voltage, and the change of speed (of unknown inertia, so of a typical one).
+    fn signals(&self) -> Vec<f64> {
+        let voltage = self.experiment.filtered(&self.experiment.input);
+        let mut all: Vec<f64> = self.samples.iter().map(|n| voltage[*n]).collect();
+        all.extend(self.windows.iter().map(|_| 1.0));
+        all
+    }
+
+    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
+        let e = self.experiment;
+        let chain = motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring);
+        let undone = chain.then(|| self.undo_chain(motor));
+        let (current, speed, current_rate) = match &undone {
+            Some((current, speed, rate)) => (current.as_slice(), speed.as_slice(), rate.as_slice()),
+            None => (self.current.as_slice(), self.speed.as_slice(), self.current_rate.as_slice()),
+        };
+        let inertia = motor.parameters().inertia;
+        let coefficients = e.coefficients::<f64>();
+        let mut filter = Cascade::default();
+        let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
+        let remembers = !motor.effects().is_empty();
+        let mut rows = Vec::with_capacity(self.samples.len() + self.windows.len());
+        let mut torque = Vec::with_capacity(e.len());
+        let (mut impulse, mut last) = (0.0, 0.0);
+        let mut next = 0;
+        for n in 0..e.len() {
+            let state = State { current: current[n], speed: speed[n] };
+            if n > 0 && remembers {
+                let before = State { current: self.turning[n - 1], speed: speed[n - 1] };
+                let after = State { current: self.turning[n], speed: speed[n] };
+                motor.advance(&Passed { interval: e.interval_s, before, after }, &mut memories);
+            }
+            let at = OperatingPoint {
+                current: state.current,
+                speed: state.speed,
+                direction: self.directions[n],
+                voltage: e.input[n],
+                voltage_rate: self.voltage_rate[n],
+            };
+            let slopes = motor.slopes(&at, &memories);
+            let left = slopes.inductance * (current_rate[n] - slopes.current);
+            if n == 0 {
+                filter.reset_to(left);
+            }
+            let left = filter.process(&coefficients, left);
+            if self.samples.get(next) == Some(&n) {
+                rows.push(left);
+                next += 1;
+            }
+            let driving = inertia * slopes.speed;
+            impulse += 0.5 * (last + driving) * e.interval_s;
+            last = driving;
+            torque.push(impulse);
+        }
+        if self.windows.is_empty() {
+            return rows;
+        }
+        let smooth = match &undone {
+            Some(_) => sliding_mean(speed, self.period),
+            None => sliding_mean(&self.speed, self.period),
+        };
+        rows.extend(
+            self.windows.iter().map(|(from, to)| torque[*to] - torque[*from] - inertia * (smooth[*to] - smooth[*from])),
+        );
+        rows
+    }
+
+    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+        let e = self.experiment;
+        let values: Vec<f64> =
+            (0..e.len()).map(|n| term(self.current[n], self.speed[n], self.current_rate[n])).collect();
+        match balance {
+            Balance::Voltage => {
+                let filtered = e.filtered(&values);
+                let rows = self.samples.iter().map(|n| filtered[*n]);
+                rows.chain(self.windows.iter().map(|_| 0.0)).collect()
+            }
+            Balance::Torque => {
+                let mut sums = vec![0.0];
+                for pair in values.windows(2) {
+                    sums.push(sums[sums.len() - 1] - 0.5 * (pair[0] + pair[1]) * e.interval_s);
+                }
+                let windows = self.windows.iter().map(|(from, to)| sums[*to] - sums[*from]);
+                self.samples.iter().map(|_| 0.0).chain(windows).collect()
+            }
+        }
+    }
+
+    /// Current, speed and rate of the current as they were before the measuring chain.
+    fn undo_chain(&self, motor: &Motor<f64>) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let e = self.experiment;
+        let measured = |n: usize| State { current: self.current[n], speed: self.speed[n] };
+        let mut memories = motor.memories_at_start(measured(0));
+        let (mut current, mut speed) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
+        for n in 0..e.len() {
+            if n > 0 {
+                let passed = Passed { interval: e.interval_s, before: measured(n - 1), after: measured(n) };
+                motor.advance(&passed, &mut memories);
+            }
+            let shown = motor.measure(&memories, measured(n));
+            current.push(2.0 * self.current[n] - shown.current);
+            speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * self.speed[n] - shown.speed });
+        }
+        let rate = derivative(&current, e.interval_s);
+        (current, speed, rate)
+    }
+}

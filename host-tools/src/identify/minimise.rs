@@ -1,0 +1,283 @@
+//! Nonlinear least squares for the parameters of a motor, whatever the residuals are.
+//!
+//! The Levenberg–Marquardt method with the physical ranges as bounds (a parameter at its bound that is pushed outwards
+//! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
+//! factor of e", so that a shape on which the data say nothing stays where it is usual. The rows are of two groups, the
+//! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
+//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences.
+//!
+//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978).
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::space::{Entry, Space};
+use crate::error::Result;
+use crate::output;
+
+/// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error of
+/// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
+const DIFFERENCE: f64 = 1e-6;
+
+/// The longest step of a coordinate: a factor of four, or that many typical sizes.
+const LONGEST: f64 = 1.4;
+
+/// Trials with more and more damping before a step counts as the last.
+const TRIALS: usize = 8;
+
+/// Change of a weight, as a logarithm, below which it has settled.
+const SETTLED: f64 = 1e-3;
+
+/// Number of samples that the prior on a shape counts as.
+pub const PRIOR: f64 = 10.0;
+
+/// What is to be made small.
+pub trait Residuals: Sync {
+    /// Unweighted residuals at a point of a space.
+    fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64>;
+    /// The group of each row: 0 the electrical side, 1 the mechanical one.
+    fn groups(&self) -> &[u8];
+    /// RMS of the signals that the rows of the two groups are compared with.
+    fn sizes(&self) -> [f64; 2];
+}
+
+/// How hard a fit is tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Steps at most.
+    pub steps: usize,
+    /// Relative fall of the error below which a step was the last.
+    pub tolerance: f64,
+}
+
+impl Effort {
+    /// To the last digit that matters.
+    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7 };
+    /// To where something else has to be done next.
+    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3 };
+}
+
+/// The end of a fit.
+#[derive(Debug, Clone)]
+pub struct Refined {
+    /// The parameters there.
+    pub space: Space,
+    /// Weighted residuals, experiment by experiment.
+    pub residuals: DVector<f64>,
+    /// Derivatives of the residuals by the coordinates.
+    pub jacobian: DMatrix<f64>,
+    /// RMS of the residuals of the two groups, in their units: what they are weighted by.
+    pub rms: [f64; 2],
+}
+
+impl Refined {
+    /// The logarithm of the geometric mean of the two groups' RMS residuals, up to a constant: what the likelihood goes by.
+    pub fn log_error(&self, groups: &[u8]) -> f64 {
+        let count = [0u8, 1].map(|g| groups.iter().filter(|x| **x == g).count() as f64);
+        let total: f64 = count.iter().filter(|c| **c > 0.0).map(|_| 1.0).sum();
+        (0..2).filter(|g| count[*g] > 0.0).map(|g| self.rms[g].ln()).sum::<f64>() / total.max(1.0)
+    }
+}
+
+/// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known, and
+/// `step` is called after each step.
+///
+/// # Errors
+/// An interrupt.
+pub fn minimise(
+    space: &Space,
+    problem: &impl Residuals,
+    effort: Effort,
+    weights: Option<[f64; 2]>,
+    step: &mut dyn FnMut(),
+) -> Result<Refined> {
+    let groups = problem.groups();
+    // A perfect fit must not divide by zero.
+    let smallest = problem.sizes().map(|rms| 1e-9 * rms);
+    let mut weights = weights.unwrap_or_else(|| problem.sizes());
+    let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
+    let usual: Vec<Option<f64>> = space.free().map(Entry::usual).collect();
+    let mut theta: Vec<f64> =
+        space.coordinates().iter().zip(&limits).map(|(x, (low, high))| x.clamp(*low, *high)).collect();
+    let mut residuals = problem.at(space, &theta);
+    let mut damping = 1e-6;
+    for _ in 0..effort.steps {
+        output::check_interrupt()?;
+        step();
+        let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
+        let scale: Vec<f64> = groups.iter().map(|g| 1.0 / weights[usize::from(*g)]).collect();
+        let (normal, gradient) = normal_equations(&jacobian, &residuals, &scale, &theta, &usual);
+        let cost = |r: &DVector<f64>, at: &[f64]| {
+            let data: f64 = r.iter().zip(&scale).map(|(r, s)| (r * s).powi(2)).sum();
+            data + PRIOR * at.iter().zip(&usual).filter_map(|(x, u)| Some((x - (*u)?).powi(2))).sum::<f64>()
+        };
+        let present = cost(&residuals, &theta);
+        let fell = 'trial: {
+            for _ in 0..TRIALS {
+                let there = bounded_step(&normal, &gradient, &theta, &limits, damping);
+                let Some(there) = there else { break };
+                let trial = problem.at(space, &there);
+                let next = cost(&trial, &there);
+                if next < present {
+                    (theta, residuals) = (there, trial);
+                    damping = (damping / 30.0).max(1e-12);
+                    break 'trial Some(1.0 - next / present);
+                }
+                damping = (damping * 10.0).max(1e-6);
+            }
+            None
+        };
+        let before = weights;
+        weights = rms_of(&residuals, groups);
+        for (w, least) in weights.iter_mut().zip(smallest) {
+            *w = w.max(least);
+        }
+        let settled = (0..2).all(|k| (weights[k] / before[k]).ln().abs() < SETTLED);
+        if settled && fell.is_none_or(|fall| fall < effort.tolerance) {
+            break;
+        }
+    }
+    let mut space = space.clone();
+    space.set_coordinates(&theta);
+    Ok(weighted(space, problem, &theta, residuals))
+}
+
+/// The residuals and their derivatives at the present values, without a step.
+pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Refined {
+    let theta = space.coordinates();
+    let residuals = problem.at(space, &theta);
+    weighted(space.clone(), problem, &theta, residuals)
+}
+
+/// RMS of the two groups; 1 for one without rows.
+pub fn rms_of(residuals: &DVector<f64>, groups: &[u8]) -> [f64; 2] {
+    let mut sums = [(0.0, 0usize); 2];
+    for (r, group) in residuals.iter().zip(groups) {
+        let k = usize::from(*group);
+        sums[k].0 += r * r;
+        sums[k].1 += 1;
+    }
+    sums.map(|(sum, n)| if n == 0 { 1.0 } else { (sum / n as f64).sqrt() })
+}
+
+/// Unweighted derivatives of the residuals by the coordinates at a point where they are known.
+pub fn jacobian_at(
+    space: &Space,
+    problem: &impl Residuals,
+    theta: &[f64],
+    residuals: &DVector<f64>,
+    difference: f64,
+) -> DMatrix<f64> {
+    let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
+    let columns: Vec<DVector<f64>> = (0..theta.len())
+        .into_par_iter()
+        .map(|k| {
+            let mut there = theta.to_vec();
+            let step = if there[k] + difference > limits[k].1 { -difference } else { difference };
+            there[k] += step;
+            (problem.at(space, &there) - residuals) / step
+        })
+        .collect();
+    if columns.is_empty() { DMatrix::zeros(residuals.len(), 0) } else { DMatrix::from_columns(&columns) }
+}
+
+fn weighted(space: Space, problem: &impl Residuals, theta: &[f64], mut residuals: DVector<f64>) -> Refined {
+    let mut jacobian = jacobian_at(&space, problem, theta, &residuals, DIFFERENCE);
+    let smallest = problem.sizes().map(|rms| 1e-9 * rms);
+    let mut rms = rms_of(&residuals, problem.groups());
+    for (w, least) in rms.iter_mut().zip(smallest) {
+        *w = w.max(least);
+    }
+    for (row, group) in problem.groups().iter().enumerate() {
+        residuals[row] /= rms[usize::from(*group)];
+    }
+    for mut column in jacobian.column_iter_mut() {
+        for (x, group) in column.iter_mut().zip(problem.groups()) {
+            *x /= rms[usize::from(*group)];
+        }
+    }
+    Refined { space, residuals, jacobian, rms }
+}
+
+/// JᵀJ and Jᵀr, weighted, with the priors.
+fn normal_equations(
+    jacobian: &DMatrix<f64>,
+    residuals: &DVector<f64>,
+    scale: &[f64],
+    theta: &[f64],
+    usual: &[Option<f64>],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let mut scaled = jacobian.clone();
+    for mut column in scaled.column_iter_mut() {
+        for (x, s) in column.iter_mut().zip(scale) {
+            *x *= s;
+        }
+    }
+    let weighted = DVector::from_iterator(residuals.len(), residuals.iter().zip(scale).map(|(r, s)| r * s));
+    let mut normal = scaled.tr_mul(&scaled);
+    let mut gradient = scaled.tr_mul(&weighted);
+    for (k, usual) in usual.iter().enumerate() {
+        if let Some(usual) = usual {
+            normal[(k, k)] += PRIOR;
+            gradient[k] += PRIOR * (theta[k] - usual);
+        }
+    }
+    (normal, gradient)
+}
+
+/// The point after a damped step within the limits; parameters that would leave them stay at the limit, and the others
+/// are solved for again.
+fn bounded_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    theta: &[f64],
+    limits: &[(f64, f64)],
+    damping: f64,
+) -> Option<Vec<f64>> {
+    let p = theta.len();
+    let mut change = vec![0.0; p];
+    let mut held: Vec<bool> = (0..p)
+        .map(|k| {
+            let (low, high) = limits[k];
+            normal[(k, k)] <= 0.0 || (theta[k] <= low && gradient[k] > 0.0) || (theta[k] >= high && gradient[k] < 0.0)
+        })
+        .collect();
+    for _ in 0..=p {
+        let moves: Vec<usize> = (0..p).filter(|k| !held[*k]).collect();
+        let sizes: Vec<f64> = moves.iter().map(|k| normal[(*k, *k)].sqrt()).collect();
+        let m = moves.len();
+        if m == 0 {
+            return None;
+        }
+        let system = DMatrix::from_fn(m, m, |r, c| {
+            let entry = normal[(moves[r], moves[c])] / (sizes[r] * sizes[c]);
+            if r == c { entry + damping } else { entry }
+        });
+        // What the held parameters do to the others belongs to the right-hand side.
+        let right = DVector::from_fn(m, |r, _| {
+            let pulled: f64 = (0..p).filter(|k| held[*k]).map(|k| normal[(moves[r], k)] * change[k]).sum();
+            -(gradient[moves[r]] + pulled) / sizes[r]
+        });
+        let solution = system.cholesky()?.solve(&right);
+        for ((k, x), size) in moves.iter().zip(solution.iter()).zip(&sizes) {
+            change[*k] = x / size;
+        }
+        let leaves = moves.iter().copied().find(|k| {
+            let there = theta[*k] + change[*k];
+            there < limits[*k].0 || there > limits[*k].1
+        });
+        match leaves {
+            Some(k) => {
+                change[k] = (theta[k] + change[k]).clamp(limits[k].0, limits[k].1) - theta[k];
+                held[k] = true;
+            }
+            None => break,
+        }
+    }
+    if change.iter().any(|d| !d.is_finite()) {
+        return None;
+    }
+    let longest = change.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+    let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+    Some(theta.iter().zip(&change).zip(limits).map(|((x, d), (lo, hi))| (x + share * d).clamp(*lo, *hi)).collect())
+}

@@ -1,0 +1,78 @@
+//! Typical sizes of the quantities in a set of recordings: what start values and step sizes are relative to.
+
+use greyrig::effects::Relative;
+
+use super::space::Space;
+use crate::experiment::{Drive, Experiment};
+use crate::model::Kind;
+
+/// The largest values in a set of recordings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// V.
+    pub voltage: f64,
+    /// A.
+    pub current: f64,
+    /// rad/s.
+    pub speed: f64,
+    /// A tenth of the largest driving torque, N m: the size that friction has.
+    pub friction: f64,
+}
+
+impl Scales {
+    /// From recordings, with K and R from the space for the torque.
+    pub fn of(space: &Space, experiments: &[Experiment]) -> Self {
+        let k = space.value("K");
+        let (mut voltage, mut current, mut torque, mut speed) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+        let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        let flux = |i: f64| if space.kind() == Kind::Universal { i } else { 1.0 };
+        for e in experiments {
+            if let Some(w) = &e.speed {
+                speed = speed.max(largest(w));
+            }
+            match (e.drive, &e.current) {
+                (Drive::Torque, _) => torque = torque.max(largest(&e.input)),
+                (Drive::Voltage, Some(i)) => {
+                    voltage = voltage.max(largest(&e.input));
+                    current = current.max(largest(i));
+                    if !(0..e.len()).all(|n| e.is_locked(n)) {
+                        torque = torque.max((k * flux(largest(i)) * largest(i)).abs());
+                    }
+                }
+                (Drive::Voltage, None) => {
+                    voltage = voltage.max(largest(&e.input));
+                    let i = voltage / space.value("R").max(1e-6);
+                    current = current.max(i);
+                    torque = torque.max((k * i).abs());
+                }
+            }
+        }
+        Self {
+            voltage: voltage.max(1e-9),
+            current: current.max(1e-9),
+            speed: speed.max(1e-9),
+            friction: 0.1 * torque.max(1e-12),
+        }
+    }
+
+    /// The size that a relative start value of one stands for.
+    pub fn size(&self, relative: Relative) -> f64 {
+        let Self { voltage: u, current: i, speed: w, friction: t } = *self;
+        match relative {
+            Relative::Absolute => 1.0,
+            Relative::Current => i,
+            Relative::InverseCurrentSquared => 1.0 / (i * i),
+            Relative::Voltage => u,
+            Relative::Impedance => u / i,
+            Relative::ImpedancePerSpeed => u / (i * w),
+            Relative::Speed => w,
+            Relative::InverseSpeed => 1.0 / w,
+            Relative::InverseSpeedSquared => 1.0 / (w * w),
+            Relative::Friction => t,
+            Relative::FrictionPerSpeed => t / w,
+            Relative::FrictionPerSpeedSquared => t / (w * w),
+            Relative::FrictionPerCurrentSquaredSpeed => t / (i * i * w),
+            Relative::FrictionPerCurrentSquaredSpeedSquared => t / (i * i * w * w),
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Clipping: the current channel rests at the end of its range while the current goes on.
+//!
+//! `i_shown = max(−c, min(i, c))`, c in A; c = 0 stands for no limit.
+//!
+//! Source: converter and amplifier with a limited range.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Current that is shown no larger than the range of the channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdcClipping<S> {
+    /// c, A; 0: none.
+    pub level: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
+    const DESCRIPTION: Description = Description {
+        id: "adc_clipping",
+        name: "clipped current channel",
+        equation: "i_shown = max(−c, min(i, c))",
+        acts: Acts::Measuring,
+        seen: Seen::Samples,
+        parameters: &[EffectParameter {
+            name: "clipping_level",
+            unit: "A",
+            range: (0.0, 1e4),
+            start: 1.0,
+            relative: Relative::Current,
+            meaning: "largest current that is shown; 0: no limit",
+        }],
+        signature: "flat tops of equal codes; to a fit it looks like saturation",
+        confused_with: &["saturation", "current_compression", "armature_reaction"],
+        separated_by: "the samples: codes that repeat at the extreme",
+        source: "converter with a limited range",
+        ..Description::USUAL
+    };
+    fields!(level);
+    #[inline(always)]
+    fn measure(&self, _: &Memory<S>, reading: &mut State<S>) {
+        if self.level > S::ZERO {
+            if reading.current > self.level {
+                reading.current = self.level;
+            } else if reading.current < -self.level {
+                reading.current = -self.level;
+            }
+        }
+    }
+}

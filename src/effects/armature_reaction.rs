@@ -1,0 +1,63 @@
+//! Armature reaction: cross-magnetisation by the armature's own current takes main flux away.
+//!
+//! `φ(i) = i (1 − a z²/(1 + z²))`, z = i/i_k: the same function of the same current in back-EMF and torque, as for
+//! saturation, from which terminal data cannot tell it apart; the two are one class.
+//!
+//! Source: general machine theory (cross-magnetising field of a motor without compensating winding).
+
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Main flux lost to the cross field of the armature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArmatureReaction<S> {
+    /// a.
+    pub depth: S,
+    /// i_k, A.
+    pub knee: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
+    const DESCRIPTION: Description = Description {
+        id: "armature_reaction",
+        name: "armature reaction (cross-magnetisation)",
+        equation: "K φ(i) ω and K φ(i) i with φ = i (1 − a z²/(1 + z²)), z = i/i_k",
+        acts: Acts::Both,
+        motors: Motors::Series,
+        parameters: &[
+            EffectParameter {
+                name: "reaction_depth",
+                unit: "1",
+                range: (0.0, 0.9),
+                start: 0.2,
+                relative: Relative::Absolute,
+                meaning: "share of the flux that is lost at high current",
+            },
+            EffectParameter {
+                name: "reaction_knee",
+                unit: "A",
+                range: (0.01, 1e4),
+                start: 1.0,
+                relative: Relative::Current,
+                meaning: "current at which half of that is lost",
+            },
+        ],
+        signature: "that of saturation, with a softer curve",
+        confused_with: &["saturation"],
+        separated_by: "nothing that is measured at the terminals",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(depth, knee);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let z = balance.magnetising * N::lift(S::ONE / self.knee);
+        let square = z * z;
+        let inverse = N::ONE / (N::ONE + square);
+        let share = square * inverse;
+        let depth = N::lift(self.depth);
+        balance.flux = balance.flux * (N::ONE - depth * share);
+        balance.flux_slope = balance.flux_slope * (N::ONE - depth * share * (N::ONE + N::constant(2.0) * inverse));
+    }
+}

@@ -1,0 +1,62 @@
+//! Contact drop of the brushes.
+//!
+//! `V (1 − exp(−|i|/i_0)) sign(i)`, both brushes together.
+//!
+//! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
+//! exponential transition is the usual smooth one.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// A voltage drop that hardly depends on the size of the current.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrushDrop<S> {
+    /// V, V.
+    pub drop: S,
+    /// i_0, A.
+    pub transition: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
+    const DESCRIPTION: Description = Description {
+        id: "brush_drop",
+        name: "contact drop of the brushes",
+        equation: "u = … + V (1 − exp(−|i|/i_0)) sign(i)",
+        acts: Acts::Electrical,
+        parameters: &[
+            EffectParameter {
+                name: "brush_drop",
+                unit: "V",
+                range: (0.0, 50.0),
+                start: 0.008,
+                relative: Relative::Voltage,
+                meaning: "drop of both brushes at high current",
+            },
+            EffectParameter {
+                name: "brush_transition",
+                unit: "A",
+                range: (1e-4, 1e3),
+                start: 0.03,
+                relative: Relative::Current,
+                meaning: "current over which the drop builds up",
+            },
+        ],
+        signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
+                    resistance",
+        confused_with: &["saturation", "armature_reaction", "supply_dead_zone"],
+        separated_by: "a locked rotor at low current, a DC ramp through zero",
+        source: "Modelica Standard Library, Machines.Losses.DCMachines.Brush",
+        ..Description::USUAL
+    };
+    fields!(drop, transition);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let size = N::lift(self.drop) * (N::ONE - (-at.current.abs() * N::lift(S::ONE / self.transition)).exp());
+        if at.current.value() < S::ZERO {
+            balance.voltage -= size;
+        } else {
+            balance.voltage += size;
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Delay between the channels: sampling in sequence, a digital filter or unequal anti-alias filters make the current late.
+//!
+//! `i_shown(t) = i(t − d)`, d in s. A late voltage would be a negative d; it has the sign of eddy currents, and no place
+//! here.
+//!
+//! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole number
+//! of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps. Between them
+//! and the present the current counts as straight. What is remembered besides is the change `i(t − d) − i(t)` of the true
+//! current, which is added to whatever the earlier parts of the chain show: a gain error or compression of the sensor does
+//! not act on the change, which would be a product of two small errors.
+//!
+//! Source: sampling theory; latency in the error model of a current sensor.
+
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Current that is shown late.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChannelDelay<S> {
+    /// d, s.
+    pub delay: S,
+}
+
+/// `round(x − this)` is the least whole number above x − 1, but for a hundredth.
+const ALMOST_HALF: f64 = 0.51;
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
+    const DESCRIPTION: Description = Description {
+        id: "channel_delay",
+        name: "late current channel",
+        equation: "i_shown(t) = i(t − d)",
+        acts: Acts::Measuring,
+        parameters: &[EffectParameter {
+            name: "channel_delay",
+            unit: "s",
+            range: (0.0, 1e-3),
+            start: 1e-4,
+            relative: Relative::Absolute,
+            meaning: "time by which the current is late",
+        }],
+        signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
+                    quadrature to i²; the opposite sign of eddy currents",
+        confused_with: &["eddy_current", "transformer_emf", "hysteresis"],
+        separated_by: "a resistor in place of the motor; slow DC ramps against hysteresis; the sign against eddy currents",
+        source: "sampling theory",
+        ..Description::USUAL
+    };
+    fields!(delay);
+    fn at_start(&self, state: State<S>) -> Memory<S> {
+        [S::ZERO, state.current, state.current, S::ZERO]
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        let (interval, now) = (passed.interval, passed.after.current);
+        let steps = (self.delay / interval - S::constant(ALMOST_HALF)).round();
+        let spacing = if steps > S::ONE { steps * interval } else { interval };
+        let [_, mut recent, mut old, mut age] = *memory;
+        if age + S::constant(0.5) * interval > spacing {
+            (recent, old, age) = (passed.before.current, recent, S::ZERO);
+        }
+        age += interval;
+        let change = if self.delay <= age {
+            (recent - now) * (self.delay / age)
+        } else {
+            recent - now + (old - recent) * ((self.delay - age) / spacing)
+        };
+        *memory = [change, recent, old, age];
+    }
+    #[inline(always)]
+    fn measure(&self, memory: &Memory<S>, reading: &mut State<S>) {
+        reading.current += memory[0];
+    }
+}

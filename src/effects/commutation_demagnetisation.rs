@@ -1,0 +1,45 @@
+//! Late commutation: the current of the commutating coils demagnetises, the more the faster.
+//!
+//! `K φ ω` and `K φ i` with φ reduced by `1 − κ |ω|`.
+//!
+//! Source: general machine theory (resistance and linear commutation).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Flux that falls with the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommutationDemagnetisation<S> {
+    /// κ, s/rad.
+    pub slope: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
+    const DESCRIPTION: Description = Description {
+        id: "commutation_demagnetisation",
+        name: "demagnetisation by late commutation",
+        equation: "φ (1 − κ |ω|) in back-EMF and torque",
+        acts: Acts::Both,
+        parameters: &[EffectParameter {
+            name: "demagnetisation",
+            unit: "s/rad",
+            range: (0.0, 10.0),
+            start: 0.05,
+            relative: Relative::InverseSpeed,
+            meaning: "relative loss of flux per speed",
+        }],
+        signature: "resistance that seems to fall with the square of the speed, and a torque that falls with it; no harmonics",
+        confused_with: &["skin_effect", "iron_loss_drag"],
+        separated_by: "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(slope);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let share = N::ONE - N::lift(self.slope) * at.speed.abs();
+        balance.flux = balance.flux * share;
+        balance.flux_slope = balance.flux_slope * share;
+    }
+}

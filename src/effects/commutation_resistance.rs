@@ -1,0 +1,47 @@
+//! Reactance voltage of the commutation: a series resistance that grows with the speed and gives no torque.
+//!
+//! `(R + r |ω|) i`, r in Ω s/rad. The energy of the leakage field of every commutating coil is lost in the brush, once per
+//! bar. In a series motor r ω i has the form of the back-EMF K i ω: K of the voltage balance becomes larger than K of the
+//! torque balance, and inertia and friction scale with it, so that recordings of voltage, current and speed cannot show it.
+//!
+//! Source: general machine theory (energy of the commutating coils).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Series resistance in proportion to the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommutationResistance<S> {
+    /// r, Ω s/rad.
+    pub slope: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
+    const DESCRIPTION: Description = Description {
+        id: "commutation_resistance",
+        name: "resistance of delayed commutation",
+        equation: "(R + r |ω|) i",
+        acts: Acts::Electrical,
+        seen: Seen::Invisible("the inertia J, from a pendulum test or a known disc"),
+        parameters: &[EffectParameter {
+            name: "commutation_resistance",
+            unit: "Ω s/rad",
+            range: (0.0, 100.0),
+            start: 0.1,
+            relative: Relative::ImpedancePerSpeed,
+            meaning: "resistance per speed",
+        }],
+        signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
+                    exceeds K of the torque",
+        confused_with: &["voltage_gain", "skin_effect"],
+        separated_by: "a known inertia: K from the voltage balance against K from the torque balance",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(slope);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.resistance += N::lift(self.slope) * at.speed.abs();
+    }
+}

@@ -1,0 +1,45 @@
+//! Dry friction, where the base model is without it or has it fixed.
+//!
+//! `J dω/dt = … − T sign(ω)`, T in N m; at rest it holds the rotor against torques up to T.
+//!
+//! Source: C. A. Coulomb 1785; Modelica Standard Library, Machines.Losses.Friction and
+//! Mechanics.Rotational.Components.BearingFriction.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Torque against the motion, whatever the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoulombFriction<S> {
+    /// T, N m.
+    pub torque: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
+    const DESCRIPTION: Description = Description {
+        id: "coulomb_friction",
+        name: "dry friction",
+        equation: "J dω/dt = … − T sign(ω)",
+        acts: Acts::Mechanical,
+        parameters: &[EffectParameter {
+            name: "coulomb_friction",
+            unit: "N m",
+            range: (0.0, 1e4),
+            start: 1.0,
+            relative: Relative::Friction,
+            meaning: "torque against the motion",
+        }],
+        signature: "a constant torque error that changes its sign with the direction; a rotor that stops too late and \
+                    starts too early",
+        confused_with: &["torque_offset", "stribeck", "asymmetric_friction", "supply_dead_zone"],
+        separated_by: "motion in both directions; the end of a coast-down",
+        source: "Coulomb's law",
+        ..Description::USUAL
+    };
+    fields!(torque);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.dry_friction += N::lift(self.torque);
+    }
+}

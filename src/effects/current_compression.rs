@@ -1,0 +1,46 @@
+//! Compression by the current sensor: the core of a Hall sensor or current transformer saturates.
+//!
+//! `i_shown = i/√(1 + 2 γ i²)`, γ in 1/A²: at first `i (1 − γ i²)`, in the end the constant 1/√(2γ).
+//!
+//! Source: general theory of current sensors (magnetisation curve of the core).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// High currents that are shown too small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurrentCompression<S> {
+    /// γ, 1/A².
+    pub strength: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
+    const DESCRIPTION: Description = Description {
+        id: "current_compression",
+        name: "compression by the current sensor",
+        equation: "i_shown = i/√(1 + 2 γ i²)",
+        acts: Acts::Measuring,
+        parameters: &[EffectParameter {
+            name: "current_compression",
+            unit: "1/A²",
+            range: (0.0, 1e4),
+            start: 0.05,
+            relative: Relative::InverseCurrentSquared,
+            meaning: "relative loss per square of the current, at low current",
+        }],
+        signature: "third harmonic in phase with the current, of the opposite sign of saturation, in resistance, back-EMF \
+                    and inductance alike",
+        confused_with: &["saturation", "armature_reaction", "adc_clipping", "inductance_saturation"],
+        separated_by: "a locked rotor, where saturation leaves the resistance alone; the sign of the third harmonic; a \
+                       resistor in place of the motor",
+        source: "magnetisation curve of the sensor's core",
+        ..Description::USUAL
+    };
+    fields!(strength);
+    #[inline(always)]
+    fn measure(&self, _: &Memory<S>, reading: &mut State<S>) {
+        let i = reading.current;
+        reading.current = i / (S::ONE + S::constant(2.0) * self.strength * i * i).sqrt();
+    }
+}

@@ -1,0 +1,45 @@
+//! Gain error of the current channel.
+//!
+//! `i_shown = (1 + e) i`, e dimensionless. With g = 1 + e a fit gives R/g and L/g and, for a series motor, K/g, g J and g μ,
+//! for permanent magnets K, g J and g μ, exactly: the voltage stays and the power grows by g.
+//!
+//! Source: the base equations, which are unchanged when all quantities are scaled along.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Current that is shown too large or too small by a factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurrentGain<S> {
+    /// e.
+    pub error: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
+    const DESCRIPTION: Description = Description {
+        id: "current_gain",
+        name: "gain error of the current channel",
+        equation: "i_shown = (1 + e) i",
+        acts: Acts::Measuring,
+        seen: Seen::Invisible("a reference meter for the current"),
+        parameters: &[EffectParameter {
+            name: "current_gain",
+            unit: "1",
+            range: (-0.5, 0.5),
+            start: 0.02,
+            relative: Relative::Absolute,
+            meaning: "relative error of the gain, positive when too large a current is shown",
+        }],
+        signature: "none: parameters of the base model take its place",
+        confused_with: &["voltage_gain", "speed_gain"],
+        separated_by: "a reference meter for the current",
+        source: "scaling of the base equations",
+        ..Description::USUAL
+    };
+    fields!(error);
+    #[inline(always)]
+    fn measure(&self, _: &Memory<S>, reading: &mut State<S>) {
+        reading.current = reading.current * (S::ONE + self.error);
+    }
+}

@@ -1,0 +1,44 @@
+//! Offset of the current channel.
+//!
+//! `i_shown = i + I₀`, I₀ in A.
+//!
+//! Source: error model of a current-sensing amplifier (offset and gain).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Current that is shown too large by a constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurrentOffset<S> {
+    /// I₀, A.
+    pub offset: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
+    const DESCRIPTION: Description = Description {
+        id: "current_offset",
+        name: "offset of the current channel",
+        equation: "i_shown = i + I₀",
+        acts: Acts::Measuring,
+        parameters: &[EffectParameter {
+            name: "current_offset",
+            unit: "A",
+            range: (-100.0, 100.0),
+            start: 0.006,
+            relative: Relative::Current,
+            meaning: "current that is shown when there is none",
+        }],
+        signature: "a direct voltage that grows with the speed, from R at standstill; a torque at mains frequency",
+        confused_with: &["remanence", "voltage_offset"],
+        separated_by: "the record before switching on, where it shows a current without a voltage; a locked rotor, where \
+                       remanence gives nothing",
+        source: "error model of a current-sensing amplifier",
+        ..Description::USUAL
+    };
+    fields!(offset);
+    #[inline(always)]
+    fn measure(&self, _: &Memory<S>, reading: &mut State<S>) {
+        reading.current += self.offset;
+    }
+}

@@ -1,0 +1,140 @@
+//! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
+
+/// What a start value is relative to, so that one figure serves a watch motor and a traction drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Relative {
+    /// Absolute.
+    Absolute,
+    /// The largest current in the recordings.
+    Current,
+    /// One over the square of the largest current.
+    InverseCurrentSquared,
+    /// The largest voltage.
+    Voltage,
+    /// The largest voltage over the largest current.
+    Impedance,
+    /// The same over the largest speed.
+    ImpedancePerSpeed,
+    /// The largest speed.
+    Speed,
+    /// One over the largest speed.
+    InverseSpeed,
+    /// One over its square.
+    InverseSpeedSquared,
+    /// A tenth of the largest driving torque.
+    Friction,
+    /// The same over the largest speed.
+    FrictionPerSpeed,
+    /// The same over its square.
+    FrictionPerSpeedSquared,
+    /// A tenth of the largest driving torque over the square of the largest current and the largest speed.
+    FrictionPerCurrentSquaredSpeed,
+    /// The same over the square of the largest speed.
+    FrictionPerCurrentSquaredSpeedSquared,
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectParameter {
+    /// Name within the effect.
+    pub name: &'static str,
+    /// Unit of a rotary drive.
+    pub unit: &'static str,
+    /// Physical range.
+    pub range: (f64, f64),
+    /// A typical value, where a fit starts, in units of `relative`.
+    pub start: f64,
+    /// What the start value is relative to.
+    pub relative: Relative,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+/// Which equation an effect enters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acts {
+    /// The voltage balance.
+    Electrical,
+    /// The torque balance.
+    Mechanical,
+    /// Both.
+    Both,
+    /// The measuring chain.
+    Measuring,
+}
+
+/// How an effect shows in recordings of voltage, current and speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seen {
+    /// In the error of the free run.
+    FreeRun,
+    /// Not at all: other parameters take its place exactly. Says what has to be known besides.
+    Invisible(&'static str),
+    /// In the variance of the residual, not in its mean.
+    Variance,
+    /// In lines at multiples of the rotation, above the filter.
+    Orders,
+    /// In the samples themselves, before any fit.
+    Samples,
+}
+
+/// Which motors can have an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motors {
+    /// All.
+    All,
+    /// Those whose flux depends on the current.
+    Series,
+}
+
+/// What an effect is, in words and equations.
+///
+/// The first parameter is the effect's size: at zero the effect is absent.
+#[derive(Debug, Clone, Copy)]
+pub struct Description {
+    /// Identifier in commands and files.
+    pub id: &'static str,
+    /// The field's name of it.
+    pub name: &'static str,
+    /// The equation, with units.
+    pub equation: &'static str,
+    /// Which equation it enters.
+    pub acts: Acts,
+    /// How it shows.
+    pub seen: Seen,
+    /// Which motors can have it.
+    pub motors: Motors,
+    /// Whether it makes the flux lag.
+    pub lags_flux: bool,
+    /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
+    pub bends_supply: bool,
+    /// Its parameters.
+    pub parameters: &'static [EffectParameter],
+    /// What it leaves in the residual of a model without it.
+    pub signature: &'static str,
+    /// Effects that look alike.
+    pub confused_with: &'static [&'static str],
+    /// The recording that tells them apart.
+    pub separated_by: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+}
+
+impl Description {
+    /// What most effects are: seen in the free run, possible in every motor, without parameters or words yet.
+    pub const USUAL: Self = Self {
+        id: "",
+        name: "",
+        equation: "",
+        acts: Acts::Both,
+        seen: Seen::FreeRun,
+        motors: Motors::All,
+        lags_flux: false,
+        bends_supply: false,
+        parameters: &[],
+        signature: "",
+        confused_with: &[],
+        separated_by: "",
+        source: "",
+    };
+}

@@ -1,0 +1,44 @@
+//! Load of a fan or a pump, where the base model is without it or has it fixed.
+//!
+//! `J dω/dt = … − c ω|ω|`, c in N m s²/rad².
+//!
+//! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
+//! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Torque in proportion to the square of the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct QuadraticLoad<S> {
+    /// c, N m s²/rad².
+    pub coefficient: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
+    const DESCRIPTION: Description = Description {
+        id: "quadratic_load",
+        name: "load that grows with the square of the speed",
+        equation: "J dω/dt = … − c ω|ω|",
+        acts: Acts::Mechanical,
+        parameters: &[EffectParameter {
+            name: "quadratic_load",
+            unit: "N m s²/rad²",
+            range: (0.0, 1e4),
+            start: 1.0,
+            relative: Relative::FrictionPerSpeedSquared,
+            meaning: "torque per square of the speed",
+        }],
+        signature: "a braking torque that grows faster than the speed, in either direction",
+        confused_with: &["windage_exponent", "stray_load_torque", "iron_loss_drag"],
+        separated_by: "a coast-down from full speed without a current",
+        source: "similarity law of turbomachines",
+        ..Description::USUAL
+    };
+    fields!(coefficient);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.turbulent_friction += N::lift(self.coefficient);
+    }
+}

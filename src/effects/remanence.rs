@@ -1,0 +1,44 @@
+//! Remanent flux: what is left in the iron when the current is switched off.
+//!
+//! `K (i + i_r) ω` and `K (i + i_r) i`, with the remanence as an equivalent magnetising current i_r.
+//!
+//! Source: general machine theory.
+
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Flux without current.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remanence<S> {
+    /// i_r, A.
+    pub current: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
+    const DESCRIPTION: Description = Description {
+        id: "remanence",
+        name: "remanent flux",
+        equation: "K (i + i_r) ω and K (i + i_r) i",
+        acts: Acts::Both,
+        motors: Motors::Series,
+        parameters: &[EffectParameter {
+            name: "remanence_current",
+            unit: "A",
+            range: (-100.0, 100.0),
+            start: 0.015,
+            relative: Relative::Current,
+            meaning: "equivalent magnetising current",
+        }],
+        signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
+        confused_with: &["current_offset", "voltage_offset"],
+        separated_by: "the coasting motor with an open supply, which shows the voltage without a current; a locked rotor",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(current);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.magnetising += N::lift(self.current);
+    }
+}

@@ -1,0 +1,47 @@
+//! Skin and proximity effect: the current in the armature bars alternates with the rotation and is crowded out of part of
+//! the copper.
+//!
+//! `R (1 + k ω²)`, k in s²/rad²: the first term of the expansion in the frequency, which holds while the conductor is
+//! thinner than the skin depth.
+//!
+//! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Resistance that grows with the square of the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinEffect<S> {
+    /// k, s²/rad².
+    pub rise: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
+    const DESCRIPTION: Description = Description {
+        id: "skin_effect",
+        name: "skin and proximity effect",
+        equation: "R (1 + k ω²)",
+        acts: Acts::Electrical,
+        parameters: &[EffectParameter {
+            name: "skin_effect",
+            unit: "s²/rad²",
+            range: (0.0, 1e3),
+            start: 0.1,
+            relative: Relative::InverseSpeedSquared,
+            meaning: "relative rise of the resistance per square of the speed",
+        }],
+        signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
+        confused_with: &["commutation_demagnetisation", "commutation_resistance"],
+        separated_by: "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
+                       that seems to be there",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(rise);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let rise = N::lift(self.rise) * at.speed * at.speed;
+        balance.resistance = balance.resistance * (N::ONE + rise);
+    }
+}

@@ -1,0 +1,65 @@
+//! Ripple of a tacho that runs out of true: the speed shown varies once per turn.
+//!
+//! `ω_shown = ω (1 + c cos θ + s sin θ)`, c and s dimensionless, θ in rad the angle since the start of the run. The angle at
+//! the start is not known, hence cosine and sine; the effect is absent when both are zero.
+//!
+//! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
+
+use super::memory::{AT_ZERO_ANGLE, turn};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Speed that is shown with a line at the frequency of rotation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedRipple<S> {
+    /// c.
+    pub cosine: S,
+    /// s.
+    pub sine: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
+    const DESCRIPTION: Description = Description {
+        id: "speed_ripple",
+        name: "ripple of the tacho",
+        equation: "ω_shown = ω (1 + c cos θ + s sin θ)",
+        acts: Acts::Measuring,
+        seen: Seen::Orders,
+        parameters: &[
+            EffectParameter {
+                name: "speed_ripple_cos",
+                unit: "1",
+                range: (-0.5, 0.5),
+                start: 0.01,
+                relative: Relative::Absolute,
+                meaning: "relative amplitude of the cosine of the angle",
+            },
+            EffectParameter {
+                name: "speed_ripple_sin",
+                unit: "1",
+                range: (-0.5, 0.5),
+                start: 0.01,
+                relative: Relative::Absolute,
+                meaning: "relative amplitude of the sine of the angle",
+            },
+        ],
+        signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
+        confused_with: &["imbalance", "torque_ripple"],
+        separated_by: "order tracking over a coast-down: it grows with the speed, that of an imbalance falls",
+        source: "geometry of an eccentric disc",
+        ..Description::USUAL
+    };
+    fields!(cosine, sine);
+    fn at_start(&self, _: State<S>) -> Memory<S> {
+        AT_ZERO_ANGLE.map(S::constant)
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        turn(S::ONE, passed, memory);
+    }
+    #[inline(always)]
+    fn measure(&self, memory: &Memory<S>, reading: &mut State<S>) {
+        reading.speed = reading.speed * (S::ONE + self.cosine * memory[1] + self.sine * memory[2]);
+    }
+}

@@ -1,0 +1,45 @@
+//! Lost sign of the speed: a pulse counter shows how fast, not which way.
+//!
+//! `ω_shown = ω + k (|ω| − ω)`, k dimensionless: 1 when the sign is lost, 0 when it is kept; values between have no meaning
+//! but let a fit find the way.
+//!
+//! Source: counting of pulses on one track.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::State;
+use crate::scalar::Scalar;
+
+/// Speed that is shown without its sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedSignLost<S> {
+    /// k.
+    pub share: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
+    const DESCRIPTION: Description = Description {
+        id: "speed_sign_lost",
+        name: "speed without its sign",
+        equation: "ω_shown = ω + k (|ω| − ω), k = 0 or 1",
+        acts: Acts::Measuring,
+        parameters: &[EffectParameter {
+            name: "speed_sign_lost",
+            unit: "1",
+            range: (0.0, 1.0),
+            start: 1.0,
+            relative: Relative::Absolute,
+            meaning: "1 when the sign is lost, 0 when it is kept",
+        }],
+        signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
+                    turns forwards",
+        confused_with: &["asymmetric_friction", "torque_offset"],
+        separated_by: "the samples: a speed that is never negative although the current reverses",
+        source: "counting of pulses on one track",
+        ..Description::USUAL
+    };
+    fields!(share);
+    #[inline(always)]
+    fn measure(&self, _: &Memory<S>, reading: &mut State<S>) {
+        reading.speed += self.share * (reading.speed.abs() - reading.speed);
+    }
+}

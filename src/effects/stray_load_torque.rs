@@ -1,0 +1,44 @@
+//! Stray load loss as a torque: what the loaded machine loses beyond copper, iron, brushes and friction.
+//!
+//! `J dω/dt = … − c i² ω|ω|`, c in N m s²/(A² rad²).
+//!
+//! Source: Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad, with the exponent 2 of the speed.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Braking torque that grows with the square of the current and of the speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrayLoadTorque<S> {
+    /// c, N m s²/(A² rad²).
+    pub coefficient: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
+    const DESCRIPTION: Description = Description {
+        id: "stray_load_torque",
+        name: "stray load torque",
+        equation: "J dω/dt = … − c i² ω|ω|",
+        acts: Acts::Mechanical,
+        parameters: &[EffectParameter {
+            name: "stray_load_torque",
+            unit: "N m s²/(A² rad²)",
+            range: (0.0, 1e4),
+            start: 0.1,
+            relative: Relative::FrictionPerCurrentSquaredSpeedSquared,
+            meaning: "torque per square of the current and of the speed",
+        }],
+        signature: "that of iron loss, with a steeper rise over the speed",
+        confused_with: &["iron_loss_drag", "fan_dynamics", "quadratic_load"],
+        separated_by: "coast-downs with and without a current against the fan; nothing against iron loss, with which it is \
+                       one class",
+        source: "Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad",
+        ..Description::USUAL
+    };
+    fields!(coefficient);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.friction += N::lift(self.coefficient) * at.current * at.current * at.speed * at.speed.abs();
+    }
+}

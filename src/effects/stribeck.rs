@@ -1,0 +1,72 @@
+//! Stribeck friction: more friction at low speed, before the lubricant carries.
+//!
+//! `J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)`, T in N m, ω_s in rad/s, δ from 0.5 to 2 according to the lubrication; at rest
+//! it adds to the torque that holds the rotor.
+//!
+//! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
+//! Rotational Friction.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Excess of dry friction at low speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stribeck<S> {
+    /// T, N m.
+    pub torque: S,
+    /// ω_s, rad/s.
+    pub speed: S,
+    /// δ.
+    pub exponent: S,
+}
+
+/// Keeps the logarithm finite at rest, in units of ω_s.
+const AT_REST: f64 = 1e-6;
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
+    const DESCRIPTION: Description = Description {
+        id: "stribeck",
+        name: "Stribeck friction",
+        equation: "J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)",
+        acts: Acts::Mechanical,
+        parameters: &[
+            EffectParameter {
+                name: "stribeck_torque",
+                unit: "N m",
+                range: (0.0, 1e4),
+                start: 1.0,
+                relative: Relative::Friction,
+                meaning: "excess at standstill",
+            },
+            EffectParameter {
+                name: "stribeck_speed",
+                unit: "rad/s",
+                range: (1e-4, 1e5),
+                start: 0.04,
+                relative: Relative::Speed,
+                meaning: "speed over which it fades",
+            },
+            EffectParameter {
+                name: "stribeck_exponent",
+                unit: "1",
+                range: (0.4, 3.0),
+                start: 1.3,
+                relative: Relative::Absolute,
+                meaning: "how sharply it fades",
+            },
+        ],
+        signature: "a braking torque at the start and at the end of a coast-down only",
+        confused_with: &["windage_exponent", "coulomb_friction"],
+        separated_by: "a coast-down to standstill; slow motion at several speeds",
+        source: "exponential form as in Simscape, Rotational Friction",
+        ..Description::USUAL
+    };
+    fields!(torque, speed, exponent);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let ratio = at.speed.abs() * N::lift(S::ONE / self.speed) + N::constant(AT_REST);
+        let faded = (N::lift(self.exponent) * ratio.ln()).exp();
+        balance.dry_friction += N::lift(self.torque) * (-faded).exp();
+    }
+}

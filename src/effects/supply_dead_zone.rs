@@ -1,0 +1,55 @@
+//! Dead zone of a converter or amplifier whose command is what is recorded.
+//!
+//! `u_motor = u − sign(u) min(|u|, w)`, w in V. Within ±w nothing reaches the motor, beyond it w is missing: two saturation
+//! voltages or the dead time of a half-bridge.
+//!
+//! Source: dead time of a voltage-source inverter, in the mean over a switching period.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Voltage that is lost on the way from the command to the motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SupplyDeadZone<S> {
+    /// w, V.
+    pub width: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
+    const DESCRIPTION: Description = Description {
+        id: "supply_dead_zone",
+        name: "dead zone of the supply",
+        equation: "u_motor = u − sign(u) min(|u|, w)",
+        acts: Acts::Electrical,
+        bends_supply: true,
+        parameters: &[EffectParameter {
+            name: "supply_dead_zone",
+            unit: "V",
+            range: (0.0, 1000.0),
+            start: 0.01,
+            relative: Relative::Voltage,
+            meaning: "half width of the zone, which is the voltage that is lost outside it",
+        }],
+        signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
+                    voltage",
+        confused_with: &["brush_drop", "coulomb_friction", "voltage_offset"],
+        separated_by: "the voltage at the motor's terminals; a load that shifts the current against the voltage, as the \
+                       brushes follow the current's sign and the supply the command's; currents at low voltage with a \
+                       locked rotor",
+        source: "dead time of a voltage-source inverter",
+        ..Description::USUAL
+    };
+    fields!(width);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let width = N::lift(self.width);
+        if balance.supply > width {
+            balance.supply -= width;
+        } else if balance.supply < -width {
+            balance.supply += width;
+        } else {
+            balance.supply = N::ZERO;
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Impedance between the point where the voltage is measured and the motor: mains, leads, a series choke.
+//!
+//! `(R + R_s) i` and `(L + L_s) di/dt`, in Ω and H. R and L of a fit contain it exactly.
+//!
+//! Source: circuit theory.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Resistance and inductance upstream of the terminals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SupplyImpedance<S> {
+    /// R_s, Ω.
+    pub resistance: S,
+    /// L_s, H.
+    pub inductance: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
+    const DESCRIPTION: Description = Description {
+        id: "supply_impedance",
+        name: "impedance of the supply",
+        equation: "(R + R_s) i + (L + L_s) di/dt",
+        acts: Acts::Electrical,
+        seen: Seen::Invisible("the voltage at the motor's terminals, or the impedance of the supply"),
+        parameters: &[
+            EffectParameter {
+                name: "supply_resistance",
+                unit: "Ω",
+                range: (0.0, 1e4),
+                start: 0.05,
+                relative: Relative::Impedance,
+                meaning: "resistance between the measuring point and the terminals",
+            },
+            EffectParameter {
+                name: "supply_inductance",
+                unit: "H",
+                range: (0.0, 10.0),
+                start: 1e-4,
+                relative: Relative::Absolute,
+                meaning: "inductance between the measuring point and the terminals",
+            },
+        ],
+        signature: "none: R and L take its place",
+        confused_with: &["winding_temperature", "inductance_saturation"],
+        separated_by: "an ohmmeter at the terminals, or the voltage measured there",
+        source: "circuit theory",
+        ..Description::USUAL
+    };
+    fields!(resistance, inductance);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.resistance += N::lift(self.resistance);
+        balance.inductance += N::lift(self.inductance);
+    }
+}

@@ -1,0 +1,69 @@
+//! Transformer EMF in the coils that the brushes short-circuit: a damper winding on the main flux.
+//!
+//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`.
+//!
+//! Source: general machine theory (AC commutator machines).
+
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Flux lag by the commutating coils.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransformerEmf<S> {
+    /// T₀, s.
+    pub lag: S,
+    /// ω_t, rad/s.
+    pub fading: S,
+    /// χ.
+    pub linked: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
+    const DESCRIPTION: Description = Description {
+        id: "transformer_emf",
+        name: "transformer EMF of the short-circuited coils (damper effect)",
+        equation: "as eddy currents, with T = T₀/(1 + |ω|/ω_t)",
+        acts: Acts::Both,
+        motors: Motors::Series,
+        lags_flux: true,
+        parameters: &[
+            EffectParameter {
+                name: "transformer_lag",
+                unit: "s",
+                range: (0.0, 3e-3),
+                start: 1.5e-4,
+                relative: Relative::Absolute,
+                meaning: "time constant of the flux at standstill",
+            },
+            EffectParameter {
+                name: "transformer_fading",
+                unit: "rad/s",
+                range: (1e-4, 1e5),
+                start: 0.3,
+                relative: Relative::Speed,
+                meaning: "speed at which it has halved",
+            },
+            EffectParameter {
+                name: "transformer_linked",
+                unit: "1",
+                range: (0.0, 1.0),
+                start: 0.6,
+                relative: Relative::Absolute,
+                meaning: "share of the inductance that lags",
+            },
+        ],
+        signature: "that of eddy currents, stronger at standstill; none on DC",
+        confused_with: &["eddy_current", "channel_delay", "hysteresis"],
+        separated_by: "a locked rotor against the running motor at the same current",
+        source: "general machine theory",
+        ..Description::USUAL
+    };
+    fields!(lag, fading, linked);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        let lag = N::lift(self.lag) / (N::ONE + at.speed.abs() * N::lift(S::ONE / self.fading));
+        balance.flux_lag += lag;
+        balance.inductance_lag += lag * N::lift(self.linked);
+    }
+}

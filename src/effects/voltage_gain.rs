@@ -1,0 +1,46 @@
+//! Gain error of the voltage channel.
+//!
+//! `u_recorded = (1 + e) u`, so that `u/(1 + e)` of the record reaches the motor; e is dimensionless. R, L, K, J and the
+//! friction of a fit all become larger by the same factor, exactly.
+//!
+//! Source: the base equations, which are unchanged when all quantities are scaled along.
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Voltage that is shown too large or too small by a factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VoltageGain<S> {
+    /// e.
+    pub error: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
+    const DESCRIPTION: Description = Description {
+        id: "voltage_gain",
+        name: "gain error of the voltage channel",
+        equation: "u_recorded = (1 + e) u",
+        acts: Acts::Electrical,
+        seen: Seen::Invisible("a reference meter for the voltage"),
+        bends_supply: true,
+        parameters: &[EffectParameter {
+            name: "voltage_gain",
+            unit: "1",
+            range: (-0.5, 0.5),
+            start: 0.02,
+            relative: Relative::Absolute,
+            meaning: "relative error of the gain, positive when too large a voltage is shown",
+        }],
+        signature: "none: all parameters of the base model take its place",
+        confused_with: &["current_gain", "speed_gain", "commutation_resistance"],
+        separated_by: "a reference meter for the voltage",
+        source: "scaling of the base equations",
+        ..Description::USUAL
+    };
+    fields!(error);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.supply = balance.supply * N::lift(S::ONE / (S::ONE + self.error));
+    }
+}

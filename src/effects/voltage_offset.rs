@@ -1,0 +1,44 @@
+//! Offset of the voltage channel.
+//!
+//! `u_recorded = u + U₀`, U₀ in V, so that `u − U₀` of the record reaches the motor.
+//!
+//! Source: error model of an amplifier (offset and gain).
+
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Voltage that is shown too large by a constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VoltageOffset<S> {
+    /// U₀, V.
+    pub offset: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
+    const DESCRIPTION: Description = Description {
+        id: "voltage_offset",
+        name: "offset of the voltage channel",
+        equation: "u_recorded = u + U₀",
+        acts: Acts::Electrical,
+        parameters: &[EffectParameter {
+            name: "voltage_offset",
+            unit: "V",
+            range: (-1000.0, 1000.0),
+            start: 0.006,
+            relative: Relative::Voltage,
+            meaning: "voltage that is shown when there is none",
+        }],
+        signature: "a direct voltage that depends on neither current nor speed",
+        confused_with: &["current_offset", "remanence"],
+        separated_by: "the record before switching on; an open circuit, where a current offset still shows a current; \
+                       several speeds against remanence, which grows with the speed",
+        source: "error model of an amplifier",
+        ..Description::USUAL
+    };
+    fields!(offset);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
+        balance.supply -= N::lift(self.offset);
+    }
+}

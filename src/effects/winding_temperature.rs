@@ -1,0 +1,68 @@
+//! Winding temperature: the resistance rises as the copper heats up.
+//!
+//! `R (1 + r)` with `dr/dt = g i² − r/τ`, r = 0 at the start of a run, when the winding counts as cold. r is relative to R,
+//! so that neither the temperature nor the temperature coefficient (0.0039 per kelvin for copper) has to be known: 60 K are
+//! r = 0.23. g in 1/(A² s), τ in s. The square of the current is averaged over the step as if the current were straight
+//! within it. The rise in one step is less than a rounding unit of `f32`, so that what rounding loses is kept in the memory
+//! as well.
+//!
+//! Source: one thermal body with the temperature coefficient of copper of the Modelica Standard Library,
+//! Machines.Thermal.Constants.
+
+use super::memory::accumulate;
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use crate::motor::{Balance, OperatingPoint};
+use crate::scalar::Scalar;
+
+/// Resistance that grows with the heat of the winding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindingTemperature<S> {
+    /// g, 1/(A² s).
+    pub heating: S,
+    /// τ, s.
+    pub time: S,
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
+    const DESCRIPTION: Description = Description {
+        id: "winding_temperature",
+        name: "resistance that rises as the winding heats up",
+        equation: "R (1 + r), dr/dt = g i² − r/τ",
+        acts: Acts::Electrical,
+        parameters: &[
+            EffectParameter {
+                name: "winding_heating",
+                unit: "1/(A² s)",
+                range: (0.0, 1e4),
+                start: 0.014,
+                relative: Relative::InverseCurrentSquared,
+                meaning: "relative rise of the resistance per time and square of the current, without cooling",
+            },
+            EffectParameter {
+                name: "winding_time",
+                unit: "s",
+                range: (1.0, 3000.0),
+                start: 40.0,
+                relative: Relative::Absolute,
+                meaning: "time constant of the winding's temperature",
+            },
+        ],
+        signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
+                    run",
+        confused_with: &["supply_impedance", "brush_drop", "bearing_warmup"],
+        separated_by: "a long run; the same recording cold and warm; an ohmmeter right after the stop",
+        source: "one thermal body; temperature coefficient of copper of Modelica, Machines.Thermal.Constants",
+        ..Description::USUAL
+    };
+    fields!(heating, time);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
+        balance.resistance = balance.resistance * N::lift(S::ONE + memory[0]);
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        let (before, after) = (passed.before.current, passed.after.current);
+        let square = (before * before + before * after + after * after) * S::constant(1.0 / 3.0);
+        accumulate(memory, (self.heating * square - memory[0] / self.time) * passed.interval);
+    }
+}

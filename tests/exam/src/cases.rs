@@ -1,0 +1,265 @@
+//! Blind cases: motors of a production lot with effects of random size and form on a virtual rig.
+//!
+//! The plant's laws are not the catalogue's: Froelich and Langevin magnetisation against the blended root, play operators
+//! against Duhem's hysteresis, a Gaussian inductance against a rational one, an algebraic brush transition against an
+//! exponential, a true first-order flux lag against its expansion, arc tangent against a root for the current sensor, and so
+//! on (`greyrig simulate --list`).
+
+use greyrig_host::diagnose::base_error;
+use greyrig_host::identify::Settings;
+use greyrig_host::model::Filter;
+use greyrig_host::model::Kind;
+use greyrig_host::recording::Recording;
+use greyrig_host::rig::{Motor, Setup};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// An effect counts where its error is at least this many times that of a healthy motor.
+pub const STANDS_OUT: f64 = 3.0;
+
+/// Relative scatter of the base parameters in the lot.
+const SPREAD: f64 = 0.025;
+
+/// An effect with its forms and the range of its sizes in a motor of the 1.4 kW class.
+pub struct Sort {
+    /// Identifier.
+    pub id: &'static str,
+    /// Forms of the plant; empty: one only.
+    pub forms: &'static [&'static str],
+    /// Smallest and largest size.
+    pub sizes: (f64, f64),
+}
+
+const fn sort(id: &'static str, low: f64, high: f64) -> Sort {
+    Sort { id, forms: &[], sizes: (low, high) }
+}
+
+/// Effects that leave something to see in voltage, current and speed of a universal motor.
+pub const VISIBLE: &[Sort] = &[
+    Sort { id: "saturation", forms: &["froelich", "langevin"], sizes: (0.1, 0.5) },
+    sort("inductance_saturation", 0.2, 0.7),
+    sort("hysteresis", 0.04, 0.5),
+    sort("eddy_current", 30e-6, 200e-6),
+    sort("transformer_emf", 80e-6, 300e-6),
+    sort("remanence", 0.05, 0.3),
+    sort("armature_reaction", 0.03, 0.15),
+    sort("brush_drop", 1.0, 5.0),
+    sort("winding_temperature", 20.0, 120.0),
+    sort("commutation_demagnetisation", 0.02, 0.1),
+    sort("skin_effect", 0.03, 0.25),
+    sort("supply_dead_zone", 1.0, 6.0),
+    sort("stribeck", 0.01, 0.06),
+    sort("windage_exponent", 2.15, 3.0),
+    sort("fan_dynamics", 0.05, 0.3),
+    sort("iron_loss_drag", 20.0, 100.0),
+    sort("stray_load_torque", 20.0, 100.0),
+    sort("bearing_warmup", 0.5, 2.0),
+    sort("current_offset", 0.05, 0.25),
+    sort("voltage_offset", 0.5, 5.0),
+    sort("current_compression", 0.02, 0.1),
+    sort("channel_delay", 30e-6, 200e-6),
+    sort("speed_lag", 3e-3, 30e-3),
+    sort("adc_clipping", 5.0, 8.0),
+];
+
+/// Effects that nothing in voltage, current and speed below the filter can show.
+pub const INVISIBLE: &[Sort] = &[
+    sort("commutation_resistance", 0.5, 3.0),
+    sort("supply_impedance", 0.1, 0.6),
+    sort("current_gain", -0.05, 0.05),
+    sort("voltage_gain", -0.05, 0.05),
+    sort("speed_gain", -0.05, 0.05),
+    sort("coulomb_friction", 0.005, 0.03),
+    sort("torque_offset", 0.005, 0.02),
+];
+
+/// The combination of five that is asked for.
+const FIVE: [&str; 5] = ["saturation", "hysteresis", "eddy_current", "brush_drop", "iron_loss_drag"];
+
+/// How a motor is excited: profiles and seconds, and the recording on which what was learnt is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Excitation {
+    /// AC alone.
+    Ac,
+    /// AC, DC steps, a locked rotor and a coast-down.
+    Set,
+}
+
+/// Effects that are one on AC alone.
+const ALIKE_ON_AC: [&str; 2] = ["eddy_current", "transformer_emf"];
+
+/// An effect and those that cannot be told from it: the class, and on AC alone its like.
+fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> {
+    if excitation == Excitation::Ac && ALIKE_ON_AC.contains(&id) {
+        return ALIKE_ON_AC.to_vec();
+    }
+    greyrig_host::diagnose::classes::class_of(id).map_or_else(|| vec![id], <[_]>::to_vec)
+}
+
+impl Excitation {
+    /// Profiles and their lengths, s.
+    pub fn profiles(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Ac => &[("staircase", 12.0)],
+            Self::Set => &[("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
+        }
+    }
+}
+
+/// What a figure is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// One effect.
+    One,
+    /// No effect, or one that is invisible.
+    None,
+    /// One effect that is withheld from the catalogue, its class with it.
+    Withheld,
+    /// Two effects.
+    Two,
+    /// Three effects.
+    Three,
+    /// Five given ones.
+    Five,
+}
+
+/// A case.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// Its number.
+    pub seed: u64,
+    /// The truth: identifiers in the order in which they were drawn.
+    pub truth: Vec<&'static str>,
+    /// The same as arguments of `simulate --effect`.
+    pub effects: Vec<String>,
+    /// Effects withheld from the catalogue.
+    pub exclude: Vec<String>,
+    /// How it is excited.
+    pub excitation: Excitation,
+    /// Factor on the noise.
+    pub noise: f64,
+}
+
+fn draw(random: &mut ChaCha8Rng, sorts: &[&'static Sort], taken: &[&'static str]) -> (&'static str, String) {
+    loop {
+        let sort = sorts[random.random_range(0..sorts.len())];
+        if taken.contains(&sort.id) {
+            continue;
+        }
+        return (sort.id, size(random, sort));
+    }
+}
+
+fn size(random: &mut ChaCha8Rng, sort: &Sort) -> String {
+    let (low, high) = sort.sizes;
+    // Log-uniform where the range allows: small sizes are as frequent as large ones.
+    let size = if low > 0.0 {
+        (low.ln() + random.random::<f64>() * (high / low).ln()).exp()
+    } else {
+        low + random.random::<f64>() * (high - low)
+    };
+    match sort.forms {
+        [] => format!("{}={size:.6e}", sort.id),
+        forms => format!("{}:{}={size:.6e}", sort.id, forms[random.random_range(0..forms.len())]),
+    }
+}
+
+impl Case {
+    /// The case with a number.
+    pub fn new(question: Question, excitation: Excitation, noise: f64, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let blank = Self { seed, truth: Vec::new(), effects: Vec::new(), exclude: Vec::new(), excitation, noise };
+        let visible: Vec<&'static Sort> = VISIBLE.iter().collect();
+        let mut truth = Vec::new();
+        let mut effects = Vec::new();
+        let several = matches!(question, Question::Two | Question::Three);
+        let mut add = |random: &mut ChaCha8Rng, sorts: &[&'static Sort], truth: &mut Vec<&'static str>| {
+            let (id, text) = loop {
+                let drawn = draw(random, sorts, truth);
+                // With one effect the examiner sorts out afterwards; with several each has to be there to be found.
+                if !several || blank.stands_out_alone(&drawn.1) {
+                    break drawn;
+                }
+            };
+            truth.push(id);
+            effects.push(text);
+        };
+        match question {
+            Question::One | Question::Withheld => add(&mut random, &visible, &mut truth),
+            Question::None => {
+                if random.random::<f64>() < 0.5 {
+                    let invisible: Vec<&'static Sort> = INVISIBLE.iter().collect();
+                    add(&mut random, &invisible, &mut Vec::new());
+                }
+            }
+            Question::Two | Question::Three => {
+                // Two members of a class are one effect in the data.
+                let count = if question == Question::Two { 2 } else { 3 };
+                while truth.len() < count {
+                    let apart: Vec<&'static Sort> = VISIBLE
+                        .iter()
+                        .filter(|s| truth.iter().all(|t| !greyrig_host::diagnose::classes::same(s.id, t)))
+                        .collect();
+                    add(&mut random, &apart, &mut truth);
+                }
+            }
+            Question::Five => {
+                for id in FIVE {
+                    let sort: Vec<&'static Sort> = VISIBLE.iter().filter(|s| s.id == id).collect();
+                    add(&mut random, &sort, &mut truth);
+                }
+            }
+        }
+        let exclude = match question {
+            Question::Withheld => withheld_with(truth[0], excitation).iter().map(|id| (*id).to_owned()).collect(),
+            _ => Vec::new(),
+        };
+        Self { seed, truth, effects, exclude, excitation, noise }
+    }
+
+    /// Whether an effect by itself makes the base model's free-run error at least [`STANDS_OUT`] times that of a healthy motor,
+    /// after the base model has been refitted.
+    fn stands_out_alone(&self, effect: &str) -> bool {
+        let error = |effects: Vec<String>| -> Option<[f64; 2]> {
+            let alone = Self { effects, ..self.clone() };
+            let recordings = alone.recordings().ok()?;
+            let settings = Settings { filter: Filter::default(), ..Settings::new(Kind::Universal) };
+            let base = base_error(&recordings, &settings).ok()?;
+            Some(base)
+        };
+        if effect.starts_with("adc_clipping") {
+            return true;
+        }
+        match (error(vec![effect.to_owned()]), error(Vec::new())) {
+            (Some(with), Some(without)) => (0..2).any(|k| with[k] >= STANDS_OUT * without[k]),
+            _ => false,
+        }
+    }
+
+    fn setup(&self, profile: &str, seconds: f64, seed: u64) -> greyrig_host::error::Result<Recording> {
+        let motor = Motor::sample_from_population(&Motor::universal(), SPREAD, self.seed);
+        let mut setup =
+            Setup::new(Kind::Universal).motor(motor).profile(profile)?.seconds(seconds).seed(seed).noise(self.noise);
+        for effect in &self.effects {
+            setup = setup.effect(effect)?;
+        }
+        Ok(setup.run()?.recording)
+    }
+
+    /// The recordings that are diagnosed.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn recordings(&self) -> greyrig_host::error::Result<Vec<Recording>> {
+        let profiles = self.excitation.profiles().iter().enumerate();
+        profiles.map(|(k, (profile, seconds))| self.setup(profile, *seconds, 1000 * self.seed + k as u64)).collect()
+    }
+
+    /// The recording on another excitation that judges what was learnt: a ramp.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn held_out(&self) -> greyrig_host::error::Result<Recording> {
+        self.setup("ramp", 10.0, 1000 * self.seed + 999)
+    }
+}

@@ -1,0 +1,46 @@
+//! Cases as files, for other tools: what is diagnosed, the recording that judges, and the truth.
+
+use std::path::Path;
+
+use greyrig_host::diagnose::base_error;
+use greyrig_host::error::{Error, Place, Result};
+use greyrig_host::identify::Settings;
+use greyrig_host::model::Kind;
+use greyrig_host::recording::write;
+
+use crate::cases::{Case, Excitation};
+
+/// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording, `held-out.csv` and `truth.json`,
+/// which has the base model's free-run error-to-signal ratios too: they say whether the effects stand out.
+///
+/// # Errors
+/// A directory or a file that cannot be written, an interrupt.
+pub fn export(case: &Case, folder: &Path) -> Result<()> {
+    let folder = folder.join(case.seed.to_string());
+    std::fs::create_dir_all(&folder).map_err(|e| refused(&folder, &e))?;
+    let recordings = case.recordings()?;
+    let mut names = Vec::new();
+    for ((profile, _), recording) in case.excitation.profiles().iter().zip(&recordings) {
+        let name = format!("{profile}.csv");
+        write(recording, &folder.join(&name), true)?;
+        names.push(name);
+    }
+    write(&case.held_out()?, &folder.join("held-out.csv"), true)?;
+    let truth = serde_json::json!({
+        "seed": case.seed,
+        "truth": case.truth,
+        "effects": case.effects,
+        "withheld": case.exclude,
+        "excitation": if case.excitation == Excitation::Ac { "ac" } else { "set" },
+        "noise": case.noise,
+        "base_error": base_error(&recordings, &Settings::new(Kind::Universal))?,
+        "recordings": names,
+        "held_out": "held-out.csv",
+    });
+    let path = folder.join("truth.json");
+    std::fs::write(&path, format!("{truth:#}\n")).map_err(|e| refused(&path, &e))
+}
+
+fn refused(path: &Path, error: &std::io::Error) -> Error {
+    Error::input(Place::file(path), error.to_string(), "name a directory that can be written")
+}

@@ -1,0 +1,5 @@
+//! The examination of the diagnosis: blind cases from the virtual rig, and what they say.
+
+pub mod cases;
+pub mod export;
+pub mod score;

@@ -1,0 +1,184 @@
+//! `cargo xtask exam`: runs the examination.
+
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Parser;
+use greyrig_exam::cases::{Case, Excitation, Question};
+use greyrig_exam::export;
+use greyrig_exam::score::{Outcome, Share, run};
+use greyrig_host::diagnose::VerdictKind;
+use rayon::prelude::*;
+
+/// The examination of the diagnosis.
+#[derive(Debug, Parser)]
+struct Args {
+    /// Cases for each question
+    #[arg(long, default_value_t = 320)]
+    cases: u64,
+    /// Questions to ask, such as one-ac or two-set; all without
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// First number
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the cases to this directory instead of diagnosing them
+    #[arg(long, value_name = "DIR")]
+    export: Option<std::path::PathBuf>,
+    /// Print each case as a line of JSON
+    #[arg(long)]
+    verbose: bool,
+}
+
+const QUESTIONS: &[(&str, Question)] = &[
+    ("none", Question::None),
+    ("one", Question::One),
+    ("withheld", Question::Withheld),
+    ("two", Question::Two),
+    ("three", Question::Three),
+    ("five", Question::Five),
+];
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
+        for (excitation, suffix) in [(Excitation::Ac, "ac"), (Excitation::Set, "set")] {
+            let mut healthy = [0.0; 2];
+            for (name, question) in QUESTIONS {
+                let id = format!("{name}-{suffix}{label}");
+                let asked = |id: &str| args.only.is_empty() || args.only.iter().any(|o| o == id);
+                let needed = *name == "none" && QUESTIONS.iter().any(|(n, _)| asked(&format!("{n}-{suffix}{label}")));
+                if let Some(folder) = &args.export {
+                    if asked(&id) && !export(*question, excitation, noise, &args, &folder.join(&id)) {
+                        return ExitCode::FAILURE;
+                    }
+                    continue;
+                }
+                if !asked(&id) && !needed {
+                    continue;
+                }
+                let count = if asked(&id) { args.cases } else { 12 };
+                let outcomes = ask(*question, excitation, noise, args.seed, count, args.verbose);
+                if *name == "none" {
+                    healthy = [0, 1].map(|k| median(outcomes.iter().map(|o| o.before[k]).collect()));
+                }
+                if asked(&id) {
+                    report(&id, *question, &outcomes, healthy);
+                }
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Whether all cases of a question could be written.
+fn export(question: Question, excitation: Excitation, noise: f64, args: &Args, folder: &std::path::Path) -> bool {
+    let written = (args.seed..args.seed + args.cases)
+        .into_par_iter()
+        .try_for_each(|seed| export::export(&Case::new(question, excitation, noise, seed), folder));
+    if let Err(error) = &written {
+        eprintln!("{error}");
+    }
+    written.is_ok()
+}
+
+fn ask(question: Question, excitation: Excitation, noise: f64, seed: u64, count: u64, verbose: bool) -> Vec<Outcome> {
+    let done = AtomicUsize::new(0);
+    (0..count)
+        .into_par_iter()
+        .filter_map(|k| {
+            let case = Case::new(question, excitation, noise, seed + k);
+            let outcome = run(&case);
+            let n = done.fetch_add(1, Ordering::Relaxed);
+            if n.is_multiple_of(20) {
+                eprintln!("{question:?} {excitation:?} {n}/{count}");
+            }
+            match outcome {
+                Ok(o) => {
+                    if verbose {
+                        println!("{}", serde_json::to_string(&o).unwrap_or_default());
+                    }
+                    Some(o)
+                }
+                Err(error) => {
+                    eprintln!("case {}: {error}", case.seed);
+                    None
+                }
+            }
+        })
+        .collect()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2]) {
+    println!("## {id}");
+    let times: Vec<f64> = outcomes.iter().map(|o| o.seconds).collect();
+    println!(
+        "time: median {:.1} s, longest {:.1} s",
+        median(times.clone()),
+        times.iter().fold(0.0f64, |m, t| m.max(*t))
+    );
+    let decoys = outcomes.iter().fold([0, 0], |s, o| [s[0] + o.decoys[0], s[1] + o.decoys[1]]);
+    println!("decoys accepted: {}", Share { hits: decoys[1], cases: decoys[0] });
+    let out: Vec<&Outcome> = outcomes.iter().filter(|o| o.stands_out(healthy)).collect();
+    match question {
+        Question::None => {
+            println!("verdict none: {}", Share::of(outcomes, |o| o.kind == VerdictKind::None));
+            println!("named something: {}", Share::of(outcomes, |o| o.kind == VerdictKind::MissingEffect));
+        }
+        Question::One => {
+            println!("error stands out in {} of {}", out.len(), outcomes.len());
+            let right = |o: &&Outcome| o.first_right() && o.kind != VerdictKind::OutsideCatalogue;
+            println!("right first: {}", Share::of(&out, right));
+            println!("exact: {}", Share::of(&out, |o| o.exact()));
+            let ambiguous: Vec<&&Outcome> = out.iter().filter(|o| o.kind == VerdictKind::Ambiguous).collect();
+            println!("truth in the ambiguous set: {}", Share::of(ambiguous.iter().copied(), |o| o.hits() == 1));
+            let sizes: usize = ambiguous.iter().map(|o| o.named.len()).sum();
+            println!("mean set size: {:.2}", sizes as f64 / ambiguous.len().max(1) as f64);
+            let wrong = |o: &&Outcome| o.kind == VerdictKind::MissingEffect && !o.first_right();
+            println!("confident wrong name: {}", Share::of(&out, wrong));
+        }
+        Question::Withheld => {
+            println!("error stands out in {} of {}", out.len(), outcomes.len());
+            let honest = |o: &&Outcome| matches!(o.kind, VerdictKind::OutsideCatalogue | VerdictKind::Ambiguous);
+            println!("outside the catalogue or ambiguous: {}", Share::of(&out, honest));
+            println!("confident wrong name: {}", Share::of(&out, |o| o.kind == VerdictKind::MissingEffect));
+        }
+        Question::Two | Question::Three | Question::Five => {
+            println!("exactly these: {}", Share::of(outcomes, Outcome::exact));
+            println!("first right: {}", Share::of(outcomes, Outcome::first_right));
+            let hits: usize = outcomes.iter().map(Outcome::hits).sum();
+            let named: usize = outcomes.iter().map(|o| o.named.len()).sum();
+            let truth: usize = outcomes.iter().map(|o| o.truth.len()).sum();
+            println!(
+                "precision {:.3}, recall {:.3}",
+                hits as f64 / named.max(1) as f64,
+                hits as f64 / truth.max(1) as f64
+            );
+        }
+    }
+    for o in outcomes.iter().filter(|o| match question {
+        Question::None => o.kind != VerdictKind::None,
+        Question::One => o.stands_out(healthy) && !o.exact(),
+        Question::Withheld => o.stands_out(healthy) && o.kind == VerdictKind::MissingEffect,
+        _ => !o.exact(),
+    }) {
+        println!(
+            "- {} {}: {:?} {} ({:.4}/{:.5} -> {:.4}/{:.5}) {:.1} s",
+            o.seed,
+            o.effects.join(" "),
+            o.kind,
+            o.named.join(" "),
+            o.before[0],
+            o.before[1],
+            o.after[0],
+            o.after[1],
+            o.seconds
+        );
+    }
+    println!();
+}
