@@ -78,6 +78,19 @@ pub const ALL: &[Check] = &[
     },
 ];
 
+/// Examines the diagnosis: builds the examination and hands it the arguments.
+pub fn exam(arguments: &[String]) -> ExitCode {
+    let mut command = cargo_command(&["run", "--quiet", "--release", "--package", "greyrig-exam", "--locked", "--"]);
+    match command.args(arguments).status() {
+        Ok(status) if status.success() => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("xtask: cargo cannot be run: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
 /// The checks with these names, in the order of [`ALL`]; all of them if there is no name.
 pub fn choose(names: &[String]) -> Result<Vec<&'static Check>, String> {
     if let Some(unknown) = names.iter().find(|name| !ALL.iter().any(|check| check.name == name.as_str())) {

@@ -1,4 +1,5 @@
-//! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need.
+//! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
+//! examines the diagnosis on blind cases.
 
 mod checks;
 mod needs;
@@ -16,8 +17,10 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        Some((command, arguments)) if command == "exam" => checks::exam(arguments),
         _ => {
-            eprintln!("Usage: cargo xtask test [STEP]…\n\nWithout a step, all of them in this order:\n");
+            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask test [STEP]…\n");
+            eprintln!("Without a step, all of them in this order:\n");
             for check in checks::ALL {
                 eprintln!("  {:8} {}", check.name, check.what);
             }

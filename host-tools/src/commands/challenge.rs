@@ -88,10 +88,16 @@ fn table(c: &Challenge) -> String {
     table.to_string()
 }
 
+/// Error of the free run below which an effect does nothing.
+const NOTHING: f64 = 1e-9;
+
 /// From what size on an effect is revealed, in words.
 fn from(e: &Challenged) -> String {
     match (e.revealed_from, e.hidden_up_to) {
         (Some(size), _) => format!("from {} on", words::quantity(size, e.unit)),
+        (None, Some(_)) if [e.esr.current, e.esr.speed].iter().flatten().all(|x| *x < NOTHING) => {
+            "it does nothing in this model".to_owned()
+        }
         (None, Some(size)) => format!("not even at {}", words::quantity(size, e.unit)),
         (None, None) => "the model cannot be run with it".to_owned(),
     }
