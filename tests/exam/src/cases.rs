@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 pub const STANDS_OUT: f64 = 3.0;
 
 /// Relative scatter of the base parameters in the lot.
-const SPREAD: f64 = 0.025;
+pub const SPREAD: f64 = 0.025;
 
 /// An effect with its forms and the range of its sizes in a motor of the 1.4 kW class.
 pub struct Sort {

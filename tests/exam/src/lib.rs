@@ -2,4 +2,5 @@
 
 pub mod cases;
 pub mod export;
+pub mod recovery;
 pub mod score;

@@ -4,8 +4,9 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
-use greyrig_exam::cases::{Case, Excitation, Question};
+use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::export;
+use greyrig_exam::recovery::{self, Recovery};
 use greyrig_exam::score::{Outcome, Share, run};
 use greyrig_host::diagnose::VerdictKind;
 use rayon::prelude::*;
@@ -25,6 +26,9 @@ struct Args {
     /// Write the cases to this directory instead of diagnosing them
     #[arg(long, value_name = "DIR")]
     export: Option<std::path::PathBuf>,
+    /// Add what was named in this many of the cases with one effect, and report what that recovers
+    #[arg(long, default_value_t = 0)]
+    add: usize,
     /// Print each case as a line of JSON
     #[arg(long)]
     verbose: bool,
@@ -64,6 +68,9 @@ fn main() -> ExitCode {
                 }
                 if asked(&id) {
                     report(&id, *question, &outcomes, healthy);
+                    if *name == "one" && args.add > 0 {
+                        recover(*question, excitation, noise, &outcomes, healthy, args.add);
+                    }
                 }
             }
         }
@@ -107,6 +114,32 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seed: u64, count:
             }
         })
         .collect()
+}
+
+/// Adds the named effects in cases whose error stands out in the current.
+fn recover(
+    question: Question,
+    excitation: Excitation,
+    noise: f64,
+    outcomes: &[Outcome],
+    healthy: [f64; 2],
+    most: usize,
+) {
+    let chosen: Vec<&Outcome> = outcomes
+        .iter()
+        .filter(|o| o.exact() && o.before[0] >= STANDS_OUT * healthy[0] && !o.truth.contains(&"adc_clipping"))
+        .take(most)
+        .collect();
+    let recovered: Vec<Recovery> = chosen
+        .par_iter()
+        .filter_map(|o| recovery::add(&Case::new(question, excitation, noise, o.seed), o).ok())
+        .collect();
+    let mut shares: Vec<f64> = recovered.iter().map(|r| r.share).collect();
+    shares.sort_by(f64::total_cmp);
+    let at = |share: f64| shares.get((share * shares.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+    println!("added in {} cases: recovered median {:.3}, 10th percentile {:.3}", shares.len(), at(0.5), at(0.1));
+    println!("R in its interval: {}", Share::of(&recovered, |r| r.covered[0]));
+    println!("J in its interval: {}\n", Share::of(&recovered, |r| r.covered[1]));
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
