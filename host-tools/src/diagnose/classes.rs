@@ -7,6 +7,10 @@ const CLASSES: &[&[&str]] = &[
     &["commutation_demagnetisation", "skin_effect"],
 ];
 
+/// Effects of which any two can take the part of the third while the motor runs on a closed supply: their columns in the
+/// voltage balance, K ω, R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
+pub const OFFSETS: [&str; 3] = ["remanence", "current_offset", "voltage_offset"];
+
 /// All such sets.
 pub fn all() -> &'static [&'static [&'static str]] {
     CLASSES

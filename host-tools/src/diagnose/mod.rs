@@ -136,8 +136,9 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
     }
     start(&mut space, &full, &coarse)?;
 
+    let holds = Holds::of(&full);
     let known: Vec<&'static str> = space.effects().to_vec();
-    let candidates: Vec<_> = screening::candidates(settings.kind, Holds::of(&full))
+    let candidates: Vec<_> = screening::candidates(settings.kind, holds)
         .filter(|d| !excluded(d.id) && !known.contains(&d.id) && findings.iter().all(|f| f.id != d.id))
         .collect();
     let most = MOST_EFFECTS.min(MAX_EFFECTS - known.len());
@@ -173,7 +174,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
     let lead = climb.lead(&ladder.fit);
     progress("candidates");
     let candidates = describe_candidates(&ladder, free_run.as_ref(), options, recordings)?;
-    let verdict = verdict::judge(&ladder, &findings, &lead, fitted.as_ref(), settings, recordings[0].motion);
+    let verdict = verdict::judge(&ladder, &findings, &lead, fitted.as_ref(), settings, recordings[0].motion, holds);
     Ok(Diagnosis {
         verdict,
         esr_before: esr[0],

@@ -41,6 +41,8 @@ pub struct Holds {
     pub electrical: bool,
     /// Motion in both directions: without, a constant torque is dry friction.
     pub both_directions: bool,
+    /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
+    pub standstill: bool,
 }
 
 /// Speed in the rarer direction, relative to that in the other one, from which both count as recorded.
@@ -53,6 +55,7 @@ impl Holds {
         let (low, high) = extremes.fold((0.0f64, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
         Self {
             electrical: experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some()),
+            standstill: experiments.iter().any(|e| (0..e.len()).any(|n| e.is_locked(n) || e.is_open(n))),
             both_directions: (-low).min(high) > BOTH * (-low).max(high),
         }
     }

@@ -3,11 +3,12 @@
 use greyrig::effects::{Acts, Effect};
 use serde::Serialize;
 
-use super::classes::class_of;
+use super::classes::{OFFSETS, class_of};
 use super::completeness::Completeness;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
+use super::screening::Holds;
 use crate::identify::Settings;
 use crate::identify::minimise::Refined;
 use crate::model::unit;
@@ -80,6 +81,7 @@ pub fn judge(
     fitted: Option<&Refined>,
     settings: &Settings,
     motion: Motion,
+    holds: Holds,
 ) -> Verdict {
     let mut effects: Vec<&'static str> = super::ids(findings);
     effects.extend(ladder.found.iter().map(|id| default_member(id)));
@@ -87,7 +89,11 @@ pub fn judge(
         ladder.found.iter().filter_map(|id| class_of(id)).map(<[_]>::to_vec).collect();
     classes.dedup();
     let complete = ladder.after.is_complete() || (!ladder.found.is_empty() && ladder.after.explains(&ladder.before));
-    let rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+    let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+    let offsets = OFFSETS.iter().filter(|id| ladder.found.contains(id)).count();
+    if offsets >= 2 && !holds.standstill {
+        rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
+    }
     let found = !effects.is_empty();
     let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
     text.extend(ladder.found.iter().enumerate().map(|(k, id)| {
@@ -100,15 +106,26 @@ pub fn judge(
     let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
     match (found, complete) {
         (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, text),
-        (true, _) if !rivals.is_empty() => {
-            effects.extend(rivals.iter().map(|id| default_member(id)));
+        (true, _) if !rivals.is_empty() || (offsets >= 2 && !holds.standstill) => {
+            for id in rivals.iter().map(|id| default_member(id)) {
+                if !effects.contains(&id) {
+                    effects.push(id);
+                }
+            }
             let next = ladder.found.iter().zip(&ladder.rivals).find(|(_, r)| !r.is_empty()).and_then(|(id, _)| {
                 description(id).map(|d| d.separated_by.to_owned())
             });
-            text.push(format!(
-                "{} would explain these data as well; another recording would tell",
-                rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
-            ));
+            let next = next.or_else(|| Some("a locked rotor, and a coast-down with the supply open".to_owned()));
+            text.push(if offsets >= 2 && !holds.standstill {
+                "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \
+                 part of the third"
+                    .to_owned()
+            } else {
+                format!(
+                    "{} would explain these data as well; another recording would tell",
+                    rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
+                )
+            });
             Verdict { kind: VerdictKind::Ambiguous, effects, classes, text: text.join("\n"), next_experiment: next }
         }
         (true, _) => {

@@ -1,5 +1,6 @@
 //! `cargo xtask exam`: runs the examination.
 
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -116,6 +117,22 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seed: u64, count:
         .collect()
 }
 
+/// What each effect was named, where it stands out.
+fn confusion(outcomes: &[&Outcome]) {
+    let mut named: BTreeMap<&str, BTreeMap<String, usize>> = BTreeMap::new();
+    for o in outcomes {
+        let verdict = if o.named.is_empty() { format!("({:?})", o.kind) } else { o.named.join(" + ") };
+        *named.entry(o.truth[0]).or_default().entry(verdict).or_default() += 1;
+    }
+    println!("\n| truth | cases | verdict |\n| --- | --- | --- |");
+    for (truth, verdicts) in named {
+        let cases: usize = verdicts.values().sum();
+        let list: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{verdict} {n}")).collect();
+        println!("| {truth} | {cases} | {} |", list.join(", "));
+    }
+    println!();
+}
+
 /// Adds the named effects in cases whose error stands out in the current.
 fn recover(
     question: Question,
@@ -193,6 +210,9 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
                 hits as f64 / truth.max(1) as f64
             );
         }
+    }
+    if question == Question::One {
+        confusion(&out);
     }
     for o in outcomes.iter().filter(|o| match question {
         Question::None => o.kind != VerdictKind::None,
