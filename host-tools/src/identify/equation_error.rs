@@ -403,7 +403,8 @@ impl<'a> MotorPart<'a> {
                 motor.advance(&passed, &mut memories);
             }
             let shown = motor.measure(&memories, measured(n));
-            current.push(2.0 * self.current[n] - shown.current);
+            // Without a supply there is no current, whatever the chain would make of it.
+            current.push(if e.is_open(n) { 0.0 } else { 2.0 * self.current[n] - shown.current });
             speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * self.speed[n] - shown.speed });
         }
         let rate = derivative(&current, e.interval_s);
