@@ -25,11 +25,13 @@ pub const SMALLEST_GAIN: f64 = 0.1;
 /// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
 /// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
 const SIGNIFICANCE: f64 = 1e-4;
+/// Where the error falls to a third the usual level will do: the rows are few then because one structure fills them all.
+const CONVENTIONAL: f64 = 0.01;
 /// An effect has to beat the best decoy's gain by this factor.
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
-/// A gain (error down to a third in one balance) that neither of these two objections can undo.
+/// A gain (error down to a third in one balance) that neither of these two objections can undo, and that needs less proof.
 const BEYOND_DOUBT: f64 = 1.0;
 /// Least part of a candidate's column that has to be its own.
 pub const LEAST_INDEPENDENT: f64 = 0.01;
@@ -264,7 +266,9 @@ impl<'a> Climb<'a> {
             let p_value = (single * self.candidates.len() as f64).min(1.0);
             let objection = if gain < smallest {
                 Some(Objection::TooSmall)
-            } else if p_value > SIGNIFICANCE || gain < OVER_DECOYS * decoy_gain {
+            } else if p_value > if gain > BEYOND_DOUBT { CONVENTIONAL } else { SIGNIFICANCE }
+                || gain < OVER_DECOYS * decoy_gain
+            {
                 Some(Objection::NotSignificant)
             } else if promise.independent < LEAST_INDEPENDENT && gain < BEYOND_DOUBT {
                 Some(Objection::NotIndependent)
