@@ -3,6 +3,7 @@
 mod bad_input;
 mod browser;
 mod commands;
+mod diagnose;
 mod identify;
 mod plan_and_challenge;
 mod real_data;

@@ -137,3 +137,42 @@ fn hsm150_positive_runs_need_dry_friction() {
         assert!((0.030..0.038).contains(&friction), "{file}: mu0 = {friction}");
     }
 }
+
+/// What the diagnosis of a measured recording says; none without the data.
+fn verdict(name: &str, map: &[&str]) -> Option<greyrig_host::diagnose::Verdict> {
+    let recording = read(name, map)?;
+    let options = greyrig_host::diagnose::Options {
+        settings: magnet_motor(Base::Viscous),
+        exclude: Vec::new(),
+        candidates_refined: false,
+    };
+    Some(greyrig_host::diagnose::diagnose(&[recording], &options, &mut |_| ()).expect("a diagnosis").verdict)
+}
+
+#[test]
+fn emps_friction_depends_on_the_direction() {
+    // Janot, Young, Gautier 2017 found it without a library of effects.
+    let Some(found) = verdict("EMPS/emps_train.csv", &EMPS) else { return };
+    assert_eq!(found.effects, ["coulomb_friction", "asymmetric_friction"], "{}", found.text);
+}
+
+#[test]
+fn fra233_shows_dry_friction_but_not_in_a_step() {
+    for name in ["ramp_1", "stair_1", "sine_1", "chirp_1"] {
+        let Some(found) = verdict(&format!("FRA233/{name}.csv"), &[]) else { return };
+        assert_eq!(found.effects, ["coulomb_friction"], "{name}: {}", found.text);
+    }
+    let Some(found) = verdict("FRA233/step_1.csv", &[]) else { return };
+    assert_eq!(found.kind, greyrig_host::diagnose::VerdictKind::InsufficientData);
+    assert!(found.next_experiment.is_some_and(|next| next.contains("ramp")));
+}
+
+#[test]
+fn hsm150_and_ced_name_what_is_known_of_them() {
+    for name in ["idf_pos_0.06_1", "idf_pos_0.065_2"] {
+        let Some(found) = verdict(&format!("HSM150/{name}.csv"), &["torque_n_m=torque_in_Nm"]) else { return };
+        assert_eq!(found.effects, ["coulomb_friction"], "{name}: {}", found.text);
+    }
+    let Some(found) = verdict("CED/ced_prbs.csv", &["u_v=u1", "omega_rad_s=z1"]) else { return };
+    assert_eq!(found.effects, ["speed_sign_lost"], "{}", found.text);
+}
