@@ -3,6 +3,7 @@
 pub mod challenge;
 pub mod commands;
 pub mod compare;
+pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod experiment;

@@ -9,6 +9,8 @@ pub trait Hardware {
     type Flash: NorFlash;
     /// Name of the board.
     const BOARD: &'static str;
+    /// How much later than the voltage current and speed are sampled, s.
+    const SKEW_S: [f32; 2];
     /// Where the slots begin in [`Hardware::flash`].
     const STORE: u32;
 

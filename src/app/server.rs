@@ -143,6 +143,7 @@ impl Desk<'_> {
                 board: H::BOARD,
                 chip: hardware.chip(),
                 sample_rate_hz: SAMPLE_RATE_HZ,
+                skew_s: H::SKEW_S,
             }),
             Request::Status => Reply::Status(Status {
                 mode: self.mode,

@@ -67,7 +67,7 @@ pub struct Asked<'a> {
 }
 
 /// Who the microcontroller is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Identity<'a> {
     /// [`PROTOCOL`]; this field comes first in every version.
     pub protocol: u16,
@@ -81,6 +81,8 @@ pub struct Identity<'a> {
     pub chip: [u8; 12],
     /// Samples per second.
     pub sample_rate_hz: u32,
+    /// How much later than the voltage current and speed are sampled, s.
+    pub skew_s: [f32; 2],
 }
 
 /// What the firmware does.

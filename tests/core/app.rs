@@ -23,6 +23,7 @@ struct Board {
 impl Hardware for Board {
     type Flash = Nor;
     const BOARD: &'static str = "struct";
+    const SKEW_S: [f32; 2] = [0.0; 2];
     const STORE: u32 = 0;
 
     fn flash(&mut self) -> &mut Nor {

@@ -4,6 +4,7 @@ mod bad_input;
 mod browser;
 mod commands;
 mod diagnose;
+mod firmware;
 mod identify;
 mod plan_and_challenge;
 mod real_data;

@@ -8,9 +8,11 @@ pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
+pub mod flash;
 pub mod identify;
 mod input;
 pub mod plan;
+pub mod record;
 pub mod simulate;
 mod words;
 
@@ -55,6 +57,10 @@ pub enum Command {
     Completions(completions::Args),
     /// Run a virtual rig and write what it records.
     Simulate(simulate::Args),
+    /// Write a model to the microcontroller, verified by reading back.
+    Flash(flash::Args),
+    /// Record raw samples from the microcontroller.
+    Record(record::Args),
 }
 
 impl Command {
@@ -75,6 +81,8 @@ impl Command {
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),
             Self::Simulate(args) => simulate::run(args),
+            Self::Flash(args) => flash::run(args),
+            Self::Record(args) => record::run(args),
         }
     }
 }
