@@ -121,8 +121,8 @@ fn folder(resistance: f64) -> TempDir {
     for (name, value, unit) in values {
         text += &format!("[parameters.{name}]\nvalue = {value:?}\nunit = {unit:?}\n");
     }
-    text += "[[effects]]\nid = \"brush_drop\"\n[effects.parameters.drop]\nvalue = 2.5\nunit = \"V\"\n\
-             [effects.parameters.transition]\nvalue = 0.3\nunit = \"A\"\n";
+    text += "[[effects]]\nid = \"brush_drop\"\n[effects.parameters.brush_drop]\nvalue = 2.5\nunit = \"V\"\n\
+             [effects.parameters.brush_transition]\nvalue = 0.3\nunit = \"A\"\n";
     std::fs::write(folder.path().join("model.toml"), text).expect("it is written");
     folder
 }
@@ -203,7 +203,8 @@ fn garbage_on_the_link_does_no_harm() {
     let (folder, board) = (folder(2.2), Board::start());
     let address = board.port.strip_prefix("tcp:").unwrap();
     let mut noise = 1_u32;
-    let garbage: Vec<u8> = (0..20_000)
+    // The emulated port takes about a byte per sample, so these last half a second.
+    let garbage: Vec<u8> = (0..5_000)
         .map(|_| {
             noise ^= noise << 13;
             noise ^= noise >> 17;
@@ -337,7 +338,7 @@ fn images_hold_the_block() {
 
     json(here, &flash("p.hex"));
     let text = std::fs::read_to_string(here.join("p.hex")).unwrap();
-    let mut from_hex = Vec::new();
+    let mut from_hex: Vec<u8> = Vec::new();
     let mut base = 0;
     // Intel HEX by hand: `:` length address type data checksum.
     for line in text.lines() {
@@ -383,7 +384,7 @@ fn what_the_microcontroller_would_refuse_is_refused_before() {
     rig("[voltage]\nzero = 1\nper_count = 0\n[current]\nzero = 1\nper_count = 1\n[speed]\nzero = 1\nper_count = 1\n");
     refused(here, &with_rig, &["rig.toml", "voltage"]);
     refused(here, &["flash", "--model", "bad.toml"], &["--port"]);
-    refused(here, &["record", "--port", "x", "--seconds", "-1", "--out", "r.csv"], &["--seconds"]);
+    refused(here, &["record", "--port", "x", "--seconds", "0", "--out", "r.csv"], &["--seconds"]);
 }
 
 /// The place in the flash is in the chip's memory map, as the probe's own tables have it.

@@ -44,8 +44,6 @@ fn hex(bytes: &[u8]) -> Result<String> {
         records.push(Record::Data { offset, value: line.to_vec() });
     }
     records.push(Record::EndOfFile);
-    let mut text = ihex::create_object_file_representation(&records)
-        .map_err(|e| Error::usage(format!("the image cannot be written as Intel HEX: {e}"), "report this as a bug"))?;
-    text.push('\n');
-    Ok(text)
+    ihex::create_object_file_representation(&records)
+        .map_err(|e| Error::usage(format!("the image cannot be written as Intel HEX: {e}"), "report this as a bug"))
 }
