@@ -1,10 +1,13 @@
-//! What interrupt and thread share: counters from one, wishes from the other. No locks; each value is whole by itself.
+//! What interrupt and thread share: counters and queues from one, wishes from the other. No locks; each value is whole by
+//! itself.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
+use super::ring::Ring;
+use super::{RAW_QUEUE, REPORT_QUEUE, Raw, Window};
 use crate::faults::{Fault, TABLE};
 
-/// Counters and wishes. One writer each, but for the faults, which only ever rise or are cleared.
+/// Counters, queues and wishes. One writer each, but for the faults, which only ever rise or are cleared.
 #[derive(Debug)]
 pub struct Shared {
     samples: AtomicU32,
@@ -13,6 +16,8 @@ pub struct Shared {
     most_cycles: AtomicU32,
     capture: AtomicBool,
     report_every: AtomicU32,
+    pub(super) raw: Ring<Raw, 3, RAW_QUEUE>,
+    pub(super) reports: Ring<Window, 7, REPORT_QUEUE>,
 }
 
 impl Default for Shared {
@@ -31,6 +36,8 @@ impl Shared {
             most_cycles: AtomicU32::new(0),
             capture: AtomicBool::new(false),
             report_every: AtomicU32::new(0),
+            raw: Ring::new(),
+            reports: Ring::new(),
         }
     }
 
@@ -84,7 +91,8 @@ impl Shared {
         self.capture.load(Relaxed)
     }
 
-    pub(super) fn capture(&self, wanted: bool) {
+    /// Says whether every raw sample goes into the queue.
+    pub fn capture(&self, wanted: bool) {
         self.capture.store(wanted, Relaxed);
     }
 
@@ -94,7 +102,8 @@ impl Shared {
         self.report_every.load(Relaxed)
     }
 
-    pub(super) fn report(&self, every: u32) {
+    /// Says how many samples a report is about; zero: no reports.
+    pub fn report(&self, every: u32) {
         self.report_every.store(every, Relaxed);
     }
 }

@@ -2,7 +2,9 @@
 //! examines the diagnosis on blind cases.
 
 mod checks;
+mod firmware;
 mod needs;
+mod size;
 mod tally;
 
 use std::process::ExitCode;
@@ -17,6 +19,10 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
+        Some((command, arguments)) if command == "size" => {
+            size::try_it(&arguments[0]);
+            ExitCode::SUCCESS
+        }
         Some((command, arguments)) if command == "exam" => checks::exam(arguments),
         _ => {
             eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask test [STEP]…\n");
