@@ -1,5 +1,5 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
-//! examines the diagnosis on blind cases.
+//! examines the diagnosis on blind cases; `cargo xtask size` prints what the firmware takes.
 
 mod checks;
 mod firmware;
@@ -19,13 +19,17 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        Some((command, arguments)) if command == "size" => {
-            size::try_it(&arguments[0]);
-            ExitCode::SUCCESS
-        }
+        Some((command, [])) if command == "size" => match size::run(true) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(sentence) => {
+                eprintln!("xtask: {sentence}");
+                ExitCode::FAILURE
+            }
+        },
         Some((command, arguments)) if command == "exam" => checks::exam(arguments),
         _ => {
-            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask test [STEP]…\n");
+            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)");
+            eprintln!("       cargo xtask size\n       cargo xtask test [STEP]…\n");
             eprintln!("Without a step, all of them in this order:\n");
             for check in checks::ALL {
                 eprintln!("  {:8} {}", check.name, check.what);

@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use greyrig::app::{RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Shared, Window};
+use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;
