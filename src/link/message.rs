@@ -120,6 +120,8 @@ pub struct Status {
     pub faults: [u32; TABLE.len()],
     /// Cycles of the last tick and of the longest; zero where the processor cannot count them.
     pub cycles: [u32; 2],
+    /// The most that the stack has taken since the start, bytes.
+    pub deepest_stack: u32,
 }
 
 /// A report of a stretch of samples.

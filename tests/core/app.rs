@@ -32,6 +32,9 @@ impl Hardware for Board {
     fn chip(&self) -> [u8; 12] {
         *b"no chip here"
     }
+    fn deepest_stack(&self) -> u32 {
+        0
+    }
     async fn receive(&mut self, _: &mut [u8]) -> usize {
         0
     }
