@@ -49,7 +49,7 @@ pub fn all(counter: &mut impl Counter) {
     let sampler = Sampler::new(Some(Active { calibration, tick }), &shared);
     counter.count("interrupt", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
-        black_box(sampler.sample(counts, false));
+        black_box(sampler.sample(counts, 0));
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {
