@@ -26,7 +26,7 @@ const WATCHDOG_US: u32 = 500_000;
 /// Bytes from the host that may wait while a page is erased: the host sends one request and waits for its answer.
 const RECEIVE_BUFFER: usize = 1024;
 
-/// What the line to the host is made of: the virtual serial port of the board's ST-LINK (UM2505, section 6.8).
+/// What the line to the host is made of: the virtual serial port of the board's ST-LINK (UM2505).
 pub struct Line {
     pub usart: Peri<'static, USART2>,
     pub tx: Peri<'static, PA2>,
@@ -68,7 +68,7 @@ impl Board {
 impl Hardware for Board {
     type Flash = Flash<'static, Blocking>;
     const BOARD: &'static str = "NUCLEO-G474RE";
-    // (24.5 + 12.5) cycles of 42.5 MHz a channel (RM0440, section 21.4.16).
+    // (24.5 + 12.5) cycles of 42.5 MHz a channel (RM0440, timing of the converter).
     const SKEW_S: [f32; 2] = [37.0 / 42.5e6, 74.0 / 42.5e6];
     const STORE: u32 = FLASH_ADDRESS - FLASH_BEGIN;
 

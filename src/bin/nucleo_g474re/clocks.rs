@@ -4,7 +4,7 @@ use embassy_stm32::Config;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
 use embassy_stm32::time::Hertz;
 
-/// The crystal X3 of the board (UM2505, section 6.7.1), Hz.
+/// The crystal X3 of the board (UM2505), Hz.
 const CRYSTAL_HZ: u32 = 24_000_000;
 
 /// Clock of the processor and of the timers: 24/6 · 85/2 MHz.
