@@ -5,7 +5,7 @@
 //! the next start finds the old block or the new one, whole.** `tests/core/store.rs` cuts at every write and erase.
 //!
 //! # Flash with check bits
-//! The STM32G4 stores 8 check bits with every 64 (RM0440, section 3.3.3). A word that is written twice, or whose writing
+//! The STM32G4 stores 8 check bits with every 64 (RM0440, section 3.3.2). A word that is written twice, or whose writing
 //! was cut, may not be readable: the processor then gets a non-maskable interrupt instead of an error. The board's handler
 //! clears the flag and returns, the bytes read are arbitrary, and the CRC rejects them; or, as on the test's model, the
 //! read fails and the slot counts as unreadable. No word is ever written twice between erasures.

@@ -1,4 +1,4 @@
-//! The first serial port of the machine, a CMSDK APB UART (Arm DDI 0479, chapter 4.3), by polling.
+//! The first serial port of the machine, a CMSDK APB UART (Arm DDI 0479), by polling.
 #![allow(unsafe_code)]
 
 use core::ptr;

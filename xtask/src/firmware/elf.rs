@@ -44,7 +44,7 @@ impl Image {
                 }
             }
         }
-        // Mapping symbols: where code ($t) and data ($d) begin (Arm ELF for the Arm architecture, section 5.5.5).
+        // Mapping symbols: where code ($t) and data ($d) begin (ELF for the Arm architecture, mapping symbols).
         let mut maps: BTreeMap<u32, bool> = BTreeMap::new();
         let mut symbols = BTreeMap::new();
         let mut functions = BTreeMap::new();

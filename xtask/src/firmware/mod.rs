@@ -8,7 +8,7 @@
 //! - every call through a pointer that can be reached is listed in [`report::INDIRECT`] with what it can call; one that is
 //!   not, recursion, and a stack pointer moved by a register are errors, not guesses;
 //! - what a function takes from the stack is the sum of all that it ever takes, on whatever path: never too little;
-//! - all interrupts nest, each once, with the 108 bytes that the processor saves (Arm DDI 0403, section B1.5.7);
+//! - all interrupts nest, each once, with the 108 bytes that the processor saves (Arm DDI 0403, chapter B1.5);
 //! - a panic restarts the processor: what it takes from the stack until then is not counted.
 
 pub mod code;
