@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::words;
 use crate::compare::{Comparison, compare};
-use crate::diagnose::{Options, diagnose};
+use crate::diagnose::{Options, Progress, diagnose};
 use crate::error::Result;
 use crate::identify::{self, Identification, Method, Settings};
 use crate::model::{Kind, Origin};
@@ -94,8 +94,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     say("\n5. Which effect of the catalogue is missing:\n")?;
     let options = Options { settings: Settings::new(Kind::Universal), exclude: Vec::new(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
-    let diagnosis = diagnose(&training, &options, &mut |what| {
-        bar.set_message(what.to_owned());
+    let diagnosis = diagnose(&training, &options, &mut |at| {
+        if let Progress::Doing(what) = at {
+            bar.set_message(what.to_owned());
+        }
         bar.inc(1);
     })?;
     bar.finish_and_clear();

@@ -1,16 +1,21 @@
 //! Effects found one after the other, each judged on data held out, with a look back at every step.
 
+use std::collections::BTreeMap;
+
 use greyrig::effects::Description;
 
+use super::Progress;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::decoys;
 use super::lead::{self, Lead};
 use super::screening::{self, Promise};
+use super::shape::{self, Shape};
 use crate::error::Result;
 use crate::experiment::Experiment;
-use crate::identify::equation_error::EquationError;
+use crate::identify::equation_error::{Balance, EquationError};
+use crate::identify::intervals_of;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
@@ -169,7 +174,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(&str)) -> Result<Ladder> {
+    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Ladder> {
         let mut fit = base.clone();
         let mut found: Vec<&'static str> = Vec::new();
         let mut steps = Vec::new();
@@ -229,14 +234,28 @@ impl<'a> Climb<'a> {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
+    /// The shape of what is left in the balance that lacks more.
+    pub fn shape(&self, ladder: &Ladder) -> Option<Shape> {
+        let balance =
+            if ladder.after.electrical > ladder.after.mechanical { Balance::Voltage } else { Balance::Torque };
+        shape::of(&ladder.fit, &self.problem, balance)
+    }
+
+    /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+        intervals_of(fit, &self.blocks)
+    }
+
     fn held_out(&self, fit: &Refined) -> HeldOut {
         held_out(fit, self.problem.groups(), &self.blocks)
     }
 
-    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(&str)) -> Result<Step> {
+    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Step> {
         let before = self.held_out(fit);
-        progress("screening");
+        progress(Progress::Doing("screening"));
         let promises = self.screen(fit);
+        let ranking: Vec<(&'static str, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
+        progress(Progress::Ranking(&ranking));
         let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
         let decoys = decoys::tried(
             fit,
@@ -257,7 +276,7 @@ impl<'a> Climb<'a> {
         let mut tried = Vec::new();
         for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
             output::check_interrupt()?;
-            progress(promise.id);
+            progress(Progress::Doing(promise.id));
             let refined = minimise(&promise.space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
@@ -280,13 +299,7 @@ impl<'a> Climb<'a> {
             tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
         }
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Ok(Step {
-            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
-            tried,
-            winner: None,
-            decoy_gain,
-            decoys: accepted,
-        })
+        Ok(Step { promises: ranking, tried, winner: None, decoy_gain, decoys: accepted })
     }
 
     /// Drops effects that the later ones have made superfluous.
@@ -294,11 +307,11 @@ impl<'a> Climb<'a> {
         &self,
         fit: &mut Refined,
         found: &mut Vec<&'static str>,
-        progress: &mut dyn FnMut(&str),
+        progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
-            progress(found[k]);
+            progress(Progress::Doing(found[k]));
             let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
             if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
                 found.remove(k);
@@ -316,7 +329,7 @@ impl<'a> Climb<'a> {
         fit: &Refined,
         found: &[&'static str],
         steps: &[Step],
-        progress: &mut dyn FnMut(&str),
+        progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Vec<Vec<&'static str>>> {
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
@@ -330,7 +343,7 @@ impl<'a> Climb<'a> {
                 t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
             });
             for rival in rivals_here {
-                progress(rival.id);
+                progress(Progress::Doing(rival.id));
                 let swapped = if found.len() == 1 {
                     rival.fit.clone()
                 } else {
