@@ -46,7 +46,13 @@ const SAME_ERROR: f64 = 0.04;
 const RIVAL_SHARE: f64 = 0.5;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 pub const SMALLEST_SHARE: f64 = 0.02;
-/// How hard each candidate is fitted.
+/// How hard a model is fitted before candidates are tried on it.
+const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4 };
+/// How hard each candidate is fitted at first.
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2 };
+/// A candidate that then gains less than this share of what the best one gains is not fitted any further.
+const WORTH_FINISHING: f64 = 0.3;
+/// How hard the others are.
 const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
 
 /// Why a candidate does not count.
@@ -149,13 +155,14 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit(&self, space: &Space) -> Result<Refined> {
-        minimise(space, &self.problem, Effort { steps: 15, tolerance: 1e-4 }, None, &mut || ())
+        minimise(space, &self.problem, THOROUGH, None, &mut || ())
     }
 
     /// Screens all candidates at the fit of a model: a first ranking.
     pub fn screen(&self, fit: &Refined) -> Vec<Promise> {
-        let left: Vec<&'static Description> =
-            self.candidates.iter().copied().filter(|d| !fit.space.effects().contains(&d.id)).collect();
+        // A second member of a class would only lend the first one another form.
+        let present = |d: &&Description| fit.space.effects().iter().any(|id| classes::same(id, d.id));
+        let left: Vec<&'static Description> = self.candidates.iter().copied().filter(|d| !present(d)).collect();
         let scales = Scales::of(&fit.space, self.experiments);
         screening::screen(fit, &self.problem, &scales, &left)
     }
@@ -186,7 +193,8 @@ impl<'a> Climb<'a> {
             steps.push(step);
             let Some((id, next)) = winner else { break };
             found.push(id);
-            fit = next;
+            // To its end, or the next candidates would be praised for what more steps alone bring.
+            fit = minimise(&next.space, &self.problem, THOROUGH, Some(next.rms), &mut || ())?;
         }
         self.look_back(&mut fit, &mut found, progress)?;
         let rivals = self.rivals(&fit, &found, &steps, progress)?;
@@ -273,11 +281,23 @@ impl<'a> Climb<'a> {
         });
         let accepted = [decoys.len(), accepted.count()];
         let best = promises.first().map_or(0.0, |p| p.gain);
-        let mut tried = Vec::new();
+        let mut begun = Vec::new();
         for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
             output::check_interrupt()?;
             progress(Progress::Doing(promise.id));
-            let refined = minimise(&promise.space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            let refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let gain = before.log_error() - self.held_out(&refined).log_error();
+            begun.push((promise, refined, gain));
+        }
+        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
+        let mut tried = Vec::new();
+        for (promise, refined, gain) in begun {
+            output::check_interrupt()?;
+            let refined = if gain > WORTH_FINISHING * most {
+                minimise(&refined.space, &self.problem, EFFORT, Some(refined.rms), &mut || ())?
+            } else {
+                refined
+            };
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
