@@ -2,7 +2,7 @@
 //!
 //! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]), the model
 //! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), and one tick of 100 µs that does it all
-//! ([`tick`]: the page to read first).
+//! ([`tick`]: the page to read first). What is left over goes to the [`detector`].
 #![no_std]
 
 pub mod scalar;
@@ -18,3 +18,5 @@ pub mod butterworth;
 pub mod term;
 
 pub mod tick;
+
+pub mod detector;

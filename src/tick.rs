@@ -21,6 +21,8 @@ pub struct Output {
     pub measured: State<f32>,
     /// Modelled and filtered current (A) and speed (rad/s).
     pub modelled: State<f32>,
+    /// How far the correction is within what it has been trained on: 1 inside, 0 far outside; 1 without a correction.
+    pub validity: f32,
 }
 
 impl Output {
@@ -102,6 +104,7 @@ impl Tick {
         Output {
             measured: self.measured.process(&self.filter, measured),
             modelled: self.modelled.process(&self.filter, modelled),
+            validity: 1.0,
         }
     }
 }
