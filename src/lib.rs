@@ -1,8 +1,8 @@
 //! The core of the rig: the model that the microcontroller, the emulator and the host tool share, bit for bit.
 //!
 //! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]), the model
-//! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), the learned correction ([`anfis`]), and one tick of 100 µs that does it all
-//! ([`tick`]: the page to read first).
+//! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), the learned correction ([`anfis`]), and one
+//! tick of 100 µs that does it all ([`tick`]: the page to read first).
 #![no_std]
 
 pub mod scalar;

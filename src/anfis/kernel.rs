@@ -23,10 +23,7 @@ use crate::scalar::Scalar;
 
 /// Half the width of the trained box in the units that the network computes in: 2^24, so that an `f32` inside the box keeps
 /// all its digits as an integer, and one saturating instruction clamps it.
-pub const BOX: f64 = 16_777_216.0;
-
-/// Reciprocal memberships end here: 2^32. A membership below 2^-32 counts as 2^-32.
-pub const FARTHEST: f64 = 4_294_967_296.0;
+pub(super) const BOX: f64 = 16_777_216.0;
 
 /// Largest error of the polynomial for log2 in `f32`, rounding included.
 pub const LOG2_ERROR: f64 = 5.8e-6;
@@ -37,11 +34,11 @@ pub const EXP2_ERROR: f64 = 2.8e-6;
 pub trait Kernel: Scalar {
     /// What 1 in the exponent of 2 is, as [`Kernel::exp2`] wants it: 2^23 in `f32`.
     const EXPONENT: f64;
-    /// The nearest number within ±[`BOX`]; NaN becomes 0, which the caller has to notice.
+    /// The nearest number within ±2^24; NaN becomes 0, which the caller has to notice.
     fn saturate(self) -> Self;
     /// log2 v of v ≥ 0; for 0 some number below −126.
     fn log2(self) -> Self;
-    /// 2^p of p times [`Kernel::EXPONENT`], within 1/[`FARTHEST`] to [`FARTHEST`].
+    /// 2^(p/[`Kernel::EXPONENT`]), within 2^-32 to 2^32.
     fn exp2(self) -> Self;
 }
 

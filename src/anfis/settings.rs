@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::kernel::{BOX, Kernel};
-use super::network::{Anfis, Consequent, Exponent, Member};
+use super::network::{Anfis, Consequent, Exponent, Member, differences};
 
 /// Farthest that a point of the trained box may lie from the centre of a membership function, in widths a: there
 /// the bell with b = 2 has fallen to 2^-32.
@@ -135,16 +135,30 @@ impl<const N: usize, const M: usize, const RULES: usize> Settings<N, M, RULES> {
                 };
             }
         }
-        let mut consequents = [Consequent { constant: S::ZERO, slopes: [S::ZERO; N] }; RULES];
-        for (index, consequent) in consequents.iter_mut().enumerate() {
+        let mut constants = self.constants;
+        for (index, constant) in constants.iter_mut().enumerate() {
             let slopes = &self.slopes[index];
             check(slopes.iter().all(|p| finite(*p)), "slopes", index, "finite")?;
-            check(finite(self.constants[index]), "constants", index, "finite")?;
-            let at_centre = slopes.iter().zip(&centre).fold(self.constants[index], |sum, (p, c)| sum + p * c);
-            consequent.constant = S::constant(at_centre);
-            for (slope, (p, half)) in consequent.slopes.iter_mut().zip(slopes.iter().zip(&half)) {
-                *slope = S::constant(p * half / BOX);
+            check(finite(*constant), "constants", index, "finite")?;
+            // At the centre of the box.
+            *constant = slopes.iter().zip(&centre).fold(*constant, |sum, (p, c)| sum + p * c);
+        }
+        let mut consequents = [Consequent { constant: S::ZERO, slopes: [S::ZERO; N] }; RULES];
+        let coded = |mut values: [f64; RULES]| {
+            if self.firing == Firing::Product {
+                differences(&mut values, M);
             }
+            values
+        };
+        for (consequent, constant) in consequents.iter_mut().zip(coded(constants)) {
+            consequent.constant = S::constant(constant);
+        }
+        for (index, half) in half.iter().enumerate() {
+            for (consequent, slope) in consequents.iter_mut().zip(coded(self.slopes.map(|slopes| slopes[index]))) {
+                consequent.slopes[index] = S::constant(slope * half / BOX);
+            }
+        }
+        for (index, consequent) in consequents.iter().enumerate() {
             let finite_in_box = consequent.constant.is_finite() && consequent.slopes.iter().all(|p| p.is_finite());
             check(finite_in_box, "slopes", index, "such that the rule's output is finite in the box")?;
         }
