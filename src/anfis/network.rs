@@ -83,10 +83,9 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
         let each = |inverse: fn(S, &Member<S>) -> S| {
             let mut d = [[S::ZERO; M]; N];
             for i in 0..N {
-                for j in 0..M {
-                    let member = &self.members[i][j];
+                for (d, member) in d[i].iter_mut().zip(&self.members[i]) {
                     let z = member.offset + u[i] * member.scale;
-                    d[i][j] = inverse(z * z, member);
+                    *d = inverse(z * z, member);
                 }
             }
             d
