@@ -1,5 +1,6 @@
 //! Tests of the core against independent references.
 
+mod anfis;
 mod butterworth;
 mod butterworth_arithmetic;
 mod effects;

@@ -1,6 +1,7 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
 pub mod add;
+pub mod anfis;
 pub mod challenge;
 pub mod compare;
 pub mod completions;
@@ -47,6 +48,8 @@ pub enum Command {
     Challenge(challenge::Args),
     /// The recording that would best tell rival effects apart.
     Plan(plan::Args),
+    /// Train a fuzzy network (ANFIS) on any table.
+    Anfis(anfis::Args),
     /// The catalogue of physical effects, explained.
     Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
@@ -71,6 +74,7 @@ impl Command {
             Self::Diagnose(args) => diagnose::run(args),
             Self::Challenge(args) => challenge::run(args),
             Self::Plan(args) => plan::run(args),
+            Self::Anfis(args) => anfis::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),

@@ -2,6 +2,7 @@
 
 use core::hint::black_box;
 
+use greyrig::anfis::{Firing, Shape};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;
@@ -47,6 +48,16 @@ pub fn all(counter: &mut impl Counter) {
             black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
         });
     }
+    for (name, shape, b) in scenarios::ANFIS {
+        let Some(network) = scenarios::anfis(shape, b, Firing::Product) else { return };
+        counter.count(name, network, |network| {
+            black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));
+        });
+    }
+    let Some(network) = scenarios::anfis(Shape::Bell, None, Firing::Minimum) else { return };
+    counter.count("anfis_minimum", network, |network| {
+        black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));
+    });
     counter.count("exp_f32", (), |()| {
         black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));
     });
