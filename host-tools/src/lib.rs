@@ -7,6 +7,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod experiment;
+pub mod hybrid;
 pub mod identify;
 pub mod mains;
 pub mod model;

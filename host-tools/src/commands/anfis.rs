@@ -96,10 +96,11 @@ struct Fit {
     json: bool,
 }
 
+/// Exponent of the bells, if it is fixed.
 #[derive(Debug, Clone, Copy)]
-struct Bell(Option<f64>);
+pub(super) struct Bell(pub(super) Option<f64>);
 
-fn parse_bell(text: &str) -> std::result::Result<Bell, String> {
+pub(super) fn parse_bell(text: &str) -> std::result::Result<Bell, String> {
     match text {
         "free" => Ok(Bell(None)),
         "1" => Ok(Bell(Some(1.0))),
@@ -197,7 +198,7 @@ fn columns(table: &Named) -> String {
 }
 
 /// What is to be known before the network is used.
-fn notes(trained: &Trained) -> Vec<String> {
+pub(super) fn notes(trained: &Trained) -> Vec<String> {
     let mut notes = Vec::new();
     let pruned = trained.support.iter().filter(|s| s.pruned).count();
     let weak = trained.support.iter().filter(|s| s.largest < 0.01 && !s.pruned).count();

@@ -13,6 +13,7 @@ pub mod identify;
 mod input;
 pub mod plan;
 pub mod simulate;
+mod train;
 mod words;
 
 use std::ffi::OsString;
@@ -48,6 +49,8 @@ pub enum Command {
     Challenge(challenge::Args),
     /// The recording that would best tell rival effects apart.
     Plan(plan::Args),
+    /// Learn a correction of what the model leaves over.
+    Train(train::Args),
     /// Train a fuzzy network (ANFIS) on any table.
     Anfis(anfis::Args),
     /// The catalogue of physical effects, explained.
@@ -74,6 +77,7 @@ impl Command {
             Self::Diagnose(args) => diagnose::run(args),
             Self::Challenge(args) => challenge::run(args),
             Self::Plan(args) => plan::run(args),
+            Self::Train(args) => train::run(args),
             Self::Anfis(args) => anfis::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),

@@ -657,6 +657,8 @@ fn report(
         parameters: stored(&|name| BASE_PARAMETERS.contains(&name)),
         effects,
         terms,
+        correction: None,
+        detector: None,
         provenance: Provenance {
             greyrig: env!("CARGO_PKG_VERSION").to_owned(),
             method: method.to_owned(),
