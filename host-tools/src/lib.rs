@@ -11,6 +11,7 @@ pub mod hybrid;
 pub mod identify;
 pub mod mains;
 pub mod model;
+pub mod monitor;
 pub mod noise;
 pub mod output;
 pub mod plan;

@@ -205,6 +205,8 @@ pub struct DetectorEntry {
     pub nominal_voltage: f64,
     /// Least voltage that is judged, as a share of the nominal one.
     pub least_voltage: f64,
+    /// Highest voltage that is judged, likewise.
+    pub most_voltage: f64,
     /// Least speed that is judged, rad/s.
     pub least_speed: f64,
     /// Time after the start that is not judged, s.
@@ -217,14 +219,21 @@ pub struct DetectorEntry {
     pub speed: f64,
     /// Largest current above 1 kHz, A.
     pub sparking: f64,
+    /// Largest abrupt change of the current's deviation, 1.
+    pub current_jump: f64,
+    /// Largest abrupt change of the speed's deviation, 1.
+    pub speed_jump: f64,
     /// Mean and half-width of the current's deviation, 1.
     pub current_deviation: [f64; 2],
     /// Mean and half-width of the speed's deviation, 1.
     pub speed_deviation: [f64; 2],
     /// Healthy runs that they come from.
     pub runs: usize,
-    /// Share of healthy motors that a limit is to hold, and the confidence in that.
+    /// Share of healthy motors that all limits are to hold, and the confidence in that.
     pub holds: [f64; 2],
+    /// Temperatures at which they were learnt, °C, if the runs told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<[f64; 2]>,
 }
 
 /// Where the model comes from.

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! Output of a tick ──► sums over a period of the mains ──► features ─┬─► fast: error of current, speed; sparking
-//! raw current ─► above 1 kHz ─┘                                      └─► cumulative: deviation of current, speed
+//! raw current ─► above 1 kHz ─┘                                      ├─► fast: abrupt change of the deviations
+//!                                                                    └─► cumulative: deviation of current, speed
 //! ```
 //! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
 //! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
@@ -11,6 +12,7 @@ mod cumulative;
 mod fast;
 mod features;
 mod isolation;
+mod jump;
 mod period;
 
 use core::fmt;
@@ -19,6 +21,7 @@ pub use cumulative::{Cumulative, THRESHOLD, Tolerance};
 pub use fast::{CONFIRM, Fast, RELEASE};
 pub use features::{Features, Point, Sums};
 pub use isolation::{Kind, locate};
+pub use jump::{Jump, PAST};
 pub use period::PeriodClock;
 
 use crate::butterworth::HighPass;
@@ -40,6 +43,10 @@ pub struct Limits {
     pub speed: f32,
     /// Largest current above 1 kHz, A.
     pub sparking: f32,
+    /// Largest abrupt change of the current's deviation, 1.
+    pub current_jump: f32,
+    /// Largest abrupt change of the speed's deviation, 1.
+    pub speed_jump: f32,
     /// Mean and half-width of the current's deviation, 1.
     pub current_deviation: [f32; 2],
     /// Mean and half-width of the speed's deviation, 1.
@@ -55,6 +62,8 @@ pub struct Settings {
     pub nominal_voltage: f32,
     /// Least voltage that is judged, as a share of the nominal one.
     pub least_voltage: f32,
+    /// Highest voltage that is judged, as a share of the nominal one.
+    pub most_voltage: f32,
     /// Least speed that is judged, rad/s.
     pub least_speed: f32,
     /// Time after the start that is not judged, s.
@@ -100,6 +109,10 @@ pub enum Cause {
     SpeedError,
     /// Noise of the current above 1 kHz.
     Sparking,
+    /// The current has changed abruptly against the model.
+    CurrentJump,
+    /// The speed has changed abruptly against the model.
+    SpeedJump,
     /// The current deviates for a long time.
     CurrentDeviation,
     /// The speed deviates for a long time.
@@ -113,6 +126,8 @@ impl Cause {
             Self::CurrentError => "error of the current",
             Self::SpeedError => "error of the speed",
             Self::Sparking => "current above 1 kHz",
+            Self::CurrentJump => "abrupt change of the current",
+            Self::SpeedJump => "abrupt change of the speed",
             Self::CurrentDeviation => "steady deviation of the current",
             Self::SpeedDeviation => "steady deviation of the speed",
         }
@@ -135,6 +150,8 @@ pub struct Alarm {
 pub struct Period {
     /// Its features.
     pub features: Features,
+    /// Abrupt changes of the deviations of current and speed.
+    pub jumps: [f32; 2],
     /// Whether it was judged.
     pub judged: bool,
     /// What calls at its end.
@@ -159,7 +176,8 @@ pub struct Detector {
     clock: PeriodClock,
     high_pass: HighPass,
     sums: Sums,
-    watches: [Fast; 3],
+    watches: [Fast; 5],
+    jumps: [Jump; 2],
     deviations: [Cumulative; 2],
     started: bool,
     blank: u32,
@@ -181,11 +199,19 @@ impl Settings {
         if !(self.nominal_voltage.is_finite() && self.nominal_voltage > 0.0) {
             return Err(SettingsError::Voltage);
         }
-        if ![self.least_voltage, self.least_speed, self.blanking_s].into_iter().all(from_zero) {
+        if ![self.least_voltage, self.most_voltage, self.least_speed, self.blanking_s].into_iter().all(from_zero) {
             return Err(SettingsError::Negative);
         }
         let l = self.limits;
-        let widths = [l.current, l.speed, l.sparking, l.current_deviation[1], l.speed_deviation[1]];
+        let widths = [
+            l.current,
+            l.speed,
+            l.sparking,
+            l.current_jump,
+            l.speed_jump,
+            l.current_deviation[1],
+            l.speed_deviation[1],
+        ];
         if !widths.into_iter().all(from_zero)
             || !l.current_deviation[0].is_finite()
             || !l.speed_deviation[0].is_finite()
@@ -197,7 +223,8 @@ impl Settings {
             clock: PeriodClock::new(self.sample_rate_hz, self.nominal_voltage),
             high_pass,
             sums: Sums::default(),
-            watches: [Fast::new(l.current), Fast::new(l.speed), Fast::new(l.sparking)],
+            watches: [l.current, l.speed, l.sparking, l.current_jump, l.speed_jump].map(Fast::new),
+            jumps: [Jump::default(); 2],
             deviations: [tolerance(l.current_deviation), tolerance(l.speed_deviation)],
             started: false,
             blank: (self.blanking_s * self.sample_rate_hz) as u32,
@@ -236,39 +263,54 @@ impl Detector {
         let s = &self.settings;
         let judged = self.blank == 0
             && features.voltage_rms >= s.least_voltage * s.nominal_voltage
+            && features.voltage_rms <= s.most_voltage * s.nominal_voltage
             && features.speed_mean.abs() >= s.least_speed
             && features.validity >= LEAST_VALIDITY;
         if !judged {
-            return Period { features, judged, alarm: None };
+            self.jumps.iter_mut().for_each(Jump::reset);
+            return Period { features, jumps: [0.0; 2], judged, alarm: None };
         }
         self.judged += 1;
-        let alarm = self.watch(&features);
+        let jumps =
+            [self.jumps[0].process(features.current_deviation), self.jumps[1].process(features.speed_deviation)];
+        let alarm = self.watch(&features, jumps);
         if self.latched.is_none_or(|l| alarm.is_some_and(|a| a.ratio > l.ratio)) {
             self.latched = alarm.or(self.latched);
         }
-        Period { features, judged, alarm }
+        Period { features, jumps, judged, alarm }
     }
 
-    fn watch(&mut self, f: &Features) -> Option<Alarm> {
-        let kind = locate(
-            self.deviations[0].in_tolerances(f.current_deviation),
-            self.deviations[1].in_tolerances(f.speed_deviation),
-        );
+    fn watch(&mut self, f: &Features, jumps: [f32; 2]) -> Option<Alarm> {
         let called = [
             (Cause::CurrentError, self.watches[0].process(f.current)),
             (Cause::SpeedError, self.watches[1].process(f.speed)),
             (Cause::Sparking, self.watches[2].process(f.sparking)),
+            (Cause::CurrentJump, self.watches[3].process(jumps[0].abs())),
+            (Cause::SpeedJump, self.watches[4].process(jumps[1].abs())),
             (Cause::CurrentDeviation, self.deviations[0].process(f.current_deviation).map(f32::abs)),
             (Cause::SpeedDeviation, self.deviations[1].process(f.speed_deviation).map(f32::abs)),
         ];
-        let sparks = called[2].1.is_some();
+        let jumped = called[3].1.is_some() || called[4].1.is_some();
+        let kind = if jumped {
+            locate(jumps[0], jumps[1])
+        } else {
+            locate(
+                self.deviations[0].in_tolerances(f.current_deviation),
+                self.deviations[1].in_tolerances(f.speed_deviation),
+            )
+        };
         let mut strongest: Option<Alarm> = None;
         for (cause, ratio) in called {
             let Some(ratio) = ratio else { continue };
-            let kind = if sparks { Kind::Electrical } else { kind };
             if strongest.is_none_or(|s| ratio > s.ratio) {
                 strongest = Some(Alarm { cause, kind, ratio });
             }
+        }
+        // Sparks take voltage, which moves current and speed, too, and more.
+        if called[2].1.is_some()
+            && let Some(alarm) = &mut strongest
+        {
+            *alarm = Alarm { cause: Cause::Sparking, kind: Kind::Electrical, ..*alarm };
         }
         strongest
     }

@@ -2,6 +2,7 @@
 
 pub mod add;
 pub mod anfis;
+pub mod calibrate;
 pub mod challenge;
 pub mod compare;
 pub mod completions;
@@ -11,9 +12,10 @@ pub mod diagnose;
 pub mod effects;
 pub mod identify;
 mod input;
+pub mod monitor;
 pub mod plan;
 pub mod simulate;
-mod train;
+pub mod train;
 mod words;
 
 use std::ffi::OsString;
@@ -51,6 +53,10 @@ pub enum Command {
     Plan(plan::Args),
     /// Learn a correction of what the model leaves over.
     Train(train::Args),
+    /// Learn the detector's limits from runs of healthy motors.
+    Calibrate(calibrate::Args),
+    /// Judge motors: alarms, and a verdict.
+    Monitor(monitor::Args),
     /// Train a fuzzy network (ANFIS) on any table.
     Anfis(anfis::Args),
     /// The catalogue of physical effects, explained.
@@ -78,6 +84,8 @@ impl Command {
             Self::Challenge(args) => challenge::run(args),
             Self::Plan(args) => plan::run(args),
             Self::Train(args) => train::run(args),
+            Self::Calibrate(args) => calibrate::run(args),
+            Self::Monitor(args) => monitor::run(args),
             Self::Anfis(args) => anfis::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),

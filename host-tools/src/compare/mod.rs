@@ -140,7 +140,7 @@ fn require(model: &Model, e: &Experiment) -> Result<()> {
 }
 
 /// A recording that says which motor type it is of has to be of the model's.
-fn same_type(model: &Model, recording: &Recording) -> Result<()> {
+pub(crate) fn same_type(model: &Model, recording: &Recording) -> Result<()> {
     match (&model.motor, recording.metadata.get("motor")) {
         (Some(expected), Some(found)) if expected != found => Err(Error::input(
             Place::file(&recording.path),
