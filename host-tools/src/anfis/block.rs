@@ -10,19 +10,19 @@ use super::net::{Net, Scale};
 pub const BLOCK: usize = 128;
 
 /// A column of an array.
-#[inline]
+#[inline(always)]
 pub fn column(values: &[f64], index: usize, rows: usize) -> &[f64] {
     &values[index * BLOCK..][..rows]
 }
 
 /// A column of an array, to be changed.
-#[inline]
+#[inline(always)]
 pub fn column_mut(values: &mut [f64], index: usize, rows: usize) -> &mut [f64] {
     &mut values[index * BLOCK..][..rows]
 }
 
 /// out = a b, element by element.
-#[inline]
+#[inline(always)]
 pub fn multiply(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = a * b;
@@ -30,7 +30,7 @@ pub fn multiply(out: &mut [f64], a: &[f64], b: &[f64]) {
 }
 
 /// out = out + a b, element by element.
-#[inline]
+#[inline(always)]
 pub fn multiply_add(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out += a * b;
@@ -38,7 +38,7 @@ pub fn multiply_add(out: &mut [f64], a: &[f64], b: &[f64]) {
 }
 
 /// Scalar product, as eight sums side by side.
-#[inline]
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a8, a_rest) = a.as_chunks::<8>();
@@ -89,6 +89,7 @@ impl Block {
     }
 
     /// Takes rows from a chunk, which has so many columns of so many rows.
+    #[inline(always)]
     pub fn load(&mut self, chunk: &[f64], start: usize, scales: &[Scale]) {
         let height = chunk.len() / (scales.len() + 1);
         self.rows = (height - start).min(BLOCK);
@@ -102,6 +103,7 @@ impl Block {
     }
 
     /// Layers 1 and 3.
+    #[inline(always)]
     pub fn memberships(&mut self, net: &Net) {
         let rows = self.rows;
         for (k, p) in net.premise.iter().enumerate() {
@@ -157,6 +159,7 @@ impl Block {
     }
 
     /// Normalised firing strength of every rule.
+    #[inline(always)]
     pub fn strengths(&self, net: &Net, out: &mut [f64]) {
         let (rows, rules, m) = (self.rows, net.rules(), net.functions);
         match net.firing {
@@ -182,6 +185,7 @@ impl Block {
 }
 
 /// Products of one column of each factor, the last factor's columns varying fastest. `out` has space for all.
+#[inline(always)]
 pub fn products<'a>(
     factors: usize,
     columns: usize,

@@ -17,6 +17,7 @@ const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// ln of positive normal numbers: e ln 2 + 2 artanh((m − 1)/(m + 1)), the series up to s^19 with |s| < 0.172.
+#[inline(always)]
 pub fn ln(values: &mut [f64]) {
     for v in values {
         let bits = v.to_bits();
@@ -31,6 +32,7 @@ pub fn ln(values: &mut [f64]) {
 }
 
 /// e^x of numbers within ±700: 2^n e^r, the series up to r^12 with |r| < 0.347.
+#[inline(always)]
 pub fn exp(values: &mut [f64]) {
     for v in values {
         let rounded = *v * LOG2_E + ROUND;

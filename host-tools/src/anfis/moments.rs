@@ -66,6 +66,7 @@ pub fn add_product(c: &mut DMatrix<f64>, a: &[f64], b: &[f64], rows: usize) {
 }
 
 /// The columns of A: every strength times every input, and times 1.
+#[inline(always)]
 pub fn design(net: &Net, block: &Block, strengths: &[f64], out: &mut [f64]) {
     let rows = block.rows;
     for rule in 0..net.rules() {
@@ -170,6 +171,7 @@ impl Sum for Factors<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut FactorSpace, block: &Block) {
         let (n, m, rows) = (self.net.inputs, self.net.functions, block.rows);
         let count = self.pairs.len();
@@ -214,6 +216,7 @@ impl Sum for Factors<'_> {
 }
 
 /// Every column of a times every column of b, those of b varying fastest.
+#[inline(always)]
 fn cross(out: &mut [f64], a: &[f64], a_columns: usize, b: &[f64], b_columns: usize, rows: usize) {
     for i in 0..a_columns {
         for j in 0..b_columns {
@@ -246,6 +249,7 @@ impl Sum for Plain<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut PlainSpace, block: &Block) {
         block.strengths(self.net, &mut space.strengths);
         design(self.net, block, &space.strengths, &mut space.design);

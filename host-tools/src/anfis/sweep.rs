@@ -111,6 +111,7 @@ impl Sum for Residuals<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut Space, block: &Block) {
         let (net, rows) = (self.net, block.rows);
         rule_outputs(net, block, &mut space.rules);
@@ -148,6 +149,7 @@ impl Sum for Residuals<'_> {
 
 impl Residuals<'_> {
     /// The output, in `summed[0]`, and ∂o/∂ ln μ in `alone`.
+    #[inline(always)]
     fn product(&self, space: &mut Space, block: &Block) {
         let (net, m, rows) = (self.net, self.net.functions, block.rows);
         let nu = |i: usize, j: usize| column(&block.nu, i * m + j, rows);
@@ -182,6 +184,7 @@ impl Residuals<'_> {
     }
 
     /// The same for the minimum, whose derivative is that of the smallest membership.
+    #[inline(always)]
     fn minimum(&self, space: &mut Space, block: &Block) {
         let (net, m, rows) = (self.net, self.net.functions, block.rows);
         block.strengths(net, &mut space.strengths);
@@ -209,6 +212,7 @@ impl Residuals<'_> {
         }
     }
 
+    #[inline(always)]
     fn jacobian(&self, space: &mut Space, block: &Block) {
         let (net, rows) = (self.net, block.rows);
         let width = parameters(net, self.free);
@@ -235,6 +239,7 @@ impl Residuals<'_> {
 }
 
 /// The linear functions of all rules.
+#[inline(always)]
 fn rule_outputs(net: &Net, block: &Block, out: &mut [f64]) {
     let rows = block.rows;
     for (rule, p) in net.consequents.chunks(net.inputs + 1).enumerate() {
