@@ -139,13 +139,18 @@ impl<'a> Factors<'a> {
                 place * self.pairs.len() + pair(m, self.net.function_of(rule, i), self.net.function_of(other, i))
             })
         };
-        Moments {
-            gram: DMatrix::from_fn(columns, columns, |a, b| {
-                let (rule, other) = (a / width, b / width);
+        let mut all = DMatrix::zeros(columns, columns);
+        for rule in 0..self.net.rules() {
+            for other in 0..self.net.rules() {
                 let row = place(rule, other, 0..self.head);
-                let column = place(rule, other, self.head..n) * self.monomials.len();
-                gram[(row, column + pair(width, a % width, b % width))]
-            }),
+                let start = place(rule, other, self.head..n) * self.monomials.len();
+                for (a, b) in (0..width).flat_map(|a| (0..width).map(move |b| (a, b))) {
+                    all[(rule * width + a, other * width + b)] = gram[(row, start + pair(width, a, b))];
+                }
+            }
+        }
+        Moments {
+            gram: all,
             rhs: DVector::from_fn(columns, |a, _| {
                 let rule = a / width;
                 rhs[(rule / tails, rule % tails * width + a % width)]

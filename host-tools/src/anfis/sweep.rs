@@ -54,7 +54,7 @@ pub fn sweep(workers: &Workers, net: &Net, free: bool, table: &Table, scales: &[
     let free = free && net.shape == Shape::Bell;
     let sums = fold(workers, net, free && want > Want::Error, table, scales, &Residuals { net, free, want })?;
     let premises = net.premise.len() * parameters(net, free);
-    let rows = |k: usize| if premises > 0 { sums[k].len() / premises } else { 0 };
+    let rows = |k: usize| sums[k].len() / premises;
     Ok(Sweep {
         squared_error: sums[0][0],
         gradient: DVector::from_column_slice(&sums[1]),
@@ -253,8 +253,8 @@ fn rule_outputs(net: &Net, block: &Block, out: &mut [f64]) {
             }
             n => {
                 f.fill(p[n]);
-                for k in 0..n {
-                    f.iter_mut().zip(column(&block.x, k, rows)).for_each(|(f, x)| *f += p[k] * x);
+                for (k, p) in p[..n].iter().enumerate() {
+                    f.iter_mut().zip(column(&block.x, k, rows)).for_each(|(f, x)| *f += p * x);
                 }
             }
         }
