@@ -13,6 +13,7 @@ use greyrig_host::anfis::{Builder, Epoch, Method, Net, Reach, Settings, Stopped,
 use serde_json::Value;
 
 use crate::bad_input::refused;
+use crate::report::assert_well_formed;
 
 fn fit(table: &Table, check: Option<&Table>, settings: &Settings) -> Trained {
     train(table, check, settings, &mut |_| ControlFlow::Continue(())).expect("data that can be trained on")
@@ -395,6 +396,7 @@ fn command_follows_the_interface() {
     for words in ["Learning", "Membership functions of x2, after training", "Response over x1 and x3", "Rules"] {
         assert!(page.contains(words), "{words}");
     }
+    assert_well_formed(&page);
     // The network in the file is the one that was trained.
     let file = File::load(&folder.path().join("net.toml")).expect("a network");
     let net = file.net(Path::new("net.toml")).expect("a full grid");
