@@ -89,18 +89,18 @@ fn five_layers<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M
     for rule in 0..R {
         let mut strength: f64 = 1.0;
         let mut output = s.constants[rule];
-        for i in 0..N {
+        for (i, x) in x.iter().enumerate() {
             let j = rule / M.pow((N - 1 - i) as u32) % M;
             let Premise { a, b, c } = s.premise[i][j];
             let mu = match s.shape {
-                Shape::Bell => 1.0 / (1.0 + ((x[i] - c) / a).abs().powf(2.0 * b)),
-                Shape::Gaussian => (-0.5 * ((x[i] - c) / a).powi(2)).exp(),
+                Shape::Bell => 1.0 / (1.0 + ((x - c) / a).abs().powf(2.0 * b)),
+                Shape::Gaussian => (-0.5 * ((x - c) / a).powi(2)).exp(),
             };
             strength = match s.firing {
                 Firing::Product => strength * mu,
                 Firing::Minimum => strength.min(mu),
             };
-            output += s.slopes[rule][i] * x[i];
+            output += s.slopes[rule][i] * x;
         }
         numerator += strength * output;
         denominator += strength;

@@ -1,5 +1,6 @@
 //! Tests of the host tool, a module per subject.
 
+mod anfis;
 mod bad_input;
 mod browser;
 mod commands;

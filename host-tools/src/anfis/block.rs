@@ -3,22 +3,26 @@
 
 use greyrig::anfis::{Firing, Shape};
 
+use super::elementary;
 use super::net::{Net, Scale};
 
 /// Rows in a block: few enough that a block's columns stay in the cache.
 pub const BLOCK: usize = 128;
 
 /// A column of an array.
+#[inline(always)]
 pub fn column(values: &[f64], index: usize, rows: usize) -> &[f64] {
     &values[index * BLOCK..][..rows]
 }
 
 /// A column of an array, to be changed.
+#[inline(always)]
 pub fn column_mut(values: &mut [f64], index: usize, rows: usize) -> &mut [f64] {
     &mut values[index * BLOCK..][..rows]
 }
 
 /// out = a b, element by element.
+#[inline(always)]
 pub fn multiply(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out = a * b;
@@ -26,6 +30,7 @@ pub fn multiply(out: &mut [f64], a: &[f64], b: &[f64]) {
 }
 
 /// out = out + a b, element by element.
+#[inline(always)]
 pub fn multiply_add(out: &mut [f64], a: &[f64], b: &[f64]) {
     for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
         *out += a * b;
@@ -33,6 +38,7 @@ pub fn multiply_add(out: &mut [f64], a: &[f64], b: &[f64]) {
 }
 
 /// Scalar product, as eight sums side by side.
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a8, a_rest) = a.as_chunks::<8>();
@@ -83,6 +89,7 @@ impl Block {
     }
 
     /// Takes rows from a chunk, which has so many columns of so many rows.
+    #[inline(always)]
     pub fn load(&mut self, chunk: &[f64], start: usize, scales: &[Scale]) {
         let height = chunk.len() / (scales.len() + 1);
         self.rows = (height - start).min(BLOCK);
@@ -96,6 +103,7 @@ impl Block {
     }
 
     /// Layers 1 and 3.
+    #[inline(always)]
     pub fn memberships(&mut self, net: &Net) {
         let rows = self.rows;
         for (k, p) in net.premise.iter().enumerate() {
@@ -104,35 +112,36 @@ impl Block {
             let slope = column_mut(&mut self.slope, k, rows);
             let log = column_mut(&mut self.log, k, rows);
             let inverse = 1.0 / p.a;
-            let z2 = x.iter().map(|x| ((x - p.c) * inverse).powi(2));
-            let each = mu.iter_mut().zip(slope).zip(log).zip(z2);
-            match net.shape {
-                Shape::Bell => {
-                    let b = p.b;
-                    // 1 − μ is formed as t μ, which cancels nothing.
-                    if b == 1.0 || b == 2.0 {
-                        each.for_each(|(((mu, slope), log), z2)| {
-                            let t = if b == 1.0 { z2 } else { z2 * z2 };
-                            *mu = 1.0 / (1.0 + t);
-                            *slope = 2.0 * b * t * *mu;
-                            *log = z2;
-                        });
-                        if self.free {
-                            column_mut(&mut self.log, k, rows).iter_mut().for_each(|z2| *z2 = z2.max(LEAST).ln());
-                        }
-                    } else {
-                        each.for_each(|(((mu, slope), log), z2)| {
-                            *log = z2.max(LEAST).ln();
-                            let t = (b * *log).min(FARTHEST).exp();
-                            *mu = 1.0 / (1.0 + t);
-                            *slope = 2.0 * b * t * *mu;
-                        });
-                    }
+            let squared = |x: &f64| ((x - p.c) * inverse).powi(2);
+            if net.shape == Shape::Gaussian {
+                for ((mu, slope), x) in mu.iter_mut().zip(slope).zip(x) {
+                    *slope = squared(x);
+                    *mu = (-0.5 * *slope).max(-FARTHEST);
                 }
-                Shape::Gaussian => each.for_each(|(((mu, slope), _), z2)| {
-                    *mu = (-0.5 * z2).max(-FARTHEST).exp();
-                    *slope = z2;
-                }),
+                elementary::exp(mu);
+                continue;
+            }
+            let b = p.b;
+            let cheap = b == 1.0 || b == 2.0;
+            if self.free || !cheap {
+                log.iter_mut().zip(x).for_each(|(log, x)| *log = squared(x).max(LEAST));
+                elementary::ln(log);
+            }
+            // t = z^(2b), in the place of μ for now.
+            if cheap {
+                mu.iter_mut().zip(x).for_each(|(mu, x)| *mu = squared(x));
+                if b == 2.0 {
+                    mu.iter_mut().for_each(|mu| *mu *= *mu);
+                }
+            } else {
+                mu.iter_mut().zip(&*log).for_each(|(mu, log)| *mu = (b * log).clamp(-FARTHEST, FARTHEST));
+                elementary::exp(mu);
+            }
+            for (mu, slope) in mu.iter_mut().zip(slope) {
+                let t = *mu;
+                *mu = 1.0 / (1.0 + t);
+                // 1 − μ as t μ, which cancels nothing.
+                *slope = 2.0 * b * t * *mu;
             }
         }
         let mut total = [0.0; BLOCK];
@@ -150,6 +159,7 @@ impl Block {
     }
 
     /// Normalised firing strength of every rule.
+    #[inline(always)]
     pub fn strengths(&self, net: &Net, out: &mut [f64]) {
         let (rows, rules, m) = (self.rows, net.rules(), net.functions);
         match net.firing {
@@ -175,6 +185,7 @@ impl Block {
 }
 
 /// Products of one column of each factor, the last factor's columns varying fastest. `out` has space for all.
+#[inline(always)]
 pub fn products<'a>(
     factors: usize,
     columns: usize,
@@ -210,5 +221,5 @@ pub fn products<'a>(
 
 /// z² counts as at least this.
 const LEAST: f64 = 1e-300;
-/// ln of the largest t, so that its products stay finite.
+/// |ln t| at most, so that products of t stay finite.
 const FARTHEST: f64 = 230.0;

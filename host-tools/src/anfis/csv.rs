@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use csv::{ByteRecord, ReaderBuilder, Trim};
+use csv::{ByteRecord, ReaderBuilder};
 
 use super::table::{Builder, Table};
 use crate::error::{Error, Place, Result};
@@ -37,7 +37,6 @@ pub fn read(path: &Path) -> Result<Named> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
-        .trim(Trim::All)
         .comment(Some(b'#'))
         .delimiter(separator(path, open()?)?)
         .from_reader(open()?);
@@ -50,7 +49,7 @@ pub fn read(path: &Path) -> Result<Named> {
         return Err(Error::input(Place::file(path), "the file is empty", hint));
     }
     let header = line(&record);
-    let mut names: Vec<String> = record.iter().map(|c| String::from_utf8_lossy(c).into_owned()).collect();
+    let mut names: Vec<String> = record.iter().map(|c| String::from_utf8_lossy(c.trim_ascii()).into_owned()).collect();
     // The mark that some programs put before UTF-8.
     names[0] = names[0].trim_start_matches('\u{feff}').to_owned();
     if names.iter().all(|n| n.parse::<f64>().is_ok()) {
@@ -73,6 +72,7 @@ pub fn read(path: &Path) -> Result<Named> {
         }
         values.clear();
         for (k, cell) in record.iter().enumerate() {
+            let cell = cell.trim_ascii();
             let value = std::str::from_utf8(cell).ok().and_then(|c| c.parse::<f64>().ok());
             let Some(value) = value.filter(|v| v.is_finite()) else {
                 let text: String = String::from_utf8_lossy(cell).chars().take(30).collect();

@@ -142,6 +142,7 @@ impl Sum for Strengths<'_> {
         (vec![0.0; self.net.rules()], vec![0.0; self.net.rules() * BLOCK])
     }
 
+    #[inline(always)]
     fn add(&self, (sums, strengths): &mut Self::Partial, block: &Block) {
         block.strengths(self.net, strengths);
         let mut largest = self.largest.lock().unwrap_or_else(PoisonError::into_inner);

@@ -26,12 +26,14 @@
 mod block;
 mod course;
 pub mod csv;
+mod elementary;
 pub mod file;
 mod finish;
 mod fold;
 pub mod hybrid;
 mod moments;
 mod net;
+pub mod report;
 mod solve;
 mod sweep;
 mod table;

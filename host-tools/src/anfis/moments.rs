@@ -66,6 +66,7 @@ pub fn add_product(c: &mut DMatrix<f64>, a: &[f64], b: &[f64], rows: usize) {
 }
 
 /// The columns of A: every strength times every input, and times 1.
+#[inline(always)]
 pub fn design(net: &Net, block: &Block, strengths: &[f64], out: &mut [f64]) {
     let rows = block.rows;
     for rule in 0..net.rules() {
@@ -138,13 +139,18 @@ impl<'a> Factors<'a> {
                 place * self.pairs.len() + pair(m, self.net.function_of(rule, i), self.net.function_of(other, i))
             })
         };
-        Moments {
-            gram: DMatrix::from_fn(columns, columns, |a, b| {
-                let (rule, other) = (a / width, b / width);
+        let mut all = DMatrix::zeros(columns, columns);
+        for rule in 0..self.net.rules() {
+            for other in 0..self.net.rules() {
                 let row = place(rule, other, 0..self.head);
-                let column = place(rule, other, self.head..n) * self.monomials.len();
-                gram[(row, column + pair(width, a % width, b % width))]
-            }),
+                let start = place(rule, other, self.head..n) * self.monomials.len();
+                for (a, b) in (0..width).flat_map(|a| (0..width).map(move |b| (a, b))) {
+                    all[(rule * width + a, other * width + b)] = gram[(row, start + pair(width, a, b))];
+                }
+            }
+        }
+        Moments {
+            gram: all,
             rhs: DVector::from_fn(columns, |a, _| {
                 let rule = a / width;
                 rhs[(rule / tails, rule % tails * width + a % width)]
@@ -170,6 +176,7 @@ impl Sum for Factors<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut FactorSpace, block: &Block) {
         let (n, m, rows) = (self.net.inputs, self.net.functions, block.rows);
         let count = self.pairs.len();
@@ -214,6 +221,7 @@ impl Sum for Factors<'_> {
 }
 
 /// Every column of a times every column of b, those of b varying fastest.
+#[inline(always)]
 fn cross(out: &mut [f64], a: &[f64], a_columns: usize, b: &[f64], b_columns: usize, rows: usize) {
     for i in 0..a_columns {
         for j in 0..b_columns {
@@ -246,6 +254,7 @@ impl Sum for Plain<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut PlainSpace, block: &Block) {
         block.strengths(self.net, &mut space.strengths);
         design(self.net, block, &space.strengths, &mut space.design);

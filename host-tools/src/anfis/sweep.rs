@@ -54,7 +54,7 @@ pub fn sweep(workers: &Workers, net: &Net, free: bool, table: &Table, scales: &[
     let free = free && net.shape == Shape::Bell;
     let sums = fold(workers, net, free && want > Want::Error, table, scales, &Residuals { net, free, want })?;
     let premises = net.premise.len() * parameters(net, free);
-    let rows = |k: usize| if premises > 0 { sums[k].len() / premises } else { 0 };
+    let rows = |k: usize| sums[k].len() / premises;
     Ok(Sweep {
         squared_error: sums[0][0],
         gradient: DVector::from_column_slice(&sums[1]),
@@ -111,6 +111,7 @@ impl Sum for Residuals<'_> {
         }
     }
 
+    #[inline(always)]
     fn add(&self, space: &mut Space, block: &Block) {
         let (net, rows) = (self.net, block.rows);
         rule_outputs(net, block, &mut space.rules);
@@ -148,6 +149,7 @@ impl Sum for Residuals<'_> {
 
 impl Residuals<'_> {
     /// The output, in `summed[0]`, and ∂o/∂ ln μ in `alone`.
+    #[inline(always)]
     fn product(&self, space: &mut Space, block: &Block) {
         let (net, m, rows) = (self.net, self.net.functions, block.rows);
         let nu = |i: usize, j: usize| column(&block.nu, i * m + j, rows);
@@ -182,6 +184,7 @@ impl Residuals<'_> {
     }
 
     /// The same for the minimum, whose derivative is that of the smallest membership.
+    #[inline(always)]
     fn minimum(&self, space: &mut Space, block: &Block) {
         let (net, m, rows) = (self.net, self.net.functions, block.rows);
         block.strengths(net, &mut space.strengths);
@@ -209,6 +212,7 @@ impl Residuals<'_> {
         }
     }
 
+    #[inline(always)]
     fn jacobian(&self, space: &mut Space, block: &Block) {
         let (net, rows) = (self.net, block.rows);
         let width = parameters(net, self.free);
@@ -235,6 +239,7 @@ impl Residuals<'_> {
 }
 
 /// The linear functions of all rules.
+#[inline(always)]
 fn rule_outputs(net: &Net, block: &Block, out: &mut [f64]) {
     let rows = block.rows;
     for (rule, p) in net.consequents.chunks(net.inputs + 1).enumerate() {
@@ -248,9 +253,113 @@ fn rule_outputs(net: &Net, block: &Block, out: &mut [f64]) {
             }
             n => {
                 f.fill(p[n]);
-                for k in 0..n {
-                    f.iter_mut().zip(column(&block.x, k, rows)).for_each(|(f, x)| *f += p[k] * x);
+                for (k, p) in p[..n].iter().enumerate() {
+                    f.iter_mut().zip(column(&block.x, k, rows)).for_each(|(f, x)| *f += p * x);
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use greyrig::anfis::{Firing, Premise, Shape};
+
+    use super::*;
+    use crate::anfis::moments::moments;
+
+    /// Numbers without pattern within ±1.
+    fn draw(k: usize) -> f64 {
+        (k as f64 * 12.9898).sin() * 43758.5453 % 1.0
+    }
+
+    fn net(shape: Shape, firing: Firing, inputs: usize, functions: usize) -> Net {
+        let mut net = Net::grid(shape, firing, 2.0, functions, &vec![(-1.0, 1.0); inputs]);
+        for (k, p) in net.premise.iter_mut().enumerate() {
+            *p = Premise { a: p.a * (1.2 + 0.3 * draw(k)), b: 1.7 + 0.6 * draw(k + 50), c: p.c + 0.1 * draw(k + 100) };
+        }
+        (0..net.columns()).for_each(|k| net.consequents[k] = draw(k + 200));
+        net
+    }
+
+    fn table(inputs: usize, rows: usize) -> Table {
+        let row = |r: usize| (0..inputs).map(|i| draw(r * 7 + i + 300)).collect::<Vec<_>>();
+        Table::collect(inputs, (0..rows).map(|r| (row(r), draw(r * 7 + 900)))).unwrap()
+    }
+
+    const ALL: [(Shape, Firing); 4] = [
+        (Shape::Bell, Firing::Product),
+        (Shape::Gaussian, Firing::Product),
+        (Shape::Bell, Firing::Minimum),
+        (Shape::Gaussian, Firing::Minimum),
+    ];
+
+    fn squared_error(net: &Net, table: &Table, scales: &[Scale]) -> f64 {
+        let sums = sweep(&Workers::new(1).unwrap(), net, true, table, scales, Want::Error).unwrap();
+        sums.squared_error
+    }
+
+    /// Against the layers one by one, and the gradient against central differences.
+    #[test]
+    fn errors_and_their_derivatives() {
+        for (shape, firing) in ALL {
+            for (inputs, functions) in [(1, 5), (2, 3), (3, 3), (4, 2)] {
+                let (net, table) = (net(shape, firing, inputs, functions), table(inputs, 300));
+                let scales = vec![Scale::NONE; inputs];
+                let chunk = table.chunk(0).unwrap();
+                let direct: f64 = (0..300)
+                    .map(|r| {
+                        let x: Vec<f64> = (0..inputs).map(|i| chunk[i * 300 + r]).collect();
+                        (chunk[inputs * 300 + r] - net.output(&x)).powi(2)
+                    })
+                    .sum();
+                let sums = sweep(&Workers::new(1).unwrap(), &net, true, &table, &scales, Want::Normal).unwrap();
+                // Roundings of 300 terms.
+                assert!((sums.squared_error / direct - 1.0).abs() < 1e-11, "{shape:?} {firing:?}");
+                let width = parameters(&net, true);
+                // Steps of 1e-5 leave the third derivative's 1e-10 and rounding's 1e-11 of the error.
+                const STEP: f64 = 1e-5;
+                for k in 0..sums.gradient.len() {
+                    let moved = |by: f64| {
+                        let mut net = net.clone();
+                        let p = &mut net.premise[k / width];
+                        match (k % width, width) {
+                            (0, _) => p.a *= by.exp(),
+                            (1, 3) => p.b *= by.exp(),
+                            _ => p.c += by,
+                        }
+                        squared_error(&net, &table, &scales)
+                    };
+                    let numeric = -(moved(STEP) - moved(-STEP)) / (4.0 * STEP);
+                    let scale = sums.gradient.amax();
+                    // The minimum has kinks, which a step may cross on some row.
+                    let tolerance = if firing == Firing::Product { 1e-7 } else { 1e-3 };
+                    let error = (numeric - sums.gradient[k]).abs();
+                    assert!(error < tolerance * scale, "{shape:?} {firing:?} {k}: {numeric} {}", sums.gradient[k]);
+                }
+            }
+        }
+    }
+
+    /// The factorised sums are those of the matrix A written out.
+    #[test]
+    fn normal_equations() {
+        for (shape, firing) in ALL {
+            for (inputs, functions, rows) in [(1, 5, 3), (2, 3, 131), (3, 3, 300), (4, 2, 257)] {
+                let (net, table) = (net(shape, firing, inputs, functions), table(inputs, rows));
+                let chunk = table.chunk(0).unwrap();
+                let a = DMatrix::from_fn(rows, net.columns(), |r, column| {
+                    // The output with one consequent 1 and the others 0.
+                    let mut one = net.clone();
+                    one.consequents.fill(0.0);
+                    one.consequents[column] = 1.0;
+                    one.output(&(0..inputs).map(|i| chunk[i * rows + r]).collect::<Vec<_>>())
+                });
+                let y = DVector::from_fn(rows, |r, _| chunk[inputs * rows + r]);
+                let sums = moments(&Workers::new(1).unwrap(), &net, &table, &vec![Scale::NONE; inputs]).unwrap();
+                // Roundings of as many terms below 1.
+                assert!((&sums.gram - a.tr_mul(&a)).amax() < 1e-13 * rows as f64, "{shape:?} {firing:?} {inputs}");
+                assert!((&sums.rhs - a.tr_mul(&y)).amax() < 1e-13 * rows as f64);
             }
         }
     }

@@ -25,6 +25,8 @@ pub struct Table {
     memory: Vec<f64>,
     /// Chunks beyond those in memory.
     file: Option<Mutex<File>>,
+    /// Numbers in memory at most.
+    limit: usize,
 }
 
 impl Table {
@@ -99,8 +101,13 @@ pub struct Builder {
 impl Builder {
     /// For rows of so many inputs.
     pub fn new(inputs: usize) -> Self {
+        Self::with_memory(inputs, IN_MEMORY)
+    }
+
+    /// The same with at most so many numbers in memory.
+    pub fn with_memory(inputs: usize, limit: usize) -> Self {
         let ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); inputs + 1];
-        Self { table: Table { inputs, rows: 0, ranges, memory: Vec::new(), file: None }, pending: Vec::new() }
+        Self { table: Table { inputs, rows: 0, ranges, memory: Vec::new(), file: None, limit }, pending: Vec::new() }
     }
 
     /// Adds a row.
@@ -145,7 +152,7 @@ impl Builder {
     fn flush(&mut self) -> Result<()> {
         let width = self.table.inputs + 1;
         let columns = (0..width).flat_map(|k| self.pending.iter().skip(k).step_by(width).copied());
-        if self.table.file.is_none() && self.table.memory.len() + self.pending.len() <= IN_MEMORY {
+        if self.table.file.is_none() && self.table.memory.len() + self.pending.len() <= self.table.limit {
             self.table.memory.extend(columns);
         } else {
             let bytes: Vec<u8> = columns.flat_map(f64::to_ne_bytes).collect();

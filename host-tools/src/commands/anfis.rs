@@ -11,7 +11,7 @@ use serde_json::json;
 use super::words;
 use crate::anfis::csv::{self, Named};
 use crate::anfis::file::{File, FiringName, ShapeName};
-use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, train};
+use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, report, train};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -178,6 +178,11 @@ fn fit(args: &Fit) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         File::new(&trained, args.method, MARGIN, &data.inputs, &data.target).save(path, &trained.reach, args.force)?;
     }
+    if let Some(path) = &args.report {
+        let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+        let command = format!("greyrig {}", words.join(" "));
+        report::report(&data, &trained, &command).write(path, args.force)?;
+    }
     if args.json {
         let names: Vec<String> =
             [Some(&args.train), args.check.as_ref()].into_iter().flatten().map(|p| p.display().to_string()).collect();
@@ -249,6 +254,7 @@ fn as_json(data: &Named, trained: &Trained, args: &Fit) -> serde_json::Value {
         "reach": trained.reach,
         "notes": notes(trained),
         "net": args.out,
+        "report": args.report,
     })
 }
 
