@@ -38,20 +38,22 @@ impl PeriodClock {
         }
     }
 
-    /// Takes a voltage; gives the number of samples of the period that ends before this one, if one does.
+    /// Takes a voltage; gives the number of samples since the last crossing or end, if a period ends before this one.
     #[inline]
     pub fn process(&mut self, voltage: f32) -> Option<u32> {
         let crossing = self.armed && voltage >= 0.0;
         self.armed = voltage < self.arming || (self.armed && !crossing);
         let late = self.count >= if self.alternating { self.longest } else { self.usual };
-        let ends = (crossing && self.count >= self.shortest) || late;
+        let early = crossing && self.count < self.shortest;
+        let ends = (crossing && !early) || late;
         if crossing {
             self.alternating = true;
-        } else if late && self.count >= self.longest {
+        } else if late {
             self.alternating = false;
         }
         let length = self.count;
-        self.count = if ends { 1 } else { self.count + 1 };
+        // A crossing soon after a period of direct voltage is where counting begins.
+        self.count = if ends || early { 1 } else { self.count + 1 };
         ends.then_some(length)
     }
 }

@@ -3,6 +3,8 @@
 mod anfis;
 mod butterworth;
 mod butterworth_arithmetic;
+mod detector;
 mod effects;
+mod hybrid;
 mod stepper;
 mod tick;

@@ -6,6 +6,7 @@ mod browser;
 mod commands;
 mod diagnose;
 mod identify;
+mod monitor;
 mod plan_and_challenge;
 mod real_data;
 mod recording;
