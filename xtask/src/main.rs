@@ -1,5 +1,5 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
-//! examines the diagnosis on blind cases.
+//! examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot.
 
 mod checks;
 mod needs;
@@ -17,9 +17,12 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        Some((command, arguments)) if command == "exam" => checks::exam(arguments),
+        Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
+        Some((command, arguments)) if command == "lot" => checks::exam("greyrig-lot", arguments),
         _ => {
-            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask test [STEP]…\n");
+            eprintln!(
+                "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask test [STEP]…\n"
+            );
             eprintln!("Without a step, all of them in this order:\n");
             for check in checks::ALL {
                 eprintln!("  {:8} {}", check.name, check.what);
