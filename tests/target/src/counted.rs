@@ -54,6 +54,17 @@ pub fn all(counter: &mut impl Counter) {
             black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));
         });
     }
+    for (name, point) in [
+        ("anfis_inside", [120.0, 3.0, 2_000.0]),
+        ("anfis_in_the_margin", [340.0, 9.2, 1.0]),
+        ("anfis_far_outside", [1e30, -1e30, 0.0]),
+        ("anfis_nan", [f32::NAN, f32::INFINITY, f32::NAN]),
+    ] {
+        let Some(network) = scenarios::anfis(Shape::Bell, None, Firing::Product) else { return };
+        counter.count(name, network, |network| {
+            black_box(network.correct(black_box(point)));
+        });
+    }
     let Some(network) = scenarios::anfis(Shape::Bell, None, Firing::Minimum) else { return };
     counter.count("anfis_minimum", network, |network| {
         black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));

@@ -114,6 +114,10 @@ fn host_equals_target() {
         let count = count(name).unwrap_or_else(|| panic!("{name} was not counted"));
         assert!(count <= limit, "{name} takes {count} instructions, more than {limit}");
     }
+    // The network takes the same time wherever it is asked.
+    for name in ["anfis_in_the_margin", "anfis_far_outside", "anfis_nan"] {
+        assert_eq!(count(name), count("anfis_inside"), "{name}");
+    }
     let mut names = Names(Vec::new());
     counted::all(&mut names);
     assert_eq!(counts.len(), names.0.len() + 2, "{names}", names = names.0.join(" "));
