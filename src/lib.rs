@@ -2,8 +2,13 @@
 //!
 //! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]), the model
 //! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), the learned correction ([`anfis`],
-//! [`hybrid`]), and one tick of 100 µs that does it all ([`tick`]: the page to read first). What is left over goes to the [`detector`].
+//! [`hybrid`]), and one tick of 100 µs that does it all ([`tick`]: the page to read first). What is left over goes to
+//! the [`detector`].
+//!
+//! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
+//! ([`link`]), what can go wrong ([`faults`]), and the application that both boards run ([`app`]).
 #![no_std]
+#![forbid(unsafe_code)]
 
 pub mod scalar;
 
@@ -24,3 +29,11 @@ pub mod hybrid;
 pub mod tick;
 
 pub mod detector;
+
+pub mod faults;
+
+pub mod parameters;
+
+pub mod link;
+
+pub mod app;

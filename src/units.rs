@@ -40,7 +40,7 @@ pub struct Sample {
 }
 
 /// A channel's straight line from counts to its quantity: `value = (counts − zero) · per_count`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Scale {
     /// Counts at which the quantity is zero; a fraction, since it is a mean of many samples.
     pub zero: f32,
@@ -63,7 +63,7 @@ impl Scale {
 }
 
 /// Calibration of the three channels, as an engineer sets it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CalibrationSettings {
     /// Voltage, V.
     pub voltage: Scale,
@@ -117,6 +117,11 @@ impl CalibrationSettings {
 }
 
 impl Calibration {
+    /// The scales of voltage, current and speed.
+    pub fn scales(&self) -> [Scale; 3] {
+        [self.0.voltage, self.0.current, self.0.speed]
+    }
+
     /// A sample in SI units.
     #[inline(always)]
     pub fn sample(&self, counts: Counts) -> Sample {

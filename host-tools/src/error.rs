@@ -74,6 +74,14 @@ pub enum Error {
         /// What the user can do about it.
         remedy: String,
     },
+    /// The hardware, or the link to it, does not do what it should.
+    #[error("{what}; {remedy}")]
+    Link {
+        /// What is wrong.
+        what: String,
+        /// What the user can do about it.
+        remedy: String,
+    },
     /// The user pressed Ctrl-C; nothing half-written is left.
     #[error("interrupted; nothing was written")]
     Interrupted,
@@ -91,6 +99,10 @@ impl Error {
     pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Usage { what: what.into(), remedy: remedy.into() }
     }
+    /// Trouble with the hardware or the link to it.
+    pub fn link(what: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Link { what: what.into(), remedy: remedy.into() }
+    }
     /// A refusal by the operating system, with the advice that fits its kind.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         use std::io::ErrorKind as K;
@@ -107,6 +119,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Interrupted => 130,
+            Self::Link { .. } => EXIT_HARDWARE,
             _ => EXIT_BAD_INPUT,
         }
     }

@@ -4,6 +4,7 @@ pub mod anfis;
 pub mod challenge;
 pub mod commands;
 pub mod compare;
+pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod experiment;

@@ -90,7 +90,7 @@ pub const MAX_CUTOFF_RATIO: f64 = 0.49;
 pub const SETTLED: f64 = 1e-3;
 
 /// What the user chooses.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Settings {
     /// Order n, 1 to [`MAX_ORDER`]. Each further order takes another 6 dB per octave away above the cut-off and
     /// lengthens delay and settling.

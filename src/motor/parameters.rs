@@ -5,7 +5,7 @@ use core::fmt;
 use crate::scalar::Scalar;
 
 /// How the magnetic flux depends on the current.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub enum FluxLaw {
     /// Universal (series) motor: field and armature carry the same current, flux ∝ i. K in V s/(rad A).
     #[default]
@@ -25,7 +25,7 @@ pub enum FluxLaw {
 /// | `dry_friction` | μ0 | N m |
 /// | `viscous_friction` | μ1 | N m s/rad |
 /// | `turbulent_friction` | μ2 | N m s²/rad² |
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Parameters<S> {
     /// How the flux depends on the current.
     pub flux_law: FluxLaw,

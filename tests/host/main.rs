@@ -5,6 +5,7 @@ mod bad_input;
 mod browser;
 mod commands;
 mod diagnose;
+mod firmware;
 mod identify;
 mod monitor;
 mod plan_and_challenge;

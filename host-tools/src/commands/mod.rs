@@ -10,10 +10,12 @@ pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
+pub mod flash;
 pub mod identify;
 mod input;
 pub mod monitor;
 pub mod plan;
+pub mod record;
 pub mod simulate;
 pub mod train;
 mod words;
@@ -67,6 +69,10 @@ pub enum Command {
     Completions(completions::Args),
     /// Run a virtual rig and write what it records.
     Simulate(simulate::Args),
+    /// Write a model to the microcontroller, verified by reading back.
+    Flash(flash::Args),
+    /// Record raw samples from the microcontroller.
+    Record(record::Args),
 }
 
 impl Command {
@@ -91,6 +97,8 @@ impl Command {
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),
             Self::Simulate(args) => simulate::run(args),
+            Self::Flash(args) => flash::run(args),
+            Self::Record(args) => record::run(args),
         }
     }
 }

@@ -1,13 +1,17 @@
 //! What has to come out the same on the host and on the microcontroller.
 
 use greyrig::anfis::{self, Anfis3x3, Firing, Premise, Settings3x3, Shape};
+use greyrig::app::bench::{self, Bench};
 use greyrig::butterworth::{self, Settings, fixed};
 use greyrig::effects::{
     BrushDrop, ChannelDelay, CurrentCompression, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS, Saturation,
     SpeedLag, TorqueOffset, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
+use greyrig::parameters::block::MAX_PAYLOAD;
+use greyrig::parameters::{FINGERPRINT, Settings as Parameterised, section};
 use greyrig::scalar::Scalar;
+use greyrig::term::{Op, Target, Term};
 use greyrig::tick::{Output, Tick};
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
 
@@ -31,6 +35,9 @@ pub const ALL: &[Scenario] = &[
     ("motor_each_effect", motor_each_effect),
     ("tick_any_counts", tick_any_counts),
     ("tick_bad_samples", tick_bad_samples),
+    ("parameter_block", parameter_block),
+    ("damaged_blocks", damaged_blocks),
+    ("tick_from_block", tick_from_block),
     ("anfis_inside", anfis_inside),
     ("anfis_any_bits", anfis_any_bits),
     ("anfis_minimum", anfis_minimum),
@@ -405,5 +412,56 @@ fn anfis_other_grids(outputs: &mut Outputs) {
         let [a, b, c, d] = [320.0, 9.0, 1_700.0, 320.0].map(|reach: f32| reach * noise.uniform::<f32>());
         write(two.correct([a, b, c + 1_750.0, d]));
         write(six.correct([a, b]));
+    }
+}
+
+/// Parameters with something in every section.
+fn parameters() -> Option<Parameterised> {
+    let ops = [Op::Unknown(0), Op::Current, Op::Mul, Op::Current, Op::Abs, Op::Constant(0.7), Op::Pow, Op::Mul];
+    let term = Term::build(Target::Torque, &ops, [1e-3, 0.0, 0.0, 0.0]).ok()?;
+    Some(Parameterised {
+        motor_type: "VC-1400".try_into().ok()?,
+        motor: bench::MOTOR,
+        effects: heapless::Vec::from_slice(&EFFECTS).ok()?,
+        terms: heapless::Vec::from_slice(&[term]).ok()?,
+        ..Parameterised::default()
+    })
+}
+
+/// The bytes of a block.
+fn parameter_block(outputs: &mut Outputs) {
+    let mut payload = [0; MAX_PAYLOAD];
+    let Some(bytes) = parameters().and_then(|settings| section::encode(&settings, &mut payload).ok()) else { return };
+    bytes.iter().for_each(|&byte| outputs.i32(byte.into()));
+    outputs.i32(FINGERPRINT.cast_signed());
+}
+
+/// Which damaged blocks are refused.
+fn damaged_blocks(outputs: &mut Outputs) {
+    let mut payload = [0; MAX_PAYLOAD];
+    let Some(settings) = parameters() else { return };
+    let Ok(length) = section::encode(&settings, &mut payload).map(<[u8]>::len) else { return };
+    let mut noise = Noise(10);
+    for _ in 0..2_000 {
+        let at = noise.bits() as usize % length;
+        let Some(byte) = payload.get_mut(at) else { return };
+        let good = core::mem::replace(byte, (noise.bits() >> 8) as u8);
+        let decoded = section::decode(payload.get(..length).unwrap_or_default());
+        outputs.i32(decoded.is_ok().into());
+        if let Some(byte) = payload.get_mut(at) {
+            *byte = good;
+        }
+    }
+}
+
+/// What the rig computes from flashed parameters and a converter's counts.
+fn tick_from_block(outputs: &mut Outputs) {
+    let mut payload = [0; MAX_PAYLOAD];
+    let Some(bytes) = parameters().and_then(|settings| section::encode(&settings, &mut payload).ok()) else { return };
+    let (Ok(settings), Ok(mut bench)) = (section::decode(bytes), Bench::new()) else { return };
+    let Ok(mut active) = settings.build() else { return };
+    for _ in 0..4_000 {
+        let sample = active.calibration.sample(bench.counts());
+        write(outputs, active.tick.process(sample, Constraints::FREE));
     }
 }

@@ -1,0 +1,122 @@
+//! `greyrig flash`: a model becomes the parameters of the microcontroller.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use greyrig::parameters::block::payload_crc;
+use greyrig::units::CalibrationSettings;
+use serde_json::json;
+
+use crate::device::connection::check_layout;
+use crate::device::{Connection, image, parameters, update};
+use crate::error::{Error, Result};
+use crate::model::Model;
+use crate::output;
+
+/// Write a model to the microcontroller, verified by reading back.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  greyrig flash --model model.toml --port /dev/ttyACM0")]
+#[command(group = clap::ArgGroup::new("to").required(true).args(["port", "image", "probe"]))]
+pub struct Args {
+    /// The model
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Over the link: a serial device, a pseudo-terminal, or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
+    /// Into a file for another programmer: .bin or .hex
+    #[arg(long, value_name = "FILE")]
+    image: Option<PathBuf>,
+    /// By a debug probe (cargo greyrig-full); the chip is an STM32G474RETx unless another is named
+    #[arg(long, value_name = "CHIP", num_args = 0..=1, default_missing_value = "STM32G474RETx")]
+    probe: Option<String>,
+    /// Calibration of the rig's channels, TOML; without it the usual ranges (docs/wiring.md)
+    #[arg(long, value_name = "RIG.toml")]
+    calibration: Option<PathBuf>,
+    /// Serial number or name of the rig
+    #[arg(long, value_name = "NAME", default_value = "")]
+    rig: String,
+    /// Check everything, write nothing
+    #[arg(long)]
+    dry_run: bool,
+    /// Replace an existing image
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model that cannot be used, trouble with the link.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let model = Model::load(&args.model)?;
+    let calibration = match &args.calibration {
+        Some(path) => parameters::calibration(path)?,
+        None => CalibrationSettings::default(),
+    };
+    let settings = parameters::settings(&model, &args.model, calibration, &args.rig)?;
+    let payload = parameters::payload(&settings, &args.model)?;
+    let mut told = json!({
+        "model": args.model.display().to_string(),
+        "bytes": payload.len(),
+        "crc32": format!("{:08x}", payload_crc(&payload)),
+        "dry_run": args.dry_run,
+        "verified": !args.dry_run,
+    });
+    let mut add = |key: &str, value: serde_json::Value| told[key] = value;
+    let where_to = if let Some(port) = &args.port {
+        add("port", json!(port));
+        if args.dry_run {
+            let (mut connection, device) = Connection::open(port)?;
+            check_layout(&device)?;
+            let same = connection.read_parameters()? == payload;
+            add("device", json!(device));
+            add("already_there", json!(same));
+            format!("{} on {port}{}", device.board, if same { ", which has them already" } else { "" })
+        } else {
+            let (device, block) = update::write(port, &payload)?;
+            add("device", json!(device));
+            add("slot", json!(block.slot));
+            add("sequence", json!(block.sequence));
+            format!("{} on {port}, slot {}, block {}", device.board, block.slot, block.sequence)
+        }
+    } else if let Some(path) = &args.image {
+        add("image", json!(path.display().to_string()));
+        if !args.dry_run {
+            image::write(&payload, path, args.force)?;
+        }
+        path.display().to_string()
+    } else if let Some(chip) = &args.probe {
+        add("chip", json!(chip));
+        by_probe(&payload, chip, args.dry_run)?;
+        format!("{chip} by debug probe")
+    } else {
+        return Err(Error::usage("there is nowhere to write to", "give --port, --image or --probe"));
+    };
+    if args.calibration.is_none() {
+        eprintln!("greyrig: no --calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s");
+    }
+    if args.json {
+        output::print_json("flash", &[], told)?;
+    } else {
+        let verb = if args.dry_run { "would be written" } else { "written and verified" };
+        output::print_line(&format!("{} bytes of parameters {verb}: {where_to}", payload.len()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(feature = "probe")]
+fn by_probe(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
+    crate::device::probe::write(payload, chip, dry_run)
+}
+
+#[cfg(not(feature = "probe"))]
+fn by_probe(_: &[u8], _: &str, _: bool) -> Result<()> {
+    Err(Error::usage(
+        "this greyrig was built without debug probes",
+        "use `cargo greyrig-full flash …`, or --port or --image",
+    ))
+}

@@ -1,0 +1,155 @@
+//! `greyrig record`: raw samples from the microcontroller.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use greyrig::parameters::{SAMPLE_RATE_HZ, section};
+use greyrig::units::CalibrationSettings;
+use serde_json::json;
+
+use crate::device::capture::{self, Capture};
+use crate::device::connection::{faults, mode};
+use crate::device::{Connection, Device};
+use crate::error::{Error, Result};
+use crate::output;
+use crate::recording::{self, Channel, Recording};
+
+/// Longest recording, s: what a recording may hold.
+const LONGEST_S: f64 = 1000.0;
+
+/// Record raw samples from the microcontroller.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  greyrig record --port /dev/ttyACM0 --seconds 10 --out run.csv")]
+pub struct Args {
+    /// A serial device, a pseudo-terminal, or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// How long, s
+    #[arg(long, value_name = "S")]
+    seconds: f64,
+    /// The recording: .csv or .parquet
+    #[arg(long, value_name = "RUN")]
+    out: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Trouble with the link; a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let count = args.seconds * f64::from(SAMPLE_RATE_HZ);
+    if !(2.0..=LONGEST_S * f64::from(SAMPLE_RATE_HZ)).contains(&count) {
+        return Err(Error::usage(
+            format!("a recording of {} s cannot be", args.seconds),
+            format!("choose --seconds between 0.0002 and {LONGEST_S}"),
+        ));
+    }
+    output::refuse_overwrite(&args.out, args.force)?;
+    let (mut connection, device) = Connection::open(&args.port)?;
+    let payload = connection.read_parameters()?;
+    let (calibration, mut metadata) = match section::decode(&payload) {
+        Ok(settings) => {
+            let named = [("motor", settings.motor_type), ("rig", settings.rig)];
+            let named = named.into_iter().filter(|(_, name)| !name.is_empty());
+            (settings.calibration, named.map(|(key, name)| (key.to_owned(), name.to_string())).collect())
+        }
+        Err(_) => {
+            eprintln!(
+                "greyrig: the microcontroller has no parameters: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s"
+            );
+            (CalibrationSettings::default(), BTreeMap::new())
+        }
+    };
+    describe(&mut metadata, &device);
+    let capture = capture::record(&args.port, &device, connection, count as usize)?;
+    metadata.insert("first sample".into(), capture.first.to_string());
+    let recording = recording(&capture, &calibration, metadata)?;
+    recording::write(&recording, &args.out, args.force)?;
+
+    let lost = capture.lost();
+    let missing: usize = lost.iter().map(std::ops::Range::len).sum();
+    if missing > 0 {
+        eprintln!("greyrig: {missing} samples were lost in {} places and are marked invalid", lost.len());
+    }
+    if args.json {
+        let places: Vec<_> = lost.iter().map(|range| [range.start, range.end]).collect();
+        output::print_json(
+            "record",
+            &[],
+            json!({
+                "out": args.out.display().to_string(), "port": args.port, "device": device,
+                "samples": capture.samples.len(), "sample_time_s": recording.sample_time_s, "first_sample": capture.first,
+                "lost": missing, "lost_places": places, "reconnections": capture.reconnections,
+            }),
+        )?;
+    } else {
+        let line = format!("{}: {} samples from {}", args.out.display(), capture.samples.len(), device.board);
+        output::print_line(&line)?;
+    }
+    report_faults(&args.port);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What the rig itself found wrong, on stderr. The recording is there already, so a link that has gone is no matter.
+fn report_faults(port: &str) {
+    let Ok((mut connection, _)) = Connection::open(port) else { return };
+    let Ok(status) = connection.status() else { return };
+    for line in faults(&status) {
+        eprintln!("greyrig: {}: {line}", mode(status.mode));
+    }
+}
+
+fn describe(metadata: &mut BTreeMap<String, String>, device: &Device) {
+    let mut add = |key: &str, value: String| metadata.insert(key.to_owned(), value);
+    add("board", device.board.clone());
+    add("chip", device.chip.clone());
+    add("firmware", device.firmware.clone());
+    for (key, skew) in ["skew_i_a_s", "skew_omega_rad_s_s"].into_iter().zip(device.skew_s) {
+        if skew != 0.0 {
+            add(key, format!("{skew:e}"));
+        }
+    }
+}
+
+/// SI units; samples that were lost lie on the straight line between their neighbours and are marked invalid.
+fn recording(
+    capture: &Capture,
+    calibration: &CalibrationSettings,
+    metadata: BTreeMap<String, String>,
+) -> Result<Recording> {
+    let wrong = |e: greyrig::units::CalibrationError| Error::link(e.to_string(), "write the parameters again");
+    let calibration = calibration.build().map_err(wrong)?;
+    let valid: Vec<bool> = capture.samples.iter().map(Option::is_some).collect();
+    let mut columns = [const { Vec::new() }; 3];
+    for sample in &capture.samples {
+        let si = sample.map(|counts| calibration.sample(counts));
+        let values = si.map(|s| [s.voltage.0, s.current.0, s.speed.0]);
+        for (n, column) in columns.iter_mut().enumerate() {
+            column.push(values.map_or(f64::NAN, |v| f64::from(v[n])));
+        }
+    }
+    for column in &mut columns {
+        bridge(column, &capture.lost());
+    }
+    let channels = [Channel::Voltage, Channel::Current, Channel::Speed].into_iter().zip(columns).collect();
+    Ok(Recording { sample_time_s: 1.0 / f64::from(SAMPLE_RATE_HZ), channels, valid, metadata, ..Recording::default() })
+}
+
+/// Straight lines across gaps. A capture begins with a sample; one that ends in a gap keeps its last value.
+fn bridge(column: &mut [f64], gaps: &[std::ops::Range<usize>]) {
+    for gap in gaps {
+        let before = gap.start.checked_sub(1).map_or(0.0, |n| column[n]);
+        let after = column.get(gap.end).copied().unwrap_or(before);
+        let steps = (gap.len() + 1) as f64;
+        for n in gap.clone() {
+            column[n] = before + (after - before) * (n - gap.start + 1) as f64 / steps;
+        }
+    }
+}

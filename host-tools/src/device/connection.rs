@@ -1,0 +1,242 @@
+//! A conversation with the microcontroller: requests, their answers, and what comes unasked.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use greyrig::faults::TABLE;
+use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
+use greyrig::link::message::{Asked, Message, Mode, PROTOCOL, Refusal, Reply, Request, Status};
+use greyrig::parameters::FINGERPRINT;
+
+use super::line::{self, Line};
+use crate::error::{Error, Result};
+use crate::output;
+
+/// An answer that has not come after this time is asked for again. The longest takes two pages' erasure, 50 ms.
+const ANSWER: Duration = Duration::from_millis(500);
+/// So often.
+const ATTEMPTS: usize = 4;
+
+/// Who answered.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Device {
+    /// Name of the board.
+    pub board: String,
+    /// Version of the firmware.
+    pub firmware: String,
+    /// The chip's own number, in hexadecimal.
+    pub chip: String,
+    /// Samples per second.
+    pub sample_rate_hz: u32,
+    /// How much later than the voltage current and speed are sampled, s.
+    pub skew_s: [f32; 2],
+    /// Fingerprint of the layout of its parameters.
+    pub fingerprint: u32,
+}
+
+/// An open link.
+pub struct Connection {
+    name: String,
+    line: Box<dyn Line>,
+    receiver: Receiver,
+    number: u8,
+}
+
+impl Connection {
+    /// Opens a port and asks who is there.
+    ///
+    /// # Errors
+    /// A port that cannot be opened, nobody there, or firmware that speaks another version.
+    pub fn open(name: &str) -> Result<(Self, Device)> {
+        let line = line::open(name)
+            .map_err(|e| Error::link(format!("the port {name} cannot be opened: {e}"), line::remedy(name, &e)))?;
+        let mut connection = Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0 };
+        // Ends whatever the line has carried before.
+        connection.write(&[0])?;
+        let (protocol, device) = connection.ask(Request::Hello, |reply| match reply {
+            Reply::Identity(identity) => Some((
+                identity.protocol,
+                Device {
+                    board: identity.board.to_owned(),
+                    firmware: identity.firmware.to_owned(),
+                    chip: identity.chip.iter().map(|byte| format!("{byte:02x}")).collect(),
+                    sample_rate_hz: identity.sample_rate_hz,
+                    skew_s: identity.skew_s,
+                    fingerprint: identity.fingerprint,
+                },
+            )),
+            _ => None,
+        })?;
+        if protocol != PROTOCOL {
+            return Err(Error::link(
+                format!(
+                    "the firmware {} speaks version {protocol} of the link, this greyrig version {PROTOCOL}",
+                    device.firmware
+                ),
+                "use the greyrig that belongs to the firmware, or flash the firmware again",
+            ));
+        }
+        Ok((connection, device))
+    }
+
+    /// Asks, repeatedly if need be, and takes what `take` makes of the answer.
+    ///
+    /// # Errors
+    /// No answer, a refusal, an answer to another question, or a link that has gone.
+    pub fn ask<T>(&mut self, request: Request, mut take: impl FnMut(&Reply) -> Option<T>) -> Result<T> {
+        for _ in 0..ATTEMPTS {
+            self.number = self.number.wrapping_add(1);
+            let number = self.number;
+            self.send(&Asked { number, request })?;
+            let deadline = Instant::now() + ANSWER;
+            let answer = self.listen(deadline, |message| match message {
+                Message::Reply { number: of, reply } if *of == number => Some(match reply {
+                    Reply::Refused(why) => Err(refused(*why)),
+                    reply => take(reply).ok_or_else(|| {
+                        Error::link(
+                            "the answer belongs to another question",
+                            "use the greyrig that belongs to the firmware",
+                        )
+                    }),
+                }),
+                _ => None,
+            })?;
+            if let Some(answer) = answer {
+                return answer;
+            }
+        }
+        Err(Error::link(
+            format!("nobody answers on {}", self.name),
+            "check that the board has power and runs greyrig's firmware, and that no other program uses the port",
+        ))
+    }
+
+    /// As [`Connection::ask`], for requests that are merely done.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn tell(&mut self, request: Request) -> Result<()> {
+        self.ask(request, |reply| matches!(reply, Reply::Done).then_some(()))
+    }
+
+    /// How it is.
+    ///
+    /// # Errors
+    /// As [`Connection::ask`].
+    pub fn status(&mut self) -> Result<Status> {
+        self.ask(Request::Status, |reply| if let Reply::Status(status) = reply { Some(*status) } else { None })
+    }
+
+    /// The payload in force; none without.
+    ///
+    /// # Errors
+    /// As [`Connection::ask`].
+    pub fn read_parameters(&mut self) -> Result<Vec<u8>> {
+        let mut payload = Vec::new();
+        loop {
+            let offset = payload.len() as u16;
+            let data = self.ask(Request::ReadParameters { offset }, |reply| match reply {
+                Reply::Parameters(data) => Some(data.to_vec()),
+                _ => None,
+            })?;
+            if data.is_empty() {
+                return Ok(payload);
+            }
+            payload.extend(data);
+        }
+    }
+
+    /// Gives messages to `handle` until it makes something of one, or the time is up.
+    ///
+    /// # Errors
+    /// A link that has gone, or Ctrl-C.
+    pub fn listen<T>(&mut self, until: Instant, mut handle: impl FnMut(&Message) -> Option<T>) -> Result<Option<T>> {
+        let mut bytes = [0; 4096];
+        while Instant::now() < until {
+            output::check_interrupt()?;
+            let count = line::read(&mut *self.line, &mut bytes).map_err(|e| self.gone(&e))?;
+            let mut made = None;
+            for &byte in &bytes[..count] {
+                // What is no frame has been lost on the way: samples are numbered, answers are asked for again.
+                if let Some(Ok(body)) = self.receiver.push(byte)
+                    && let Ok(message) = postcard::from_bytes::<Message>(body)
+                {
+                    made = handle(&message).or(made);
+                }
+            }
+            if made.is_some() {
+                return Ok(made);
+            }
+        }
+        Ok(None)
+    }
+
+    fn send(&mut self, asked: &Asked) -> Result<()> {
+        let mut frame = [0; MAX_FRAME];
+        let length = encode(asked, &mut frame)
+            .map_err(|_| Error::usage("a request is longer than a frame", "report this as a bug"))?;
+        self.write(&frame[..length])
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        self.line.write_all(bytes).and_then(|()| self.line.flush()).map_err(|e| self.gone(&e))
+    }
+
+    fn gone(&self, error: &std::io::Error) -> Error {
+        Error::link(format!("the link over {} has broken: {error}", self.name), line::remedy(&self.name, error))
+    }
+}
+
+/// Fails unless parameters of this greyrig mean the same to the device.
+///
+/// # Errors
+/// Another fingerprint.
+pub fn check_layout(device: &Device) -> Result<()> {
+    if device.fingerprint == FINGERPRINT {
+        return Ok(());
+    }
+    Err(Error::link(
+        format!(
+            "the firmware {} lays parameters out differently ({:08x}, this greyrig {FINGERPRINT:08x})",
+            device.firmware, device.fingerprint
+        ),
+        "flash the firmware of this version (`cargo fw-run`)",
+    ))
+}
+
+/// The faults that have occurred, each in a line.
+pub fn faults(status: &Status) -> Vec<String> {
+    TABLE
+        .iter()
+        .zip(status.faults)
+        .filter(|(_, count)| *count > 0)
+        .map(|(d, count)| format!("fault {} ({count} times): {}; {}", d.fault.number(), d.what, d.remedy))
+        .collect()
+}
+
+/// What runs, in words.
+pub fn mode(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Safe => "safe mode",
+        Mode::Running => "running",
+    }
+}
+
+fn refused(why: Refusal) -> Error {
+    let (what, remedy) = match why {
+        Refusal::Range | Refusal::OtherBytes => ("the parameters did not arrive as they were sent", "try again"),
+        Refusal::OtherLayout => {
+            ("the firmware lays parameters out differently", "flash the firmware of this version (`cargo fw-run`)")
+        }
+        Refusal::Parameters => {
+            ("the firmware does not accept the parameters", "flash the firmware of this version (`cargo fw-run`)")
+        }
+        Refusal::Capturing => ("the microcontroller is recording", "end the other recording first"),
+        Refusal::NotConfigured => ("the microcontroller has no parameters", "write them with `greyrig flash`"),
+        Refusal::Fault(fault) => TABLE
+            .iter()
+            .find(|description| description.fault == fault)
+            .map_or(("a fault", "see docs/firmware.md"), |description| (description.what, description.remedy)),
+    };
+    Error::link(what, remedy)
+}

@@ -1,0 +1,12 @@
+//! The microcontroller, seen from the host: the link, its parameters, and recordings from it.
+
+pub mod capture;
+pub mod connection;
+pub mod image;
+pub mod line;
+pub mod parameters;
+#[cfg(feature = "probe")]
+pub mod probe;
+pub mod update;
+
+pub use connection::{Connection, Device};

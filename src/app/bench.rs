@@ -1,0 +1,71 @@
+//! A motor in place of the converter: what the emulated board samples.
+//!
+//! A universal motor on 50 Hz mains behind a phase angle that opens and closes slowly, as counts of the usual calibration.
+//! It is the core's own model, so the host computes the same counts bit by bit, and a test can tell whether a recording has
+//! every sample in its place. For tests of the link and the application; it says nothing about the model.
+
+use crate::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, Stepper};
+use crate::scalar::Scalar;
+use crate::units::{CalibrationSettings, Counts, FULL_SCALE, Scale};
+
+/// A vacuum-cleaner motor of 1.4 kW.
+pub const MOTOR: Parameters<f32> = Parameters {
+    flux_law: FluxLaw::Series,
+    resistance: 2.2,
+    inductance: 20e-3,
+    flux_coefficient: 9.45e-3,
+    inertia: 1.8e-4,
+    dry_friction: 0.015,
+    viscous_friction: 8e-6,
+    turbulent_friction: 2.98e-8,
+};
+
+/// Peak of the supply, V.
+const PEAK: f32 = 325.0;
+/// Samples in a period of the mains.
+const PERIOD: u32 = 200;
+/// Samples in which the amplitude rises, and then falls.
+const SWELL: u32 = 20_000;
+
+/// The motor with its supply.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    stepper: Stepper<f32>,
+    sample: u32,
+    last_voltage: f32,
+}
+
+impl Bench {
+    /// At rest.
+    ///
+    /// # Errors
+    /// Never, as far as [`MOTOR`] is a motor.
+    pub fn new() -> Result<Self, ParameterError> {
+        let stepper = Stepper::build(Motor::build(MOTOR, &[])?, 1e-4)?;
+        Ok(Self { stepper, sample: 0, last_voltage: 0.0 })
+    }
+
+    /// The next sample.
+    pub fn counts(&mut self) -> Counts {
+        let phase = (self.sample % PERIOD) as f32 / PERIOD as f32;
+        let swell = self.sample % (2 * SWELL);
+        let amplitude = PEAK * swell.min(2 * SWELL - swell) as f32 / SWELL as f32;
+        let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
+        self.stepper.step(self.last_voltage, voltage, Constraints::FREE);
+        self.last_voltage = voltage;
+        self.sample = self.sample.wrapping_add(1);
+        let scales = CalibrationSettings::default();
+        let state = self.stepper.reading();
+        Counts {
+            voltage: to_counts(&scales.voltage, voltage),
+            current: to_counts(&scales.current, state.current),
+            speed: to_counts(&scales.speed, state.speed),
+        }
+    }
+}
+
+/// The nearest count, within the converter's range.
+fn to_counts(scale: &Scale, quantity: f32) -> u16 {
+    let counts = Scalar::round(quantity / scale.per_count + scale.zero);
+    counts.clamp(0.0, f32::from(FULL_SCALE)) as u16
+}

@@ -1,0 +1,29 @@
+//! What the application asks of a board.
+
+use embedded_storage::nor_flash::NorFlash;
+
+/// A board, seen from the thread. The sampling interrupt is the board's own business.
+#[allow(async_fn_in_trait)]
+pub trait Hardware {
+    /// Flash that holds the parameters.
+    type Flash: NorFlash;
+    /// Name of the board.
+    const BOARD: &'static str;
+    /// How much later than the voltage current and speed are sampled, s.
+    const SKEW_S: [f32; 2];
+    /// Where the slots begin in [`Hardware::flash`].
+    const STORE: u32;
+
+    /// The flash.
+    fn flash(&mut self) -> &mut Self::Flash;
+    /// The chip's own number.
+    fn chip(&self) -> [u8; 12];
+    /// Bytes from the host: at least one, or none after a millisecond at most.
+    async fn receive(&mut self, bytes: &mut [u8]) -> usize;
+    /// Sends bytes to the host. What a disconnected line does not take is lost.
+    async fn send(&mut self, bytes: &[u8]);
+    /// Says to the watchdog that all is well.
+    fn alive(&mut self);
+    /// Starts again, after what was sent has left.
+    fn restart(&mut self) -> !;
+}

@@ -1,0 +1,40 @@
+//! The application, the same on every board: sampling, the link, parameters, counters.
+//!
+//! ```text
+//! interrupt, every 100 µs                          thread
+//! counts ─► Sampler ─┬─ Shared (counters, wishes) ─┬─ Server ◄─► link to the host
+//!                    ├─ queue of raw samples ──────┤     │
+//!                    └─ queue of reports ──────────┘     └─► Store (parameters in flash)
+//! ```
+//! [`sampler`] is what the interrupt does with a sample, [`server`] what the thread does with bytes, [`serve`] the thread's
+//! loop. A board gives [`Hardware`], calls [`Sampler::sample`] once per sample, and has no logic of its own.
+//!
+//! # Contract of the interrupt
+//! [`Sampler::sample`] has to be called once for every sample, in order, and to be done before the next one is due, 100 µs
+//! later. If it is not, the converter overwrites a sample, the filters see a shorter time than has passed, and the residual
+//! is wrong for some milliseconds; [`Fault::TickOverrun`](crate::faults::Fault::TickOverrun) counts it.
+//!
+//! # Safe mode
+//! Without a valid block the model does not run and nothing is reported about the motor; raw samples can still be recorded,
+//! which is how a rig gets its first parameters.
+
+pub mod bench;
+mod hardware;
+pub mod plausibility;
+pub mod sampler;
+mod serve;
+pub mod server;
+mod shared;
+pub mod telemetry;
+
+pub use hardware::Hardware;
+pub use sampler::{Raw, Sampler};
+pub use serve::{receive_all, send_waiting, serve};
+pub use server::{Outgoing, Server};
+pub use shared::Shared;
+pub use telemetry::Window;
+
+/// Raw samples that wait for the link: 51 ms, longer than a page of flash takes to be erased (RM0440's data sheet: 22 ms).
+pub const RAW_QUEUE: usize = 512;
+/// Reports that wait for the link.
+pub const REPORT_QUEUE: usize = 8;

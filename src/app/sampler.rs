@@ -1,0 +1,77 @@
+//! What the sampling interrupt does with a sample.
+
+use heapless::spsc::Producer;
+
+use super::plausibility::Watch;
+use super::shared::Shared;
+use super::telemetry::Window;
+use crate::faults::Fault;
+use crate::motor::Constraints;
+use crate::parameters::Active;
+use crate::tick::Output;
+use crate::units::Counts;
+
+/// A raw sample with its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Raw {
+    /// Samples before it since the start.
+    pub number: u32,
+    /// What the converter gave.
+    pub counts: Counts,
+}
+
+/// The interrupt's side of the application.
+pub struct Sampler<'a> {
+    active: Option<Active>,
+    shared: &'a Shared,
+    raw: Producer<'a, Raw>,
+    reports: Producer<'a, Window>,
+    watch: Watch,
+    window: Window,
+    number: u32,
+}
+
+impl<'a> Sampler<'a> {
+    /// With parameters, or in safe mode without.
+    pub fn new(
+        active: Option<Active>,
+        shared: &'a Shared,
+        raw: Producer<'a, Raw>,
+        reports: Producer<'a, Window>,
+    ) -> Self {
+        let watch = Watch::new(active.as_ref().map(|active| &active.calibration));
+        Self { active, shared, raw, reports, watch, window: Window::default(), number: 0 }
+    }
+
+    /// Takes a sample; `late` says that the next one came before the last call was done. Gives measured and modelled
+    /// signals, but not in safe mode.
+    #[inline]
+    pub fn sample(&mut self, counts: Counts, late: bool) -> Option<Output> {
+        let (shared, number) = (self.shared, self.number);
+        self.number = number.wrapping_add(1);
+        shared.count_sample(self.number);
+        if late {
+            shared.raise(Fault::TickOverrun);
+        }
+        if shared.capturing() && self.raw.enqueue(Raw { number, counts }).is_err() {
+            shared.raise(Fault::CaptureLost);
+        }
+        self.watch.look(counts, |fault| shared.raise(fault));
+        let active = self.active.as_mut()?;
+        let sample = active.calibration.sample(counts);
+        let output = active.tick.process(sample, Constraints::FREE);
+        let every = shared.report_every();
+        if every == 0 {
+            self.window = Window::default();
+        } else {
+            self.window.add(number, sample.voltage, &output);
+            if self.window.count >= every {
+                let full = core::mem::take(&mut self.window);
+                if self.reports.enqueue(full).is_err() {
+                    shared.raise(Fault::TelemetryLost);
+                }
+            }
+        }
+        Some(output)
+    }
+}

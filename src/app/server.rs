@@ -1,0 +1,267 @@
+//! What the thread does with bytes from the host, and what it has to send unasked.
+
+use heapless::spsc::Consumer;
+
+use super::hardware::Hardware;
+use super::sampler::Raw;
+use super::shared::Shared;
+use super::telemetry::Window;
+use crate::faults::Fault;
+use crate::link::frame::{self, MAX_FRAME, Receiver};
+use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
+use crate::link::message::{Samples, Status};
+use crate::link::packing;
+use crate::parameters::block::{Header, MAX_PAYLOAD, payload_crc};
+use crate::parameters::store::{Slot, Store};
+use crate::parameters::{Active, FINGERPRINT, SAMPLE_RATE_HZ, section};
+use crate::units::Counts;
+
+/// Version of the firmware.
+const FIRMWARE: &str = env!("CARGO_PKG_VERSION");
+
+/// The thread's side of the application.
+pub struct Server<'a> {
+    receiver: Receiver,
+    desk: Desk<'a>,
+}
+
+/// Everything but the receiver, whose buffer the request is in while it is answered.
+struct Desk<'a> {
+    shared: &'a Shared,
+    raw: Consumer<'a, Raw>,
+    reports: Consumer<'a, Window>,
+    /// The payload in force.
+    payload: [u8; MAX_PAYLOAD],
+    in_force: Option<InForce>,
+    mode: Mode,
+    /// Where a new payload waits until it is complete.
+    waiting: [u8; MAX_PAYLOAD],
+    /// A sample that has been taken from the queue and belongs to the next frame.
+    next: Option<Raw>,
+}
+
+/// A frame to send.
+#[derive(Debug, Clone)]
+pub struct Outgoing {
+    bytes: [u8; MAX_FRAME],
+    length: usize,
+    /// Whether the board has to start again once it has been sent.
+    pub restart: bool,
+}
+
+impl Outgoing {
+    fn new(message: &Message) -> Option<Self> {
+        let mut bytes = [0; MAX_FRAME];
+        let length = frame::encode(message, &mut bytes).ok()?;
+        Some(Self { bytes, length, restart: false })
+    }
+
+    /// What goes over the line.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
+impl<'a> Server<'a> {
+    /// Reads the parameters from flash. Without usable ones, the second is none and the fault is raised.
+    pub fn start(
+        hardware: &mut impl Hardware,
+        shared: &'a Shared,
+        raw: Consumer<'a, Raw>,
+        reports: Consumer<'a, Window>,
+    ) -> (Self, Option<Active>) {
+        let mut desk = Desk {
+            shared,
+            raw,
+            reports,
+            payload: [0; MAX_PAYLOAD],
+            in_force: None,
+            mode: Mode::Safe,
+            waiting: [0; MAX_PAYLOAD],
+            next: None,
+        };
+        let active = desk.load(hardware);
+        (Self { receiver: Receiver::new(), desk }, active)
+    }
+
+    /// Takes a byte from the host; at the end of a request gives the frame of the answer.
+    pub fn receive<H: Hardware>(&mut self, byte: u8, hardware: &mut H) -> Option<Outgoing> {
+        let Self { receiver, desk } = self;
+        let fault = match receiver.push(byte)? {
+            Err(_) => Fault::BadFrame,
+            Ok(body) => match postcard::take_from_bytes::<Asked>(body) {
+                Ok((Asked { number, request }, [])) => return desk.answer(number, request, hardware),
+                _ => Fault::BadRequest,
+            },
+        };
+        desk.shared.raise(fault);
+        None
+    }
+
+    /// The next frame that has to be sent unasked: consecutive samples, once there are enough for a frame or a gap follows
+    /// them; or a report.
+    pub fn unasked(&mut self) -> Option<Outgoing> {
+        if let Some(outgoing) = self.desk.samples() {
+            return Some(outgoing);
+        }
+        let window = self.desk.reports.dequeue()?;
+        Outgoing::new(&Message::Report(window.report()))
+    }
+}
+
+impl Desk<'_> {
+    fn load<H: Hardware>(&mut self, hardware: &mut H) -> Option<Active> {
+        let Some((slot, header)) = Store::new(hardware.flash(), H::STORE).load(&mut self.payload) else {
+            self.shared.raise(Fault::NotConfigured);
+            return None;
+        };
+        self.in_force = Some(self.described(slot, header));
+        let payload = self.payload.get(..usize::from(header.length))?;
+        match section::decode(payload).and_then(|settings| settings.build()) {
+            Ok(active) => {
+                self.mode = Mode::Running;
+                Some(active)
+            }
+            Err(_) => {
+                self.shared.raise(Fault::ParametersRefused);
+                None
+            }
+        }
+    }
+
+    fn described(&self, slot: Slot, Header { length, sequence, .. }: Header) -> InForce {
+        let crc = payload_crc(self.payload.get(..usize::from(length)).unwrap_or_default());
+        InForce { slot: slot as u8, sequence, length, crc }
+    }
+
+    fn answer<H: Hardware>(&mut self, number: u8, request: Request, hardware: &mut H) -> Option<Outgoing> {
+        let reply = match request {
+            Request::Hello => Reply::Identity(Identity {
+                protocol: PROTOCOL,
+                fingerprint: FINGERPRINT,
+                firmware: FIRMWARE,
+                board: H::BOARD,
+                chip: hardware.chip(),
+                sample_rate_hz: SAMPLE_RATE_HZ,
+                skew_s: H::SKEW_S,
+            }),
+            Request::Status => Reply::Status(Status {
+                mode: self.mode,
+                in_force: self.in_force,
+                samples: self.shared.samples(),
+                faults: self.shared.faults(),
+                cycles: self.shared.cycles(),
+            }),
+            Request::ReadParameters { offset } => {
+                let length = self.in_force.map_or(0, |block| usize::from(block.length));
+                let rest = self.payload.get(usize::from(offset)..length).unwrap_or_default();
+                Reply::Parameters(rest.get(..CHUNK).unwrap_or(rest))
+            }
+            Request::WriteParameters { offset, data } => self.take_bytes(offset, data),
+            Request::CommitParameters { fingerprint, length, crc } => {
+                self.commit(fingerprint, length, crc, hardware).unwrap_or_else(Reply::Refused)
+            }
+            Request::StartTelemetry { every: 1..=60_000 } if self.mode == Mode::Safe => {
+                Reply::Refused(Refusal::NotConfigured)
+            }
+            Request::StartTelemetry { every: every @ 1..=60_000 } => {
+                self.shared.report(every.into());
+                Reply::Done
+            }
+            Request::StartTelemetry { .. } => Reply::Refused(Refusal::Range),
+            Request::StartCapture => {
+                if !self.shared.capturing() {
+                    self.drop_samples();
+                    self.shared.capture(true);
+                }
+                Reply::Done
+            }
+            Request::Stop => {
+                self.shared.capture(false);
+                self.shared.report(0);
+                self.drop_samples();
+                Reply::Done
+            }
+            Request::ClearFaults => {
+                self.shared.clear();
+                Reply::Done
+            }
+            Request::Restart => Reply::Done,
+        };
+        let mut outgoing = Outgoing::new(&Message::Reply { number, reply })?;
+        outgoing.restart = request == Request::Restart;
+        Some(outgoing)
+    }
+
+    fn take_bytes(&mut self, offset: u16, data: &[u8]) -> Reply<'static> {
+        let start = usize::from(offset);
+        match self.waiting.get_mut(start..start + data.len()) {
+            Some(place) if data.len() <= CHUNK => {
+                place.copy_from_slice(data);
+                Reply::Done
+            }
+            _ => Reply::Refused(Refusal::Range),
+        }
+    }
+
+    /// The only way to the flash. A page takes some 22 ms to be erased, in which the thread stands still and the interrupt
+    /// goes on; during a capture the queue would be full.
+    fn commit<H: Hardware>(
+        &mut self,
+        fingerprint: u32,
+        length: u16,
+        crc: u32,
+        hardware: &mut H,
+    ) -> Result<Reply<'static>, Refusal> {
+        if self.shared.capturing() {
+            return Err(Refusal::Capturing);
+        }
+        if fingerprint != FINGERPRINT {
+            return Err(Refusal::OtherLayout);
+        }
+        let payload = self.waiting.get(..usize::from(length)).ok_or(Refusal::Range)?;
+        if payload_crc(payload) != crc {
+            return Err(Refusal::OtherBytes);
+        }
+        section::decode(payload).map_err(|_| Refusal::Parameters)?;
+        let mut store = Store::new(hardware.flash(), H::STORE);
+        // What is in force stays so until the next start, and so does its copy.
+        let mut scratch = [0; MAX_PAYLOAD];
+        // A repetition, because the host did not get the answer, writes nothing.
+        let present = store.load(&mut scratch).filter(|_| scratch.starts_with(payload));
+        let (slot, header) = match present {
+            Some((slot, header)) if header.length == length => (slot, header),
+            _ => store.write(payload, &mut scratch).map_err(|_| {
+                self.shared.raise(Fault::FlashWrite);
+                Refusal::Fault(Fault::FlashWrite)
+            })?,
+        };
+        Ok(Reply::Committed(InForce { slot: slot as u8, sequence: header.sequence, length, crc }))
+    }
+
+    fn drop_samples(&mut self) {
+        while self.raw.dequeue().is_some() {}
+        self.next = None;
+    }
+
+    fn samples(&mut self) -> Option<Outgoing> {
+        // One may have been taken from the queue already.
+        if self.raw.len() < packing::SAMPLES {
+            return None;
+        }
+        let mut counts = heapless::Vec::<Counts, { packing::SAMPLES }>::new();
+        let first = self.next.take().or_else(|| self.raw.dequeue())?;
+        let _ = counts.push(first.counts);
+        while !counts.is_full() {
+            let Some(raw) = self.raw.dequeue() else { break };
+            if raw.number != first.number.wrapping_add(counts.len() as u32) {
+                self.next = Some(raw);
+                break;
+            }
+            let _ = counts.push(raw.counts);
+        }
+        let packed = packing::pack(&counts);
+        let samples = Samples { first: first.number, count: counts.len() as u8, packed: &packed };
+        Outgoing::new(&Message::Samples(samples))
+    }
+}

@@ -1,0 +1,100 @@
+//! What interrupt and thread share: counters from one, wishes from the other. No locks; each value is whole by itself.
+
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+
+use crate::faults::{Fault, TABLE};
+
+/// Counters and wishes. One writer each, but for the faults, which only ever rise or are cleared.
+#[derive(Debug)]
+pub struct Shared {
+    samples: AtomicU32,
+    faults: [AtomicU32; TABLE.len()],
+    last_cycles: AtomicU32,
+    most_cycles: AtomicU32,
+    capture: AtomicBool,
+    report_every: AtomicU32,
+}
+
+impl Default for Shared {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Shared {
+    /// Nothing has happened, nothing is wished for.
+    pub const fn new() -> Self {
+        Self {
+            samples: AtomicU32::new(0),
+            faults: [const { AtomicU32::new(0) }; TABLE.len()],
+            last_cycles: AtomicU32::new(0),
+            most_cycles: AtomicU32::new(0),
+            capture: AtomicBool::new(false),
+            report_every: AtomicU32::new(0),
+        }
+    }
+
+    /// Counts a fault.
+    #[inline]
+    pub fn raise(&self, fault: Fault) {
+        if let Some(count) = self.faults.get(fault.place()) {
+            // Not fetch_add, which would wrap: a counter that says "never" after four billion faults would lie. An interrupt
+            // between the two may be counted once for twice.
+            count.store(count.load(Relaxed).saturating_add(1), Relaxed);
+        }
+    }
+
+    /// How often each fault has occurred, in the order of [`TABLE`].
+    pub fn faults(&self) -> [u32; TABLE.len()] {
+        self.faults.each_ref().map(|count| count.load(Relaxed))
+    }
+
+    /// Forgets faults and the longest tick.
+    pub fn clear(&self) {
+        self.faults.iter().for_each(|count| count.store(0, Relaxed));
+        self.most_cycles.store(0, Relaxed);
+    }
+
+    /// Samples since the start.
+    pub fn samples(&self) -> u32 {
+        self.samples.load(Relaxed)
+    }
+
+    /// Notes how long a tick took, in cycles of the processor.
+    #[inline]
+    pub fn note_cycles(&self, cycles: u32) {
+        self.last_cycles.store(cycles, Relaxed);
+        if cycles > self.most_cycles.load(Relaxed) {
+            self.most_cycles.store(cycles, Relaxed);
+        }
+    }
+
+    /// Cycles of the last tick and of the longest.
+    pub fn cycles(&self) -> [u32; 2] {
+        [self.last_cycles.load(Relaxed), self.most_cycles.load(Relaxed)]
+    }
+
+    #[inline]
+    pub(super) fn count_sample(&self, number: u32) {
+        self.samples.store(number, Relaxed);
+    }
+
+    #[inline]
+    pub(super) fn capturing(&self) -> bool {
+        self.capture.load(Relaxed)
+    }
+
+    pub(super) fn capture(&self, wanted: bool) {
+        self.capture.store(wanted, Relaxed);
+    }
+
+    /// Samples in a report; zero: no reports.
+    #[inline]
+    pub(super) fn report_every(&self) -> u32 {
+        self.report_every.load(Relaxed)
+    }
+
+    pub(super) fn report(&self, every: u32) {
+        self.report_every.store(every, Relaxed);
+    }
+}

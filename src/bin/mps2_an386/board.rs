@@ -1,0 +1,58 @@
+//! The machine as the application sees it.
+
+use cortex_m::peripheral::SCB;
+use greyrig::app::Hardware;
+
+use crate::nor::Nor;
+use crate::serial::Serial;
+
+/// The machine.
+pub struct Board {
+    serial: Serial,
+    flash: Nor,
+}
+
+impl Board {
+    pub fn new() -> Self {
+        Self { serial: Serial::new(), flash: Nor::new() }
+    }
+}
+
+impl Hardware for Board {
+    type Flash = Nor;
+    const BOARD: &'static str = "mps2-an386 (QEMU)";
+    const SKEW_S: [f32; 2] = [0.0; 2];
+    const STORE: u32 = 0;
+
+    fn flash(&mut self) -> &mut Nor {
+        &mut self.flash
+    }
+
+    fn chip(&self) -> [u8; 12] {
+        *b"qemu an386 0"
+    }
+
+    async fn receive(&mut self, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        for (place, byte) in bytes.iter_mut().zip(core::iter::from_fn(|| self.serial.byte())) {
+            *place = byte;
+            count += 1;
+        }
+        if count == 0 {
+            // Until the next sample: there is no other task.
+            cortex_m::asm::wfi();
+        }
+        count
+    }
+
+    async fn send(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.serial.send(byte));
+    }
+
+    fn alive(&mut self) {}
+
+    fn restart(&mut self) -> ! {
+        self.serial.flush();
+        SCB::sys_reset()
+    }
+}

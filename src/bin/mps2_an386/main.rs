@@ -1,0 +1,57 @@
+//! The firmware's twin for QEMU's machine mps2-an386 (a Cortex-M4F): the same application, with a motor in place of the
+//! converter, RAM in place of the flash, and QEMU's first serial port in place of the USART.
+//!
+//! ```text
+//! cargo fw-qemu
+//! qemu-system-arm -M mps2-an386 -nographic -monitor none -serial tcp:127.0.0.1:7000,server=on,wait=off \
+//!     -icount shift=3 -kernel target/thumbv7em-none-eabihf/firmware/mps2-an386
+//! ```
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("This program is for QEMU's mps2-an386; build it with `cargo fw-qemu`.");
+    std::process::exit(2);
+}
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod nor;
+#[cfg(target_os = "none")]
+mod sampling;
+#[cfg(target_os = "none")]
+mod serial;
+
+#[cfg(target_os = "none")]
+mod firmware {
+    // The macros of cortex-m-rt and embassy export symbols.
+    #![allow(unsafe_code)]
+
+    use embassy_executor::Spawner;
+    use greyrig::app::{RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Server, Shared, Window, serve};
+    use heapless::spsc::Queue;
+    use static_cell::StaticCell;
+
+    use crate::board::Board;
+    use crate::sampling;
+
+    static SHARED: Shared = Shared::new();
+
+    #[embassy_executor::main]
+    async fn main(_spawner: Spawner) {
+        static RAW: StaticCell<Queue<Raw, RAW_QUEUE>> = StaticCell::new();
+        static REPORTS: StaticCell<Queue<Window, REPORT_QUEUE>> = StaticCell::new();
+        let (raw_in, raw_out) = RAW.init(Queue::new()).split();
+        let (reports_in, reports_out) = REPORTS.init(Queue::new()).split();
+        let mut board = Board::new();
+        let (server, active) = Server::start(&mut board, &SHARED, raw_out, reports_out);
+        sampling::start(Sampler::new(active, &SHARED, raw_in, reports_in));
+        serve(server, &SHARED, board).await
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+}

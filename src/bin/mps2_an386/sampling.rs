@@ -1,0 +1,48 @@
+//! The sampling interrupt: SysTick, 10,000 times a second.
+#![allow(unsafe_code)]
+
+use core::ptr;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{Peripherals, SCB};
+use cortex_m_rt::exception;
+use greyrig::app::Sampler;
+use greyrig::app::bench::Bench;
+use greyrig::parameters::SAMPLE_RATE_HZ;
+use static_cell::StaticCell;
+
+/// SYSCLK of the machine, Hz.
+const CLOCK_HZ: u32 = 25_000_000;
+
+/// What the interrupt works with.
+struct Sampling {
+    sampler: Sampler<'static>,
+    bench: Bench,
+    late: bool,
+}
+
+/// Set once, before the interrupt is enabled; from then on the interrupt's own.
+static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
+
+/// Begins to sample.
+pub fn start(sampler: Sampler<'static>) {
+    static PLACE: StaticCell<Sampling> = StaticCell::new();
+    let (Ok(bench), Some(peripherals)) = (Bench::new(), Peripherals::take()) else { return };
+    SAMPLING.store(PLACE.init(Sampling { sampler, bench, late: false }), Ordering::Release);
+    let mut timer = peripherals.SYST;
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(CLOCK_HZ / SAMPLE_RATE_HZ - 1);
+    timer.clear_current();
+    timer.enable_interrupt();
+    timer.enable_counter();
+}
+
+#[exception]
+fn SysTick() {
+    // SAFETY: nobody else uses what it points to, and an interrupt does not interrupt itself.
+    let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
+    let counts = sampling.bench.counts();
+    sampling.sampler.sample(counts, sampling.late);
+    sampling.late = SCB::is_pendst_pending();
+}

@@ -1,0 +1,78 @@
+//! The firmware of the NUCLEO-G474RE.
+//!
+//! ```text
+//! TIM2, 10 kHz ─ TRGO ─► ADC1, injected sequence PA0, PA1, PC0 ─ JEOS interrupt ─► Sampler    (sampling)
+//! USART2 on PA2, PA3 ─ DMA ─► Server ─► two pages at the end of bank 2                        (board)
+//! NMI ─► a word of the flash that cannot be read                                              (flash_ecc)
+//! ```
+//! The processor runs at 170 MHz from the board's 24 MHz crystal: 24/6 · 85/2. 170 MHz / 17,000 is 10 kHz exactly, as
+//! exact as the crystal. Not run on silicon yet; `docs/wiring.md` has a list for the first time.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("This program is for the NUCLEO-G474RE; build it with `cargo fw`, flash and run it with `cargo fw-run`.");
+    std::process::exit(2);
+}
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod clocks;
+#[cfg(target_os = "none")]
+mod flash_ecc;
+#[cfg(target_os = "none")]
+mod sampling;
+
+#[cfg(target_os = "none")]
+mod firmware {
+    // The macros of cortex-m-rt and embassy export symbols.
+    #![allow(unsafe_code)]
+
+    use defmt_rtt as _;
+    use embassy_executor::Spawner;
+    use embassy_stm32::pac;
+    use greyrig::app::{RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Server, Shared, Window, serve};
+    use greyrig::faults::Fault;
+    use heapless::spsc::Queue;
+    use static_cell::StaticCell;
+
+    use crate::board::{Board, Line};
+    use crate::sampling::Converter;
+    use crate::{clocks, sampling};
+
+    /// What interrupt and thread share; the handler of the NMI counts here, too.
+    pub static SHARED: Shared = Shared::new();
+
+    #[embassy_executor::main]
+    async fn main(_spawner: Spawner) {
+        static RAW: StaticCell<Queue<Raw, RAW_QUEUE>> = StaticCell::new();
+        static REPORTS: StaticCell<Queue<Window, REPORT_QUEUE>> = StaticCell::new();
+
+        let p = embassy_stm32::init(clocks::config());
+        if pac::RCC.csr().read().iwdgrstf() {
+            SHARED.raise(Fault::WatchdogReset);
+        }
+        pac::RCC.csr().modify(|register| register.set_rmvf(true));
+
+        let line = Line { usart: p.USART2, tx: p.PA2, rx: p.PA3, tx_dma: p.DMA1_CH1, rx_dma: p.DMA1_CH2 };
+        let Some(mut board) = Board::new(p.FLASH, p.IWDG, line) else { cortex_m::peripheral::SCB::sys_reset() };
+        let (raw_in, raw_out) = RAW.init(Queue::new()).split();
+        let (reports_in, reports_out) = REPORTS.init(Queue::new()).split();
+        let (server, active) = Server::start(&mut board, &SHARED, raw_out, reports_out);
+        defmt::info!("{}", if active.is_some() { "running" } else { "safe mode: no usable parameters in flash" });
+
+        let sampler = Sampler::new(active, &SHARED, raw_in, reports_in);
+        let converter =
+            Converter { adc: p.ADC1, voltage: p.PA0, current: p.PA1, speed: p.PC0, timer: p.TIM2, busy: p.PA8 };
+        sampling::start(converter, sampler);
+        board.start_watchdog();
+        serve(server, &SHARED, board).await
+    }
+
+    #[panic_handler]
+    fn panic(info: &core::panic::PanicInfo) -> ! {
+        defmt::error!("{}", defmt::Display2Format(info));
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+}

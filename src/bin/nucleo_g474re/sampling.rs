@@ -1,0 +1,91 @@
+//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts.
+//!
+//! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, section 21.4.16);
+//! recordings say so, and the fit corrects it.
+#![allow(unsafe_code)]
+
+use core::ptr;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
+use cortex_m::peripheral::DWT;
+use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::timer::vals::Mms;
+use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PC0, TIM2};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::low_level::{RoundTo, Timer};
+use embassy_stm32::{Peri, interrupt, pac, triggers};
+use greyrig::app::Sampler;
+use greyrig::parameters::SAMPLE_RATE_HZ;
+use greyrig::units::Counts;
+use static_cell::StaticCell;
+
+use crate::firmware::SHARED;
+
+/// What the board gives to sampling.
+pub struct Converter {
+    pub adc: Peri<'static, ADC1>,
+    pub voltage: Peri<'static, PA0>,
+    pub current: Peri<'static, PA1>,
+    pub speed: Peri<'static, PC0>,
+    pub timer: Peri<'static, TIM2>,
+    /// High while a tick is computed, for an oscilloscope.
+    pub busy: Peri<'static, PA8>,
+}
+
+/// What the interrupt works with.
+struct Sampling {
+    adc: InjectedAdc<'static, ADC1, 3>,
+    sampler: Sampler<'static>,
+    busy: Output<'static>,
+    late: bool,
+    /// Stops if it is dropped.
+    _timer: Timer<'static, TIM2>,
+}
+
+/// Set once, before the interrupt is enabled; from then on the interrupt's own.
+static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
+
+/// Begins to sample.
+pub fn start(converter: Converter, sampler: Sampler<'static>) {
+    static PLACE: StaticCell<Sampling> = StaticCell::new();
+    const TIME: SampleTime = SampleTime::CYCLES24_5;
+    if let Some(mut peripherals) = cortex_m::Peripherals::take() {
+        peripherals.DCB.enable_trace();
+        peripherals.DWT.enable_cycle_counter();
+    }
+    let Converter { adc, voltage, current, speed, timer, busy } = converter;
+    let timer = Timer::new(timer);
+    timer.set_frequency(Hertz(SAMPLE_RATE_HZ), RoundTo::Slower);
+    timer.set_master_mode(Mms::UPDATE);
+    let channels = [(voltage.degrade_adc(), TIME), (current.degrade_adc(), TIME), (speed.degrade_adc(), TIME)];
+    let adc = Adc::new(adc, AdcConfig::default()).setup_injected_conversions(
+        channels,
+        triggers::TIM2_TRGO,
+        Exten::RISING_EDGE,
+        true,
+    );
+    let busy = Output::new(busy, Level::Low, Speed::VeryHigh);
+    timer.start();
+    let sampling = PLACE.init(Sampling { adc, sampler, busy, late: false, _timer: timer });
+    SAMPLING.store(sampling, Ordering::Release);
+    // Before everything else but faults: the DMA of the link can wait for a tick.
+    interrupt::ADC1_2.set_priority(Priority::P1);
+    // SAFETY: what the handler needs is there.
+    unsafe { interrupt::ADC1_2.enable() };
+}
+
+#[interrupt]
+fn ADC1_2() {
+    let begin = DWT::cycle_count();
+    // SAFETY: nobody else uses what it points to, and an interrupt does not interrupt itself.
+    let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
+    sampling.busy.set_high();
+    let [voltage, current, speed] = sampling.adc.read_injected_samples();
+    sampling.sampler.sample(Counts { voltage, current, speed }, sampling.late);
+    SHARED.note_cycles(DWT::cycle_count().wrapping_sub(begin));
+    sampling.busy.set_low();
+    // Reading the samples has cleared it: the next sequence has ended since.
+    sampling.late = pac::ADC1.isr().read().jeos();
+}

@@ -1,0 +1,208 @@
+//! What host and microcontroller say to each other.
+//!
+//! The encoding is postcard's; the order of fields and variants is part of it. A change that an older partner would
+//! misread raises [`PROTOCOL`]; only new variants at the end of an enumeration do not.
+
+use serde::{Deserialize, Serialize};
+
+use crate::faults::{Fault, TABLE};
+
+/// Version of the conversation.
+pub const PROTOCOL: u16 = 1;
+
+/// Most bytes of parameters in a message.
+pub const CHUNK: usize = 256;
+
+/// What the host asks for. Each may be repeated without harm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Request<'a> {
+    /// Who is there?
+    Hello,
+    /// How is it?
+    Status,
+    /// Up to [`CHUNK`] bytes of the parameters in force, from an offset.
+    ReadParameters {
+        /// Offset into the payload, bytes.
+        offset: u16,
+    },
+    /// Bytes of new parameters for the waiting room in RAM; flash is not touched.
+    WriteParameters {
+        /// Offset into the payload, bytes.
+        offset: u16,
+        /// At most [`CHUNK`] bytes.
+        data: &'a [u8],
+    },
+    /// Check what is in the waiting room and write it to flash. It counts from the next start on.
+    CommitParameters {
+        /// [`FINGERPRINT`](crate::parameters::FINGERPRINT) of the host.
+        fingerprint: u32,
+        /// Length of the payload, bytes.
+        length: u16,
+        /// CRC-32 of the payload.
+        crc: u32,
+    },
+    /// A report every so many samples.
+    StartTelemetry {
+        /// 1 … 60,000 samples; less than 10 is more than the line carries beside a capture.
+        every: u16,
+    },
+    /// All samples from now on.
+    StartCapture,
+    /// No more telemetry and samples.
+    Stop,
+    /// Forget faults and counters.
+    ClearFaults,
+    /// Start again, with the parameters in flash.
+    Restart,
+}
+
+/// A request with its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Asked<'a> {
+    /// Chosen by the host; the reply has the same.
+    pub number: u8,
+    /// The request.
+    #[serde(borrow)]
+    pub request: Request<'a>,
+}
+
+/// Who the microcontroller is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Identity<'a> {
+    /// [`PROTOCOL`]; this field comes first in every version.
+    pub protocol: u16,
+    /// [`FINGERPRINT`](crate::parameters::FINGERPRINT).
+    pub fingerprint: u32,
+    /// Version of the firmware.
+    pub firmware: &'a str,
+    /// Name of the board.
+    pub board: &'a str,
+    /// The chip's own number.
+    pub chip: [u8; 12],
+    /// Samples per second.
+    pub sample_rate_hz: u32,
+    /// How much later than the voltage current and speed are sampled, s.
+    pub skew_s: [f32; 2],
+}
+
+/// What the firmware does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// There are no parameters to run with: samples can be recorded, the model stands still.
+    Safe,
+    /// Model and filters run.
+    Running,
+}
+
+/// The block in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InForce {
+    /// Slot, from 0.
+    pub slot: u8,
+    /// Sequence number.
+    pub sequence: u32,
+    /// Length of the payload, bytes.
+    pub length: u16,
+    /// CRC-32 of the payload.
+    pub crc: u32,
+}
+
+/// How the microcontroller is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Status {
+    /// What it does.
+    pub mode: Mode,
+    /// The block that it runs with.
+    pub in_force: Option<InForce>,
+    /// Samples since the start; wraps after five days.
+    pub samples: u32,
+    /// How often each fault has occurred, in the order of [`TABLE`].
+    pub faults: [u32; TABLE.len()],
+    /// Cycles of the last tick and of the longest; zero where the processor cannot count them.
+    pub cycles: [u32; 2],
+}
+
+/// A report of a stretch of samples.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Report {
+    /// Number of its last sample.
+    pub sample: u32,
+    /// Samples in it.
+    pub count: u16,
+    /// RMS of the voltage, V. This and the following RMS values are for display: off by up to 0.2 %.
+    pub voltage_rms: f32,
+    /// RMS of the measured and filtered current, A.
+    pub current_rms: f32,
+    /// Mean of the measured and filtered speed, rad/s.
+    pub speed: f32,
+    /// RMS of the residual of the current, A.
+    pub residual_current_rms: f32,
+    /// RMS of the residual of the speed, rad/s.
+    pub residual_speed_rms: f32,
+}
+
+/// Consecutive samples of a raw capture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Samples<'a> {
+    /// Number of the first; a gap to the frame before is the number of samples lost.
+    pub first: u32,
+    /// How many.
+    pub count: u8,
+    /// As [`packing`](super::packing) packs them.
+    pub packed: &'a [u8],
+}
+
+/// Why a request is not granted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// An offset or a length beyond the end.
+    Range,
+    /// The waiting room holds other bytes than the host thinks.
+    OtherBytes,
+    /// Another layout of parameters.
+    OtherLayout,
+    /// A value that cannot be; `greyrig flash` finds the same one.
+    Parameters,
+    /// Not during a capture.
+    Capturing,
+    /// Not without parameters.
+    NotConfigured,
+    /// A fault prevented it.
+    Fault(Fault),
+}
+
+/// What the microcontroller answers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Reply<'a> {
+    /// To [`Request::Hello`].
+    #[serde(borrow)]
+    Identity(Identity<'a>),
+    /// To [`Request::Status`].
+    Status(Status),
+    /// To [`Request::ReadParameters`]; empty at the end.
+    Parameters(&'a [u8]),
+    /// To [`Request::CommitParameters`]: what counts from the next start on.
+    Committed(InForce),
+    /// To the other requests.
+    Done,
+    /// It will not be.
+    Refused(Refusal),
+}
+
+/// What comes from the microcontroller.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Message<'a> {
+    /// The answer to the request of that number.
+    Reply {
+        /// The request's number.
+        number: u8,
+        /// The answer.
+        #[serde(borrow)]
+        reply: Reply<'a>,
+    },
+    /// Unasked, after [`Request::StartCapture`].
+    #[serde(borrow)]
+    Samples(Samples<'a>),
+    /// Unasked, after [`Request::StartTelemetry`].
+    Report(Report),
+}

@@ -1,0 +1,119 @@
+//! The parameters of the rig: what the microcontroller needs beside its program, as one block in flash.
+//!
+//! ```text
+//! model.toml ─► Settings ─ encode ─► payload ─ header ─► block ─► slot A or B of the flash
+//!                  ▲                                                      │
+//!                  └─────────────── decode, every value checked ◄─────────┘
+//! Settings ─ build ─► Active: what the tick runs with, unchecked from there on
+//! ```
+//!
+//! One block, not a store of keys: the values belong together, and a rig that ran half of one model and half of another
+//! would be worse than one that stands still. [`block`] says what a block looks like, [`section`] what is in it, [`store`]
+//! how it is replaced so that a power cut leaves the old one or the new one.
+//!
+//! # What is stored
+//! The settings of the filter rather than its coefficients: host and microcontroller compute the same bits from them, and
+//! settings can be checked against ranges, which coefficients cannot.
+//!
+//! # Extending
+//! A further part of the computation (a learned correction, the thresholds of a detector) is a further section: a tag in
+//! [`section::Tag`], a serialisable type, and an `Option` in [`Settings`]. A program that does not know a section refuses
+//! the block, because leaving out a part of the computation silently would change its result.
+
+pub mod block;
+mod error;
+pub mod fingerprint;
+pub mod section;
+pub mod store;
+
+pub use error::Error;
+pub use fingerprint::FINGERPRINT;
+
+use crate::butterworth;
+use crate::effects::{Effect, MAX_EFFECTS};
+use crate::motor::{MAX_TERMS, Motor, Parameters, Stepper};
+use crate::term::Term;
+use crate::tick::Tick;
+use crate::units::{Calibration, CalibrationSettings};
+
+/// The rig's sampling rate, Hz: that of A. Rakar, Đ. Juričić (2004), section 2.2.
+pub const SAMPLE_RATE_HZ: u32 = 10_000;
+
+/// Longest name of a motor type or serial number, bytes of UTF-8.
+pub const MAX_TEXT: usize = 32;
+
+/// A name of a motor type or a serial number.
+pub type Text = heapless::String<MAX_TEXT>;
+
+/// Everything that is set for a rig and a motor type, as the user gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// The motor type that the model is of.
+    pub motor_type: Text,
+    /// Serial number of the rig that the calibration is of.
+    pub rig: Text,
+    /// Straight lines from counts to V, A and rad/s.
+    pub calibration: CalibrationSettings,
+    /// The filter behind measurement and model.
+    pub filter: butterworth::Settings,
+    /// The base model.
+    pub motor: Parameters<f32>,
+    /// Its effects.
+    pub effects: heapless::Vec<Effect<f32>, MAX_EFFECTS>,
+    /// Its terms of the user's own.
+    pub terms: heapless::Vec<Term<f32>, MAX_TERMS>,
+}
+
+impl Default for Settings {
+    /// No names, the usual calibration and filter, and a motor that [`Settings::build`] refuses.
+    fn default() -> Self {
+        Self {
+            motor_type: Text::new(),
+            rig: Text::new(),
+            calibration: CalibrationSettings::default(),
+            filter: butterworth::Settings::default(),
+            motor: Parameters::default(),
+            effects: heapless::Vec::new(),
+            terms: heapless::Vec::new(),
+        }
+    }
+}
+
+/// What the sampling interrupt runs with.
+#[derive(Debug, Clone)]
+pub struct Active {
+    /// Counts to SI units.
+    pub calibration: Calibration,
+    /// Model and filters, at rest.
+    pub tick: Tick,
+}
+
+impl Settings {
+    /// Checks every value, by the same rules as the host tool, and makes from them what runs.
+    ///
+    /// # Errors
+    /// The first value that cannot be.
+    pub fn build(&self) -> Result<Active, Error> {
+        for (name, text) in [("motor type", &self.motor_type), ("rig", &self.rig)] {
+            if text.chars().any(char::is_control) {
+                return Err(Error::Text(name));
+            }
+        }
+        let calibration = self.calibration.build().map_err(Error::Calibration)?;
+        if self.filter.sample_rate_hz != f64::from(SAMPLE_RATE_HZ) {
+            return Err(Error::SampleRate);
+        }
+        let filter = self.filter.build().map_err(Error::Filter)?;
+        self.motor.validate().map_err(Error::Motor)?;
+        for effect in &self.effects {
+            effect.validate().map_err(|error| Error::Effect(effect.description().id, error))?;
+        }
+        if self.terms.iter().flat_map(Term::unknowns).any(|value| !value.is_finite()) {
+            return Err(Error::Unknowns);
+        }
+        let motor = Motor::build(self.motor, &self.effects).map_err(Error::Motor)?;
+        let motor = motor.with_terms(&self.terms).map_err(Error::Motor)?;
+        let stepper = Stepper::build(motor, 1.0 / SAMPLE_RATE_HZ as f32).map_err(Error::Motor)?;
+        Ok(Active { calibration, tick: Tick::new(stepper, filter) })
+    }
+}

@@ -1,0 +1,219 @@
+//! What is in a block: sections with a tag, a version and a length each.
+//!
+//! ```text
+//! byte 0      tag
+//! byte 1      version of the section
+//! byte 2, 3   length of the body, little-endian
+//! byte 4 …    body in postcard's encoding (wire format 1.0) of the type named at the tag
+//! ```
+//! Sections may come in any order. Postcard is compact, stable, specified, and encodes `f32` in full, so that every value
+//! comes back bit by bit; versions and lengths around it make the block extendable, which postcard by itself is not.
+//! The order of fields and of variants of the encoded types is part of the format: changing one means a new version of the
+//! section, and [`FINGERPRINT`](super::FINGERPRINT) and a test of the bytes notice if it is forgotten.
+
+use serde::{Deserialize, Serialize};
+
+use super::block::MAX_PAYLOAD;
+use super::{Error, Settings, Text};
+use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
+use crate::motor::MAX_TERMS;
+use crate::term::{MAX_OPS, MAX_UNKNOWNS, Op, Target, Term};
+
+/// Length of what stands before a section's body, bytes.
+const HEAD: usize = 4;
+
+/// What a section holds. Numbers are never used again for anything else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Tag {
+    /// Names of the motor type and the rig.
+    Identity = 0x01,
+    /// Calibration of the three channels.
+    Calibration = 0x02,
+    /// Settings of the filter.
+    Filter = 0x03,
+    /// Base model.
+    Motor = 0x04,
+    /// Effects: identifiers and values.
+    Effects = 0x05,
+    /// Terms of the user's own.
+    Terms = 0x06,
+    /// Reserved for the learned correction.
+    Correction = 0x07,
+    /// Reserved for the thresholds of the detector.
+    Detector = 0x08,
+}
+
+impl Tag {
+    /// All tags with the version that is written, and the only one that is read; none: reserved.
+    pub const ALL: [(Self, Option<u8>); 8] = [
+        (Self::Identity, Some(1)),
+        (Self::Calibration, Some(1)),
+        (Self::Filter, Some(1)),
+        (Self::Motor, Some(1)),
+        (Self::Effects, Some(1)),
+        (Self::Terms, Some(1)),
+        (Self::Correction, None),
+        (Self::Detector, None),
+    ];
+
+    /// What messages call it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Identity => "identity",
+            Self::Calibration => "calibration",
+            Self::Filter => "filter",
+            Self::Motor => "motor",
+            Self::Effects => "effects",
+            Self::Terms => "terms",
+            Self::Correction => "correction",
+            Self::Detector => "detector",
+        }
+    }
+
+    fn known(number: u8, version: u8) -> Result<Self, Error> {
+        Self::ALL
+            .into_iter()
+            .find(|(tag, known)| *tag as u8 == number && *known == Some(version))
+            .map(|(tag, _)| tag)
+            .ok_or(Error::Unsupported { tag: number, version })
+    }
+
+    fn version(self) -> u8 {
+        Self::ALL.into_iter().find(|(tag, _)| *tag == self).and_then(|(_, version)| version).unwrap_or(0)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Identity<'a> {
+    motor_type: &'a str,
+    rig: &'a str,
+}
+
+/// Effects by identifier, so that a longer catalogue reads the blocks of a shorter one.
+#[derive(Serialize, Deserialize)]
+struct EffectEntry<'a> {
+    id: &'a str,
+    values: [f32; MAX_EFFECT_PARAMETERS],
+}
+
+#[derive(Serialize, Deserialize)]
+struct TermEntry {
+    target: Target,
+    ops: heapless::Vec<Op<f32>, MAX_OPS>,
+    unknowns: [f32; MAX_UNKNOWNS],
+}
+
+/// Writes all sections into `payload` and gives the used part.
+///
+/// # Errors
+/// [`Error::TooLong`]; the values are not checked, see [`Settings::build`].
+pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Result<&'b [u8], Error> {
+    let mut out = Writer { payload, used: 0 };
+    out.section(Tag::Identity, &Identity { motor_type: &settings.motor_type, rig: &settings.rig })?;
+    out.section(Tag::Calibration, &settings.calibration)?;
+    out.section(Tag::Filter, &settings.filter)?;
+    out.section(Tag::Motor, &settings.motor)?;
+    let effects: heapless::Vec<_, MAX_EFFECTS> = settings
+        .effects
+        .iter()
+        .map(|effect| EffectEntry { id: effect.description().id, values: effect.values() })
+        .collect();
+    out.section(Tag::Effects, &effects)?;
+    let terms: heapless::Vec<_, MAX_TERMS> = settings
+        .terms
+        .iter()
+        .map(|term| TermEntry { target: term.target(), ops: term.ops().collect(), unknowns: term.unknowns() })
+        .collect();
+    out.section(Tag::Terms, &terms)?;
+    let Writer { payload, used } = out;
+    payload.get(..used).ok_or(Error::TooLong)
+}
+
+/// Reads a payload and checks every value.
+///
+/// # Errors
+/// The first section or value that cannot be used. Never panics, whatever the bytes.
+pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
+    let mut settings = Settings::default();
+    let mut seen = [false; Tag::ALL.len()];
+    let mut rest = payload;
+    while let Some((&[number, version, low, high], after)) = rest.split_first_chunk::<HEAD>() {
+        let tag = Tag::known(number, version)?;
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        let (body, next) = after.split_at_checked(length).ok_or(Error::Truncated)?;
+        rest = next;
+        let place = Tag::ALL.iter().position(|(t, _)| *t == tag).and_then(|place| seen.get_mut(place));
+        if place.is_none_or(|seen| core::mem::replace(seen, true)) {
+            return Err(Error::Repeated(tag));
+        }
+        match tag {
+            Tag::Identity => {
+                let identity: Identity = whole(tag, body)?;
+                settings.motor_type = text(tag, identity.motor_type)?;
+                settings.rig = text(tag, identity.rig)?;
+            }
+            Tag::Calibration => settings.calibration = whole(tag, body)?,
+            Tag::Filter => settings.filter = whole(tag, body)?,
+            Tag::Motor => settings.motor = whole(tag, body)?,
+            Tag::Effects => {
+                let entries: heapless::Vec<EffectEntry, MAX_EFFECTS> = whole(tag, body)?;
+                for (index, EffectEntry { id, values }) in entries.iter().enumerate() {
+                    let effect = Effect::from_id(id, values).ok_or(Error::UnknownEffect(index))?;
+                    settings.effects.push(effect).map_err(|_| Error::Malformed(tag))?;
+                }
+            }
+            Tag::Terms => {
+                let entries: heapless::Vec<TermEntry, MAX_TERMS> = whole(tag, body)?;
+                for (index, entry) in entries.iter().enumerate() {
+                    let ops: heapless::Vec<Op<f64>, MAX_OPS> = entry.ops.iter().map(|op| op.map(f64::from)).collect();
+                    let term = Term::build(entry.target, &ops, entry.unknowns.map(f64::from));
+                    settings
+                        .terms
+                        .push(term.map_err(|error| Error::Term(index, error))?)
+                        .map_err(|_| Error::Malformed(tag))?;
+                }
+            }
+            Tag::Correction | Tag::Detector => return Err(Error::Unsupported { tag: number, version }),
+        }
+    }
+    if !rest.is_empty() {
+        return Err(Error::Truncated);
+    }
+    for ((tag, version), seen) in Tag::ALL.into_iter().zip(seen) {
+        if version.is_some() && !seen {
+            return Err(Error::Missing(tag));
+        }
+    }
+    settings.build()?;
+    Ok(settings)
+}
+
+/// A body that is one value and nothing else.
+fn whole<'a, T: Deserialize<'a>>(tag: Tag, body: &'a [u8]) -> Result<T, Error> {
+    match postcard::take_from_bytes(body) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(Error::Malformed(tag)),
+    }
+}
+
+fn text(tag: Tag, text: &str) -> Result<Text, Error> {
+    Text::try_from(text).map_err(|_| Error::Malformed(tag))
+}
+
+struct Writer<'b> {
+    payload: &'b mut [u8; MAX_PAYLOAD],
+    used: usize,
+}
+
+impl Writer<'_> {
+    fn section(&mut self, tag: Tag, value: &impl Serialize) -> Result<(), Error> {
+        let free = self.payload.get_mut(self.used..).ok_or(Error::TooLong)?;
+        let (head, body) = free.split_first_chunk_mut::<HEAD>().ok_or(Error::TooLong)?;
+        let length = postcard::to_slice(value, body).map_err(|_| Error::TooLong)?.len();
+        let [low, high] = u16::try_from(length).map_err(|_| Error::TooLong)?.to_le_bytes();
+        *head = [tag as u8, tag.version(), low, high];
+        self.used += HEAD + length;
+        Ok(())
+    }
+}
