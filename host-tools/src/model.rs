@@ -498,21 +498,28 @@ impl Model {
             .collect()
     }
 
-    /// The learned correction in the core's form.
+    /// The learned correction as the microcontroller gets it, in single precision.
     ///
     /// # Errors
     /// A network that is not the rig's: three inputs with three membership functions each.
-    pub fn correction(&self) -> Result<Option<Anfis3x3>> {
+    pub fn correction_settings(&self) -> Result<Option<Settings3x3>> {
         let Some(file) = &self.correction else { return Ok(None) };
-        let path = Path::new("the model's correction");
-        let net = file.net(path)?;
+        let net = file.net(Path::new("the model's correction"))?;
         let ranges: Vec<(f64, f64)> = file.input.iter().map(|i| (i.range[0], i.range[1])).collect();
         let Ok(inputs) = <[(f64, f64); 3]>::try_from(ranges) else {
             return Err(Error::usage("the model's correction does not have three inputs", "train it again"));
         };
         let settings: Settings3x3 = net.to_core(inputs, (file.output[0], file.output[1]), file.margin)?;
-        let built = settings.build::<f32>();
-        built.map(Some).map_err(|e| Error::usage(format!("the model's correction: {e}"), "train it again"))
+        Ok(Some(settings.in_single_precision()))
+    }
+
+    /// The learned correction in the core's form.
+    ///
+    /// # Errors
+    /// As [`Model::correction_settings`].
+    pub fn correction(&self) -> Result<Option<Anfis3x3>> {
+        let built = self.correction_settings()?.map(|settings| settings.build::<f32>()).transpose();
+        built.map_err(|e| Error::usage(format!("the model's correction: {e}"), "train it again"))
     }
 
     /// The motor of the core, in `f32` as on the microcontroller or in `f64` for fits.

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::kernel::{BOX, Kernel};
 use super::network::{Anfis, Consequent, Exponent, Member, differences};
 
@@ -23,7 +25,7 @@ pub struct Premise {
 }
 
 /// Form of the membership functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Shape {
     /// Generalised bell: μ = 1/(1 + |(x − c)/a|^(2b)). If all b of a network are 1, or all are 2, no power is computed.
     #[default]
@@ -33,7 +35,7 @@ pub enum Shape {
 }
 
 /// How a rule's memberships become its firing strength.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Firing {
     /// Their product. On a full grid the normalised strength is then a product, too, one factor for each input.
     #[default]
@@ -99,6 +101,23 @@ fn range((low, high): (f64, f64)) -> bool {
 }
 
 impl<const N: usize, const M: usize, const RULES: usize> Settings<N, M, RULES> {
+    /// The same with every number rounded to `f32`, as the microcontroller's flash holds it: what is built from these
+    /// settings has the same bits on both sides.
+    #[must_use]
+    pub fn in_single_precision(&self) -> Self {
+        let round = |x: f64| f64::from(x as f32);
+        let pair = |(low, high): (f64, f64)| (round(low), round(high));
+        Self {
+            premise: self.premise.map(|input| input.map(|p| Premise { a: round(p.a), b: round(p.b), c: round(p.c) })),
+            slopes: self.slopes.map(|rule| rule.map(round)),
+            constants: self.constants.map(round),
+            inputs: self.inputs.map(pair),
+            output: pair(self.output),
+            margin: round(self.margin),
+            ..*self
+        }
+    }
+
     /// Checks the settings and puts them into the form that is computed with, in `f64` whatever `S` is.
     ///
     /// # Errors

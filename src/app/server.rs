@@ -151,6 +151,7 @@ impl Desk<'_> {
                 samples: self.shared.samples(),
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
+                verdict: self.shared.verdict(),
             }),
             Request::ReadParameters { offset } => {
                 let length = self.in_force.map_or(0, |block| usize::from(block.length));

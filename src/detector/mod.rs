@@ -24,6 +24,8 @@ pub use isolation::{Kind, locate};
 pub use jump::{Jump, PAST};
 pub use period::PeriodClock;
 
+use serde::{Deserialize, Serialize};
+
 use crate::butterworth::HighPass;
 use crate::tick::Output;
 use crate::units::Sample;
@@ -35,7 +37,7 @@ pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
 const LEAST_VALIDITY: f32 = 0.9;
 
 /// What is healthy, learnt from healthy motors; a limit of 0 is not watched.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Limits {
     /// Largest error of the current, 1.
     pub current: f32,
@@ -54,7 +56,7 @@ pub struct Limits {
 }
 
 /// The detector as an engineer sets it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Sampling rate, Hz.
     pub sample_rate_hz: f32,
@@ -159,7 +161,7 @@ pub struct Period {
 }
 
 /// Outcome of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// Nothing called.
     Pass,

@@ -37,7 +37,7 @@ mod firmware {
     use heapless::spsc::Queue;
     use static_cell::StaticCell;
 
-    use crate::board::{Board, Line};
+    use crate::board::{Board, Lamps, Line};
     use crate::sampling::Converter;
     use crate::{clocks, sampling};
 
@@ -56,7 +56,8 @@ mod firmware {
         pac::RCC.csr().modify(|register| register.set_rmvf(true));
 
         let line = Line { usart: p.USART2, tx: p.PA2, rx: p.PA3, tx_dma: p.DMA1_CH1, rx_dma: p.DMA1_CH2 };
-        let Some(mut board) = Board::new(p.FLASH, p.IWDG, line) else { cortex_m::peripheral::SCB::sys_reset() };
+        let lamps = Lamps { pass: p.PB10, alarm: p.PB5, status: p.PA5 };
+        let Some(mut board) = Board::new(p.FLASH, p.IWDG, line, lamps) else { cortex_m::peripheral::SCB::sys_reset() };
         let (raw_in, raw_out) = RAW.init(Queue::new()).split();
         let (reports_in, reports_out) = REPORTS.init(Queue::new()).split();
         let (server, active) = Server::start(&mut board, &SHARED, raw_out, reports_out);
