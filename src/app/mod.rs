@@ -21,6 +21,7 @@
 pub mod bench;
 mod hardware;
 pub mod plausibility;
+pub mod ring;
 pub mod sampler;
 mod serve;
 pub mod server;
@@ -34,7 +35,7 @@ pub use server::{Outgoing, Server};
 pub use shared::Shared;
 pub use telemetry::Window;
 
-/// Raw samples that wait for the link: 51 ms, longer than a page of flash takes to be erased (RM0440's data sheet: 22 ms).
+/// Raw samples that wait for the link: 51 ms, longer than a page of flash takes to be erased (data sheet DS12288: 22 ms).
 pub const RAW_QUEUE: usize = 512;
 /// Reports that wait for the link.
 pub const REPORT_QUEUE: usize = 8;

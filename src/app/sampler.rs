@@ -1,8 +1,7 @@
 //! What the sampling interrupt does with a sample.
 
-use heapless::spsc::Producer;
-
 use super::plausibility::Watch;
+use super::ring::Words;
 use super::shared::Shared;
 use super::telemetry::Window;
 use crate::faults::Fault;
@@ -20,12 +19,21 @@ pub struct Raw {
     pub counts: Counts,
 }
 
+impl Words<3> for Raw {
+    fn to_words(&self) -> [u32; 3] {
+        let Counts { voltage, current, speed } = self.counts;
+        [self.number, u32::from(voltage) | u32::from(current) << 16, speed.into()]
+    }
+
+    fn from_words([number, pair, speed]: [u32; 3]) -> Self {
+        Self { number, counts: Counts { voltage: pair as u16, current: (pair >> 16) as u16, speed: speed as u16 } }
+    }
+}
+
 /// The interrupt's side of the application.
 pub struct Sampler<'a> {
     active: Option<Active>,
     shared: &'a Shared,
-    raw: Producer<'a, Raw>,
-    reports: Producer<'a, Window>,
     watch: Watch,
     window: Window,
     number: u32,
@@ -33,14 +41,9 @@ pub struct Sampler<'a> {
 
 impl<'a> Sampler<'a> {
     /// With parameters, or in safe mode without.
-    pub fn new(
-        active: Option<Active>,
-        shared: &'a Shared,
-        raw: Producer<'a, Raw>,
-        reports: Producer<'a, Window>,
-    ) -> Self {
+    pub fn new(active: Option<Active>, shared: &'a Shared) -> Self {
         let watch = Watch::new(active.as_ref().map(|active| &active.calibration));
-        Self { active, shared, raw, reports, watch, window: Window::default(), number: 0 }
+        Self { active, shared, watch, window: Window::default(), number: 0 }
     }
 
     /// Takes a sample; `late` says that the next one came before the last call was done. Gives measured and modelled
@@ -53,7 +56,7 @@ impl<'a> Sampler<'a> {
         if late {
             shared.raise(Fault::TickOverrun);
         }
-        if shared.capturing() && self.raw.enqueue(Raw { number, counts }).is_err() {
+        if shared.capturing() && !shared.raw.push(&Raw { number, counts }) {
             shared.raise(Fault::CaptureLost);
         }
         self.watch.look(counts, |fault| shared.raise(fault));
@@ -72,7 +75,7 @@ impl<'a> Sampler<'a> {
             self.window.add(number, sample.voltage, &output);
             if self.window.count >= every {
                 let full = core::mem::take(&mut self.window);
-                if self.reports.enqueue(full).is_err() {
+                if !shared.reports.push(&full) {
                     shared.raise(Fault::TelemetryLost);
                 }
             }

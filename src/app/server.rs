@@ -1,11 +1,8 @@
 //! What the thread does with bytes from the host, and what it has to send unasked.
 
-use heapless::spsc::Consumer;
-
 use super::hardware::Hardware;
 use super::sampler::Raw;
 use super::shared::Shared;
-use super::telemetry::Window;
 use crate::faults::Fault;
 use crate::link::frame::{self, MAX_FRAME, Receiver};
 use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
@@ -28,8 +25,6 @@ pub struct Server<'a> {
 /// Everything but the receiver, whose buffer the request is in while it is answered.
 struct Desk<'a> {
     shared: &'a Shared,
-    raw: Consumer<'a, Raw>,
-    reports: Consumer<'a, Window>,
     /// The payload in force.
     payload: [u8; MAX_PAYLOAD],
     in_force: Option<InForce>,
@@ -64,16 +59,9 @@ impl Outgoing {
 
 impl<'a> Server<'a> {
     /// Reads the parameters from flash. Without usable ones, the second is none and the fault is raised.
-    pub fn start(
-        hardware: &mut impl Hardware,
-        shared: &'a Shared,
-        raw: Consumer<'a, Raw>,
-        reports: Consumer<'a, Window>,
-    ) -> (Self, Option<Active>) {
+    pub fn start(hardware: &mut impl Hardware, shared: &'a Shared) -> (Self, Option<Active>) {
         let mut desk = Desk {
             shared,
-            raw,
-            reports,
             payload: [0; MAX_PAYLOAD],
             in_force: None,
             mode: Mode::Safe,
@@ -104,7 +92,7 @@ impl<'a> Server<'a> {
         if let Some(outgoing) = self.desk.samples() {
             return Some(outgoing);
         }
-        let window = self.desk.reports.dequeue()?;
+        let window = self.desk.shared.reports.pop()?;
         Outgoing::new(&Message::Report(window.report()))
     }
 }
@@ -241,20 +229,20 @@ impl Desk<'_> {
     }
 
     fn drop_samples(&mut self) {
-        while self.raw.dequeue().is_some() {}
+        while self.shared.raw.pop().is_some() {}
         self.next = None;
     }
 
     fn samples(&mut self) -> Option<Outgoing> {
         // One may have been taken from the queue already.
-        if self.raw.len() < packing::SAMPLES {
+        if self.shared.raw.len() < packing::SAMPLES {
             return None;
         }
         let mut counts = heapless::Vec::<Counts, { packing::SAMPLES }>::new();
-        let first = self.next.take().or_else(|| self.raw.dequeue())?;
+        let first = self.next.take().or_else(|| self.shared.raw.pop())?;
         let _ = counts.push(first.counts);
         while !counts.is_full() {
-            let Some(raw) = self.raw.dequeue() else { break };
+            let Some(raw) = self.shared.raw.pop() else { break };
             if raw.number != first.number.wrapping_add(counts.len() as u32) {
                 self.next = Some(raw);
                 break;

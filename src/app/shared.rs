@@ -1,7 +1,10 @@
-//! What interrupt and thread share: counters from one, wishes from the other. No locks; each value is whole by itself.
+//! What interrupt and thread share: counters and queues from one, wishes from the other. No locks; each value is whole by
+//! itself.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
 
+use super::ring::Ring;
+use super::{RAW_QUEUE, REPORT_QUEUE, Raw, Window};
 use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};
 
@@ -9,7 +12,7 @@ const CANNOT_JUDGE: u8 = 0;
 const PASS: u8 = 1;
 const FAIL: u8 = 2;
 
-/// Counters and wishes. One writer each, but for the faults, which only ever rise or are cleared.
+/// Counters, queues and wishes. One writer each, but for the faults, which only ever rise or are cleared.
 #[derive(Debug)]
 pub struct Shared {
     samples: AtomicU32,
@@ -19,6 +22,8 @@ pub struct Shared {
     capture: AtomicBool,
     report_every: AtomicU32,
     verdict: AtomicU8,
+    pub(super) raw: Ring<Raw, 3, RAW_QUEUE>,
+    pub(super) reports: Ring<Window, 7, REPORT_QUEUE>,
 }
 
 impl Default for Shared {
@@ -38,6 +43,8 @@ impl Shared {
             capture: AtomicBool::new(false),
             report_every: AtomicU32::new(0),
             verdict: AtomicU8::new(CANNOT_JUDGE),
+            raw: Ring::new(),
+            reports: Ring::new(),
         }
     }
 
@@ -110,7 +117,8 @@ impl Shared {
         self.capture.load(Relaxed)
     }
 
-    pub(super) fn capture(&self, wanted: bool) {
+    /// Says whether every raw sample goes into the queue.
+    pub fn capture(&self, wanted: bool) {
         self.capture.store(wanted, Relaxed);
     }
 
@@ -120,7 +128,8 @@ impl Shared {
         self.report_every.load(Relaxed)
     }
 
-    pub(super) fn report(&self, every: u32) {
+    /// Says how many samples a report is about; zero: no reports.
+    pub fn report(&self, every: u32) {
         self.report_every.store(every, Relaxed);
     }
 }

@@ -2,6 +2,7 @@
 
 use micromath::F32Ext;
 
+use super::ring::Words;
 use crate::link::message::Report;
 use crate::motor::State;
 use crate::tick::Output;
@@ -46,6 +47,21 @@ impl Window {
             residual_current_rms: displayed_root(self.residual_squared.current * share),
             residual_speed_rms: displayed_root(self.residual_squared.speed * share),
         }
+    }
+}
+
+impl Words<7> for Window {
+    fn to_words(&self) -> [u32; 7] {
+        let State { current, speed } = self.residual_squared;
+        let [a, b, c, d, e] =
+            [self.voltage_squared, self.current_squared, self.speed, current, speed].map(f32::to_bits);
+        [self.sample, self.count, a, b, c, d, e]
+    }
+
+    fn from_words([sample, count, sums @ ..]: [u32; 7]) -> Self {
+        let [voltage_squared, current_squared, speed, residual_current, residual_speed] = sums.map(f32::from_bits);
+        let residual_squared = State { current: residual_current, speed: residual_speed };
+        Self { sample, count, voltage_squared, current_squared, speed, residual_squared }
     }
 }
 

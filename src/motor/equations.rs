@@ -149,8 +149,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// Lets the memories of the effects move on over a step.
     #[inline(always)]
     pub fn advance(&self, passed: &Passed<S>, memories: &mut Memories<S>) {
-        for (k, effect) in self.effects.iter().enumerate() {
-            effect.advance(passed, &mut memories[k]);
+        for (effect, memory) in self.effects.iter().zip(memories) {
+            effect.advance(passed, memory);
         }
     }
 
@@ -158,8 +158,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub fn measure(&self, memories: &Memories<S>, state: State<S>) -> State<S> {
         let mut reading = state;
-        for (k, effect) in self.effects.iter().enumerate() {
-            effect.measure(&memories[k], &mut reading);
+        for (effect, memory) in self.effects.iter().zip(memories) {
+            effect.measure(memory, &mut reading);
         }
         reading
     }
@@ -168,8 +168,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub fn balance<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Balance<N> {
         let mut balance = self.base(at);
-        for (k, effect) in self.effects.iter().enumerate() {
-            effect.contribute(at, &memories[k], &mut balance);
+        for (effect, memory) in self.effects.iter().zip(memories) {
+            effect.contribute(at, memory, &mut balance);
         }
         for term in &self.terms {
             let value = term.value(at.current, at.speed, at.voltage);

@@ -2,8 +2,9 @@
 
 use greyrig::app::bench::{self, Bench};
 use greyrig::app::plausibility::{FROZEN_SAMPLES, TENTH};
+use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
-use greyrig::app::{Hardware, RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Server, Shared, Window};
+use greyrig::app::{Hardware, Raw, Sampler, Server, Shared};
 use greyrig::detector::{self, Limits, Verdict};
 use greyrig::faults::{Fault, TABLE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
@@ -13,7 +14,6 @@ use greyrig::motor::Constraints;
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
 use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
 use greyrig::units::Counts;
-use heapless::spsc::Queue;
 
 use crate::nor::{Cut, Nor};
 
@@ -138,12 +138,9 @@ impl Rig<'_> {
 /// Starts a board on a flash, lets it do something, and gives the flash back.
 fn run<T>(flash: Nor, work: impl FnOnce(&mut Rig) -> T) -> (Nor, T) {
     let shared = Shared::new();
-    let mut raw = Queue::<Raw, RAW_QUEUE>::new();
-    let mut reports = Queue::<Window, REPORT_QUEUE>::new();
-    let ((raw_in, raw_out), (reports_in, reports_out)) = (raw.split(), reports.split());
     let mut board = Board { flash };
-    let (server, active) = Server::start(&mut board, &shared, raw_out, reports_out);
-    let sampler = Sampler::new(active, &shared, raw_in, reports_in);
+    let (server, active) = Server::start(&mut board, &shared);
+    let sampler = Sampler::new(active, &shared);
     let mut rig = Rig { board, server, sampler, shared: &shared };
     let result = work(&mut rig);
     (rig.board.flash, result)
@@ -427,4 +424,36 @@ fn displayed_root_is_right_to_two_per_mille() {
     // The bound is about the one used, so the test would notice a better or a worse function.
     assert!(worst >= 1e-3, "{worst}");
     assert_eq!((displayed_root(0.0), displayed_root(-1.0)), (0.0, 0.0));
+}
+
+/// Two threads, as interrupt and thread: nothing is lost, doubled, reordered or torn.
+#[test]
+fn the_ring_keeps_order_between_two_threads() {
+    let ring = Ring::<Raw, 3, 16>::new();
+    let raw = |number: u32| Raw {
+        number,
+        counts: Counts { voltage: number as u16, current: (number >> 3) as u16, speed: (number >> 5) as u16 },
+    };
+    assert_eq!(Raw::from_words(raw(0x1234_5678).to_words()), raw(0x1234_5678));
+    const COUNT: u32 = 200_000;
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            for number in 0..COUNT {
+                while !ring.push(&raw(number)) {
+                    std::thread::yield_now();
+                }
+            }
+        });
+        for number in 0..COUNT {
+            let got = loop {
+                if let Some(got) = ring.pop() {
+                    break got;
+                }
+                std::thread::yield_now();
+            };
+            assert_eq!(got, raw(number));
+        }
+    });
+    assert!(ring.is_empty());
+    assert!((0..16).all(|n| ring.push(&raw(n))) && !ring.push(&raw(16)) && ring.len() == 16);
 }

@@ -29,9 +29,7 @@ mod firmware {
     #![allow(unsafe_code)]
 
     use embassy_executor::Spawner;
-    use greyrig::app::{RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Server, Shared, Window, serve};
-    use heapless::spsc::Queue;
-    use static_cell::StaticCell;
+    use greyrig::app::{Sampler, Server, Shared, serve};
 
     use crate::board::Board;
     use crate::sampling;
@@ -40,13 +38,9 @@ mod firmware {
 
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
-        static RAW: StaticCell<Queue<Raw, RAW_QUEUE>> = StaticCell::new();
-        static REPORTS: StaticCell<Queue<Window, REPORT_QUEUE>> = StaticCell::new();
-        let (raw_in, raw_out) = RAW.init(Queue::new()).split();
-        let (reports_in, reports_out) = REPORTS.init(Queue::new()).split();
         let mut board = Board::new();
-        let (server, active) = Server::start(&mut board, &SHARED, raw_out, reports_out);
-        sampling::start(Sampler::new(active, &SHARED, raw_in, reports_in));
+        let (server, active) = Server::start(&mut board, &SHARED);
+        sampling::start(Sampler::new(active, &SHARED));
         serve(server, &SHARED, board).await
     }
 

@@ -32,10 +32,8 @@ mod firmware {
     use defmt_rtt as _;
     use embassy_executor::Spawner;
     use embassy_stm32::pac;
-    use greyrig::app::{RAW_QUEUE, REPORT_QUEUE, Raw, Sampler, Server, Shared, Window, serve};
+    use greyrig::app::{Sampler, Server, Shared, serve};
     use greyrig::faults::Fault;
-    use heapless::spsc::Queue;
-    use static_cell::StaticCell;
 
     use crate::board::{Board, Lamps, Line};
     use crate::sampling::Converter;
@@ -46,9 +44,6 @@ mod firmware {
 
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
-        static RAW: StaticCell<Queue<Raw, RAW_QUEUE>> = StaticCell::new();
-        static REPORTS: StaticCell<Queue<Window, REPORT_QUEUE>> = StaticCell::new();
-
         let p = embassy_stm32::init(clocks::config());
         if pac::RCC.csr().read().iwdgrstf() {
             SHARED.raise(Fault::WatchdogReset);
@@ -58,12 +53,10 @@ mod firmware {
         let line = Line { usart: p.USART2, tx: p.PA2, rx: p.PA3, tx_dma: p.DMA1_CH1, rx_dma: p.DMA1_CH2 };
         let lamps = Lamps { pass: p.PB10, alarm: p.PB5, status: p.PA5 };
         let Some(mut board) = Board::new(p.FLASH, p.IWDG, line, lamps) else { cortex_m::peripheral::SCB::sys_reset() };
-        let (raw_in, raw_out) = RAW.init(Queue::new()).split();
-        let (reports_in, reports_out) = REPORTS.init(Queue::new()).split();
-        let (server, active) = Server::start(&mut board, &SHARED, raw_out, reports_out);
+        let (server, active) = Server::start(&mut board, &SHARED);
         defmt::info!("{}", if active.is_some() { "running" } else { "safe mode: no usable parameters in flash" });
 
-        let sampler = Sampler::new(active, &SHARED, raw_in, reports_in);
+        let sampler = Sampler::new(active, &SHARED);
         let converter =
             Converter { adc: p.ADC1, voltage: p.PA0, current: p.PA1, speed: p.PC0, timer: p.TIM2, busy: p.PA8 };
         sampling::start(converter, sampler);

@@ -3,10 +3,12 @@
 use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
+use greyrig::app::{Raw, Sampler, Shared, Window};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;
-use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
+use greyrig::parameters::Active;
+use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
 
 use crate::scenarios;
 
@@ -40,6 +42,15 @@ pub fn all(counter: &mut impl Counter) {
         let sample =
             black_box(Sample { voltage: Volts(230.0), current: Amperes(6.5), speed: RadiansPerSecond(3_400.0) });
         black_box(tick.process(sample, Constraints::FREE));
+    });
+    let (Some(tick), Ok(calibration)) = (scenarios::tick(), CalibrationSettings::default().build()) else { return };
+    let shared = Shared::new();
+    shared.capture(true);
+    shared.report(100);
+    let sampler = Sampler::new(Some(Active { calibration, tick }), &shared);
+    counter.count("interrupt", sampler, |sampler| {
+        let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+        black_box(sampler.sample(counts, false));
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {

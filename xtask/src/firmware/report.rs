@@ -1,0 +1,156 @@
+//! The figures of an image, and what must hold for them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::code::{Facts, facts};
+use super::elf::Image;
+
+/// Calls through pointers that can be reached, and what they can call: fragments of names. Whatever is not listed is an
+/// error.
+pub const INDIRECT: &[(&str, &[&str])] = &[];
+
+/// Functions that end in a panic.
+const PANICS: [&str; 5] = ["core::panicking::", "unwrap_failed", "rust_begin_unwind", "slice_index_fail", "_fail::"];
+
+/// What the processor saves for an interrupt that finds floating-point state, with alignment, bytes.
+const EXCEPTION_FRAME: u32 = 108;
+
+/// Entries of the vector table before the interrupts: the stack pointer, reset, and the exceptions.
+const RESET: u32 = 1;
+
+/// The deepest that the stack can get.
+#[derive(Debug)]
+pub struct Stack {
+    /// Of the program from reset on, bytes.
+    pub thread: u32,
+    /// Of the interrupt handlers with what the processor saves: name, bytes.
+    pub handlers: Vec<(String, u32)>,
+}
+
+impl Stack {
+    /// All interrupts on top of the deepest point of the program.
+    pub fn bound(&self) -> u32 {
+        self.thread + self.handlers.iter().map(|(_, bytes)| bytes).sum::<u32>()
+    }
+}
+
+/// An image with its calls.
+pub struct Program<'a> {
+    image: &'a Image,
+    facts: BTreeMap<u32, Facts>,
+}
+
+impl<'a> Program<'a> {
+    /// Reads all functions.
+    pub fn new(image: &'a Image) -> Self {
+        Self { image, facts: image.functions.iter().map(|(address, f)| (*address, facts(f))).collect() }
+    }
+
+    /// The sampling interrupt, by the name of its handler, calls nothing that could panic and nothing through a pointer.
+    ///
+    /// # Errors
+    /// The way to what it must not reach.
+    pub fn check_no_panic(&self, handler: &str) -> Result<usize, String> {
+        let root = self.image.symbol(handler).ok_or_else(|| format!("there is no handler {handler}"))? & !1;
+        let mut from: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut open = vec![root];
+        let mut seen = BTreeSet::from([root]);
+        while let Some(address) = open.pop() {
+            let way = || {
+                let mut way = vec![self.name(address)];
+                let mut at = address;
+                while let Some(&before) = from.get(&at) {
+                    way.push(self.name(before));
+                    at = before;
+                }
+                way.reverse();
+                way.join(" → ")
+            };
+            let Some(facts) = self.facts.get(&address) else {
+                return Err(format!("{handler} calls {address:#x}, which is no function: {}", way()));
+            };
+            if is_panic(self.name(address)) {
+                return Err(format!("{handler} can panic: {}", way()));
+            }
+            if facts.indirect > 0 {
+                return Err(format!("{handler} calls through a pointer: {}", way()));
+            }
+            for &callee in &facts.calls {
+                if seen.insert(callee) {
+                    from.insert(callee, address);
+                    open.push(callee);
+                }
+            }
+        }
+        Ok(seen.len())
+    }
+
+    /// The deepest that the stack can get.
+    ///
+    /// # Errors
+    /// Recursion, a stack pointer that moves by a register, a call through a pointer that is not in [`INDIRECT`].
+    pub fn stack(&self) -> Result<Stack, String> {
+        let (table, length) = self.image.section(".vector_table").ok_or("there is no vector table")?;
+        let vector = |n: u32| self.image.word(table + 4 * n).filter(|entry| entry & 1 == 1).map(|entry| entry & !1);
+        let mut depths = BTreeMap::new();
+        let reset = vector(RESET).ok_or("there is no reset handler")?;
+        let thread = self.depth(reset, &mut depths, &mut Vec::new())?;
+        let handlers: BTreeSet<u32> = (RESET + 1..length / 4).filter_map(vector).collect();
+        let handlers = handlers
+            .into_iter()
+            .map(|address| {
+                let depth = self.depth(address, &mut depths, &mut Vec::new())?;
+                Ok((self.name(address).to_owned(), depth + EXCEPTION_FRAME))
+            })
+            .collect::<Result<_, String>>()?;
+        Ok(Stack { thread, handlers })
+    }
+
+    fn depth(&self, address: u32, known: &mut BTreeMap<u32, u32>, way: &mut Vec<u32>) -> Result<u32, String> {
+        if let Some(&depth) = known.get(&address) {
+            return Ok(depth);
+        }
+        let name = self.name(address);
+        if is_panic(name) {
+            return Ok(0);
+        }
+        if way.contains(&address) {
+            let names: Vec<&str> = way.iter().map(|&a| self.name(a)).collect();
+            return Err(format!("recursion: {} → {name}", names.join(" → ")));
+        }
+        let Some(facts) = self.facts.get(&address) else {
+            let caller = way.last().map_or("the vector table", |&a| self.name(a));
+            return Err(format!("{caller} calls {address:#x}, which is no function"));
+        };
+        if facts.unbounded {
+            return Err(format!("{name} moves the stack pointer by a register"));
+        }
+        way.push(address);
+        let mut callees = facts.calls.clone();
+        if facts.indirect > 0 {
+            let Some((_, fragments)) = INDIRECT.iter().find(|(caller, _)| name.contains(caller)) else {
+                let names: Vec<&str> = way.iter().map(|&a| self.name(a)).collect();
+                return Err(format!("a call through a pointer that is not listed: {}", names.join(" → ")));
+            };
+            for fragment in *fragments {
+                let matching = self.image.functions.iter().filter(|(_, f)| f.name.contains(fragment));
+                callees.extend(matching.map(|(address, _)| *address));
+            }
+        }
+        let mut deepest = 0;
+        for callee in callees {
+            deepest = deepest.max(self.depth(callee, known, way)?);
+        }
+        way.pop();
+        known.insert(address, facts.stack + deepest);
+        Ok(facts.stack + deepest)
+    }
+
+    fn name(&self, address: u32) -> &str {
+        self.image.function_at(address).map_or("?", |function| &function.name)
+    }
+}
+
+fn is_panic(name: &str) -> bool {
+    PANICS.iter().any(|fragment| name.contains(fragment))
+}
