@@ -20,6 +20,8 @@ pub const INPUTS: [&str; 3] = ["u_v", "modelled i_a", "modelled omega_rad_s"];
 pub const TARGET: &str = "measured - modelled i_a";
 /// How far outside the trained box the correction fades to zero, as a fraction of the box.
 pub const MARGIN: f64 = 0.1;
+/// Ridge over rows/columns, the trainer's own.
+pub const RIDGE: f64 = 1e-6;
 /// Length of the pieces of time of which every fifth is for checking, s.
 const PIECE_S: f64 = 0.5;
 const EVERY: usize = 5;

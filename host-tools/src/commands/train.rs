@@ -11,7 +11,7 @@ use super::anfis::{Bell, notes, parse_bell};
 use super::input::Input;
 use super::words;
 use crate::anfis::file::FiringName;
-use crate::anfis::{Method, Settings, Trained};
+use crate::anfis::{Method, Ridge, Settings, Trained};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::Result;
 use crate::hybrid;
@@ -48,6 +48,9 @@ pub struct Args {
     /// Exponent b of the bells: trained, or fixed for a network that takes half the time on the microcontroller
     #[arg(long, value_name = "free|1|2", default_value = "free", value_parser = parse_bell)]
     bell: Bell,
+    /// Ridge of least squares as a fraction of rows over columns
+    #[arg(long, default_value_t = hybrid::RIDGE)]
+    ridge: f64,
     /// Firing operator
     #[arg(long, value_enum, default_value = "product")]
     firing: FiringName,
@@ -83,6 +86,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         exponent: args.bell.0,
         firing: args.firing.into(),
         threads: args.threads,
+        ridge: Ridge::Relative(args.ridge),
         ..Settings::new(args.method, FUNCTIONS, args.epochs)
     };
     let bar = output::progress("training", args.epochs as u64);
@@ -151,7 +155,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// A recording whose begin does not count, though the model runs through it.
-fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
+pub(super) fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
     let mut judged = recording.clone();
     let blank = ((blanking_s / recording.sample_time_s) as usize).min(recording.len());
     judged.valid[..blank].fill(false);
@@ -159,7 +163,7 @@ fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
 }
 
 /// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box.
-fn correction_share(before: &Comparison, after: &Comparison) -> Option<f64> {
+pub(super) fn correction_share(before: &Comparison, after: &Comparison) -> Option<f64> {
     let (mut added, mut signal) = (0.0, 0.0);
     for (b, a) in before.per_recording.iter().zip(&after.per_recording) {
         let pairs = b.traces.modelled_current.iter().zip(&a.traces.modelled_current);

@@ -12,12 +12,12 @@ use super::screening::{Complement, log_fall};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::space::Space;
 
 /// How hard the free run is fitted.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
 
 /// The free run of a set of recordings.
 pub struct Audit<'a> {

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::output;
@@ -47,13 +47,13 @@ const RIVAL_SHARE: f64 = 0.5;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 pub const SMALLEST_SHARE: f64 = 0.02;
 /// How hard a model is fitted before candidates are tried on it.
-const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4 };
+const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON };
 /// How hard each candidate is fitted at first.
-const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2 };
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: CARRIED_ON };
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
 /// How hard the others are.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
 
 /// Why a candidate does not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,8 @@
 //! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
 //! factor of e", so that a shape on which the data say nothing stays where it is usual. The rows are of two groups, the
 //! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
-//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, carried on over a few
-//! steps by Broyden's update; a fit never ends on derivatives that were carried on.
+//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
+//! on over a few steps by Broyden's update; a fit never ends on derivatives that were carried on.
 //!
 //! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
 //! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
@@ -30,8 +30,8 @@ const TRIALS: usize = 8;
 /// Change of a weight, as a logarithm, below which it has settled.
 const SETTLED: f64 = 1e-3;
 
-/// Steps over which derivatives are carried on at most.
-const CARRIED_ON: usize = 3;
+/// Steps over which derivatives are carried on where a fit is one of dozens.
+pub const CARRIED_ON: usize = 3;
 
 /// Number of samples that the prior on a shape counts as.
 pub const PRIOR: f64 = 10.0;
@@ -53,13 +53,15 @@ pub struct Effort {
     pub steps: usize,
     /// Relative fall of the error below which a step was the last.
     pub tolerance: f64,
+    /// Steps over which derivatives are carried on at most. That is quicker, and may end in another valley.
+    pub carried_on: usize,
 }
 
 impl Effort {
     /// To the last digit that matters.
-    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7 };
+    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0 };
     /// To where something else has to be done next.
-    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3 };
+    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON };
 }
 
 /// The end of a fit.
@@ -145,7 +147,7 @@ pub fn minimise(
         if last && settled && age == 0 {
             break;
         }
-        if !last && age < CARRIED_ON {
+        if !last && age < effort.carried_on {
             known = Some((jacobian, age + 1));
         }
     }
