@@ -49,8 +49,8 @@ impl Watch {
         let ends = calibration.map_or(usual, |calibration| {
             calibration.scales().map(|scale| {
                 [0, FULL_SCALE].map(|end| {
-                    let off_zero = f32::from(end) - scale.zero;
-                    off_zero > ZERO_COUNTS || off_zero < -ZERO_COUNTS
+                    let counts_from_zero = f32::from(end) - scale.zero;
+                    !(-ZERO_COUNTS..=ZERO_COUNTS).contains(&counts_from_zero)
                 })
             })
         });

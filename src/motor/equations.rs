@@ -101,7 +101,15 @@ impl<S: Scalar<Base = S>> Motor<S> {
         }
         let mut effects =
             heapless::Vec::<Effect<S>, MAX_EFFECTS>::from_slice(effects).map_err(|_| ParameterError::TooManyEffects)?;
-        effects.sort_unstable_by_key(Effect::place);
+        // By insertion: they are few, and the library's sort recurses, so that nothing could be said about the stack.
+        for end in 1..effects.len() {
+            for k in (1..=end).rev() {
+                if effects[k - 1].place() <= effects[k].place() {
+                    break;
+                }
+                effects.swap(k - 1, k);
+            }
+        }
         Ok(Self {
             parameters,
             inverse_inertia: S::ONE / parameters.inertia,

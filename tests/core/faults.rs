@@ -9,3 +9,12 @@ fn numbers_rise_and_faults_find_their_place() {
         assert_eq!(description.fault.place(), place);
     }
 }
+
+#[test]
+fn the_documentation_has_the_table() {
+    let page = include_str!("../../docs/firmware.md");
+    for d in TABLE {
+        let row = format!("| {} | {} | {} |\n", d.fault.number(), d.what, d.remedy);
+        assert!(page.contains(&row), "docs/firmware.md lacks: {row}");
+    }
+}

@@ -5,6 +5,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::needs::{self, Need};
+use crate::size;
 use crate::tally::Tally;
 
 /// A check that can be run by its name.
@@ -49,26 +50,9 @@ pub const ALL: &[Check] = &[
     },
     Check {
         name: "firmware",
-        what: "the core builds for the microcontroller (cargo fw), and no lint complains there",
+        what: "both firmware images build, fit, have a bounded stack and a sampling interrupt that cannot panic",
         needs: &[Need::Clippy, Need::Target],
-        run: || {
-            cargo(&["fw", "--locked"])?;
-            cargo(&[
-                "clippy",
-                "--target",
-                needs::TARGET,
-                "--profile",
-                "firmware",
-                "--package",
-                "greyrig",
-                "--package",
-                "greyrig-target-tests",
-                "--locked",
-                "--",
-                "--deny",
-                "warnings",
-            ])
-        },
+        run: firmware,
     },
     Check {
         name: "tests",
@@ -178,12 +162,29 @@ fn tests() -> Result<Tally, String> {
     if tally.failed > 0 { Ok(tally) } else { Err(format!("{} ended with {}", shown(&command), output.status)) }
 }
 
+/// Lints and builds what runs on the microcontroller, and looks into the images.
+fn firmware() -> Result<Tally, String> {
+    for (package, feature) in
+        [("greyrig", Some("nucleo-g474re")), ("greyrig", Some("mps2-an386")), ("greyrig-target-tests", None)]
+    {
+        let mut arguments = vec!["clippy", "--target", needs::TARGET, "--profile", "firmware", "--locked"];
+        arguments.extend(["--package", package]);
+        if let Some(feature) = feature {
+            arguments.extend(["--features", feature]);
+        }
+        arguments.extend(["--", "--deny", "warnings"]);
+        cargo(&arguments)?;
+    }
+    size::run(false)?;
+    Ok(Tally::default())
+}
+
 fn cargo(arguments: &[&str]) -> Result<Tally, String> {
     run_command(&mut cargo_command(arguments))
 }
 
 /// Cargo in the workspace's root: the one that runs this program, so that the toolchain is the same.
-fn cargo_command(arguments: &[&str]) -> Command {
+pub fn cargo_command(arguments: &[&str]) -> Command {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(arguments).current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
@@ -196,7 +197,8 @@ fn run_command(command: &mut Command) -> Result<Tally, String> {
     if status.success() { Ok(Tally::default()) } else { Err(format!("{} ended with {status}", shown(command))) }
 }
 
-fn not_started(command: &Command, error: &std::io::Error) -> String {
+/// Why a command could not be run at all.
+pub fn not_started(command: &Command, error: &std::io::Error) -> String {
     format!("{} cannot be started: {error}", shown(command))
 }
 

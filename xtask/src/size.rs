@@ -1,11 +1,147 @@
-//! `cargo xtask size`.
-use crate::firmware::{elf::Image, report::Program};
-pub fn try_it(path: &str) {
-    let image = Image::parse(&std::fs::read(path).unwrap()).unwrap();
-    for s in &image.sections {
-        println!("{s:x?}");
+//! `cargo xtask size`: what the firmware takes, and what must hold for that.
+
+use std::process::Stdio;
+
+use crate::checks::{cargo_command, not_started};
+use crate::firmware::elf::Image;
+use crate::firmware::report::{Program, Stack};
+
+/// Memory of the STM32G474RE that the linker may use (`memory.x`): begin and length.
+const RAM: (u32, u32) = (0x2000_0000, 96 * 1024);
+/// Length of the program's part of the flash.
+const FLASH: u32 = 256 * 1024;
+
+/// A firmware image.
+struct Board {
+    name: &'static str,
+    /// Alias of the command that builds it.
+    build: &'static str,
+    /// Handler of the sampling interrupt.
+    handler: &'static str,
+    /// Where its flash begins.
+    flash: u32,
+    /// Most flash that it may take, so that nobody doubles it unawares: a tenth above what rustc 1.95 makes, bytes.
+    most_flash: u32,
+    /// Most stack, likewise.
+    most_stack: u32,
+}
+
+const BOARDS: [Board; 2] = [
+    Board {
+        name: "NUCLEO-G474RE",
+        build: "fw",
+        handler: "ADC1_2",
+        flash: 0x0800_0000,
+        most_flash: 140_000,
+        most_stack: 34_000,
+    },
+    Board {
+        name: "mps2-an386",
+        build: "fw-qemu",
+        handler: "SysTick",
+        flash: 0,
+        most_flash: 140_000,
+        most_stack: 34_000,
+    },
+];
+
+/// What is known about an image.
+struct Figures {
+    sections: [u32; 4],
+    /// Functions that the sampling interrupt can reach.
+    reached: usize,
+    stack: Stack,
+    /// What is left of the RAM for the stack.
+    room: u32,
+}
+
+/// Builds and checks all images and prints their table; with `counts`, the table of instructions, too.
+///
+/// # Errors
+/// The first thing that does not hold.
+pub fn run(counts: bool) -> Result<(), String> {
+    println!("| image | .text | .rodata | .data | .bss | stack at most | room for it |");
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    let mut notes = Vec::new();
+    for board in &BOARDS {
+        let bytes = built(board)?;
+        let figures = figures(board, &bytes).map_err(|sentence| format!("{}: {sentence}", board.name))?;
+        let [text, rodata, data, bss] = figures.sections;
+        let (bound, room) = (figures.stack.bound(), figures.room);
+        println!("| {} | {text} | {rodata} | {data} | {bss} | {bound} | {room} |", board.name);
+        let deepest: Vec<String> =
+            figures.stack.handlers.iter().map(|(handler, bytes)| format!("{handler} {bytes}")).collect();
+        notes.push(format!(
+            "{}: the sampling interrupt {} reaches {} functions, none of which can panic; stack of the program {}, of {}",
+            board.name,
+            board.handler,
+            figures.reached,
+            figures.stack.thread,
+            deepest.join(", ")
+        ));
     }
-    let p = Program::new(&image);
-    println!("{:?}", p.check_no_panic(if path.contains("nucleo") { "ADC1_2" } else { "SysTick" }));
-    println!("{:#?}", p.stack());
+    println!();
+    notes.iter().for_each(|note| println!("{note}."));
+    if counts { instructions() } else { Ok(()) }
+}
+
+fn figures(board: &Board, bytes: &[u8]) -> Result<Figures, String> {
+    let image = Image::parse(bytes)?;
+    let (ram_begin, ram_length) = RAM;
+    let within = |begin: u32, length: u32, at: u32, size: u32| at >= begin && at + size <= begin + length;
+    for (name, address, size) in &image.sections {
+        let fits = within(board.flash, FLASH, *address, *size) || within(ram_begin, ram_length, *address, *size);
+        if !fits {
+            return Err(format!("{name} at {address:#x} lies outside flash and RAM"));
+        }
+    }
+    if image.section(".vector_table").map(|(address, _)| address) != Some(board.flash) {
+        return Err("the vector table does not stand at the begin of the flash".into());
+    }
+    let size = |name| image.section(name).map_or(0, |(_, length)| length);
+    let flash = size(".vector_table") + size(".text") + size(".rodata") + size(".data");
+    if flash > board.most_flash {
+        return Err(format!("it takes {flash} bytes of flash, more than {}", board.most_flash));
+    }
+    let program = Program::new(&image);
+    let reached = program.check_no_panic(board.handler)?;
+    let stack = program.stack()?;
+    let ram_end = |name| image.section(name).map_or(ram_begin, |(address, length)| address + length);
+    let used_to = [".data", ".bss", ".uninit"].map(ram_end).into_iter().max().unwrap_or(ram_begin);
+    let room = ram_begin + ram_length - used_to;
+    let bound = stack.bound();
+    if bound > room.min(board.most_stack) {
+        return Err(format!("the stack can take {bound} bytes; {room} are free, {} allowed", board.most_stack));
+    }
+    let bss = size(".bss") + size(".uninit");
+    Ok(Figures { sections: [size(".text"), size(".rodata"), size(".data"), bss], reached, stack, room })
+}
+
+/// Builds an image and reads it.
+fn built(board: &Board) -> Result<Vec<u8>, String> {
+    let mut command = cargo_command(&[board.build, "--locked", "--message-format", "json-render-diagnostics"]);
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
+    if !output.status.success() {
+        return Err(format!("cargo {} ended with {}", board.build, output.status));
+    }
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let path = messages.split("\"executable\":\"").nth(1).and_then(|rest| rest.split('"').next());
+    let path = path.ok_or("cargo does not name the executable")?;
+    std::fs::read(path).map_err(|error| format!("{path} cannot be read: {error}"))
+}
+
+/// Prints the instructions that a sample takes, as the emulator counts them.
+fn instructions() -> Result<(), String> {
+    let arguments =
+        ["test", "--release", "--quiet", "--locked", "--package", "greyrig-target-tests", "--", "--nocapture"];
+    let mut command = cargo_command(&arguments);
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
+    if !output.status.success() {
+        return Err(format!("the emulated core: {}", String::from_utf8_lossy(&output.stdout)));
+    }
+    println!();
+    for line in String::from_utf8_lossy(&output.stdout).lines().filter(|line| line.starts_with('|')) {
+        println!("{line}");
+    }
+    Ok(())
 }

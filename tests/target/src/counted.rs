@@ -3,7 +3,7 @@
 use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
-use greyrig::app::{Raw, Sampler, Shared, Window};
+use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;

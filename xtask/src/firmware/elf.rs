@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, SymbolKind};
 
 /// An image.
 pub struct Image {
@@ -33,11 +33,8 @@ impl Image {
         let mut sections = Vec::new();
         for section in file.sections() {
             let (name, address) = (section.name().unwrap_or_default().to_owned(), section.address() as u32);
-            // `.defmt` holds texts for the host and takes no memory.
-            let takes_memory = matches!(
-                section.kind(),
-                SectionKind::Text | SectionKind::Data | SectionKind::ReadOnlyData | SectionKind::UninitializedData
-            );
+            // SHF_ALLOC. `.defmt` holds texts for the host and takes no memory, whatever it says.
+            let takes_memory = matches!(section.flags(), SectionFlags::Elf { sh_flags, .. } if sh_flags.0 & 2 != 0);
             if takes_memory && section.size() > 0 && name != ".defmt" {
                 sections.push((name, address, section.size() as u32));
                 if let Ok(data) = section.data()

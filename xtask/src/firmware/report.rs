@@ -7,7 +7,23 @@ use super::elf::Image;
 
 /// Calls through pointers that can be reached, and what they can call: fragments of names. Whatever is not listed is an
 /// error.
-pub const INDIRECT: &[(&str, &[&str])] = &[];
+pub const INDIRECT: &[(&str, &[&str])] = &[
+    // The executor polls its tasks, of which there is one; a task wakes itself or another by a waker.
+    ("thread::Executor::run", &["embassy_executor::raw::TaskStorage"]),
+    ("embassy_executor::raw::TaskStorage", WAKER),
+    ("as greyrig::app::hardware::Hardware>", WAKER),
+    ("embassy_stm32::", WAKER),
+    ("embassy_sync::", WAKER),
+    ("embassy_time", WAKER),
+    // The handlers of the driver wake a task.
+    ("USART2", WAKER),
+    ("DMA1_CHANNEL", WAKER),
+    ("TIM1_BRK_TIM15", WAKER),
+    // The log's encoder writes by a function of the RTT's.
+    ("defmt", &["defmt_rtt::"]),
+];
+
+const WAKER: &[&str] = &["embassy_executor::raw::waker::"];
 
 /// Functions that end in a panic.
 const PANICS: [&str; 5] = ["core::panicking::", "unwrap_failed", "rust_begin_unwind", "slice_index_fail", "_fail::"];
