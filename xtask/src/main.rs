@@ -3,7 +3,9 @@
 //! what the firmware takes.
 
 mod checks;
+mod firmware;
 mod needs;
+mod size;
 mod tally;
 
 use std::process::ExitCode;

@@ -47,8 +47,13 @@ pub fn all(counter: &mut impl Counter) {
     let shared = Shared::new();
     shared.capture(true);
     shared.report(100);
-    let sampler = Sampler::new(Some(Active { calibration, tick }), &shared);
+    let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
     counter.count("interrupt", sampler, |sampler| {
+        let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+        black_box(sampler.sample(counts, false));
+    });
+    let Some(sampler) = scenarios::full_sampler(&shared) else { return };
+    counter.count("interrupt_full", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
         black_box(sampler.sample(counts, false));
     });

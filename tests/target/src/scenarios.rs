@@ -2,14 +2,16 @@
 
 use greyrig::anfis::{self, Anfis3x3, Firing, Premise, Settings3x3, Shape};
 use greyrig::app::bench::{self, Bench};
+use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{self, Settings, fixed};
+use greyrig::detector;
 use greyrig::effects::{
     BrushDrop, ChannelDelay, CurrentCompression, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS, Saturation,
     SpeedLag, TorqueOffset, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::parameters::block::MAX_PAYLOAD;
-use greyrig::parameters::{FINGERPRINT, Settings as Parameterised, section};
+use greyrig::parameters::{Active, FINGERPRINT, Settings as Parameterised, section};
 use greyrig::scalar::Scalar;
 use greyrig::term::{Op, Target, Term};
 use greyrig::tick::{Output, Tick};
@@ -294,6 +296,27 @@ fn tick_bad_samples(outputs: &mut Outputs) {
         let sample = Sample { voltage: Volts(any()), current: Amperes(any()), speed: RadiansPerSecond(any()) };
         write(outputs, tick.process(sample, Constraints::FREE));
     }
+}
+
+/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
+pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
+    let effects = ["saturation", "brush_drop"].map(|id| Effect::from_id(id, &[]));
+    let effects = [effects[0]?, effects[1]?];
+    let filter = Settings::default().build().ok()?;
+    let tick =
+        Tick::new(stepper(UNIVERSAL, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
+    let detector = detector::Settings {
+        sample_rate_hz: 10_000.0,
+        nominal_voltage: 230.0,
+        least_voltage: 0.3,
+        most_voltage: 1.1,
+        least_speed: 600.0,
+        blanking_s: 1.0,
+        fewest_periods: 50,
+        limits: detector::Limits { current: 0.05, speed: 0.02, sparking: 0.05, ..detector::Limits::default() },
+    };
+    let calibration = CalibrationSettings::default().build().ok()?;
+    Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared))
 }
 
 /// What the network's instructions depend on.
