@@ -45,7 +45,8 @@ impl Bench {
         Ok(Self { stepper, sample: 0, last_voltage: 0.0 })
     }
 
-    /// The next sample.
+    /// The next sample. Not a part of whoever asks: the interrupt's own code is what is to be fast.
+    #[inline(never)]
     pub fn counts(&mut self) -> Counts {
         let phase = (self.sample % PERIOD) as f32 / PERIOD as f32;
         let swell = self.sample % (2 * SWELL);

@@ -141,7 +141,9 @@ fn memory_map_and_constants_agree() {
     assert_eq!(region("PARAMS"), (FLASH_ADDRESS, (SLOTS * SLOT_SIZE) as u32));
     // The end of 512 KiB of flash (STM32G474xE).
     assert_eq!(FLASH_ADDRESS + (SLOTS * SLOT_SIZE) as u32, 0x0808_0000);
-    let (start, length) = region("FLASH");
     // Bank 1 alone.
-    assert!(start + length <= 0x0804_0000, "{start:#x} + {length:#x}");
+    for name in ["FLASH", "HOT"] {
+        let (start, length) = region(name);
+        assert!(start + length <= 0x0804_0000, "{name}: {start:#x} + {length:#x}");
+    }
 }

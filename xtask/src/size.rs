@@ -20,6 +20,8 @@ struct Board {
     handler: &'static str,
     /// Where its flash begins.
     flash: u32,
+    /// Where the code of the interrupt runs: begin and length.
+    hot: (u32, u32),
     /// Most flash that it may take, so that nobody doubles it unawares: a tenth above what rustc 1.95 makes, bytes.
     most_flash: u32,
     /// Most stack, likewise.
@@ -32,6 +34,7 @@ const BOARDS: [Board; 2] = [
         build: "fw",
         handler: "ADC1_2",
         flash: 0x0800_0000,
+        hot: (0x1000_0000, 32 * 1024),
         most_flash: 140_000,
         most_stack: 34_000,
     },
@@ -40,6 +43,7 @@ const BOARDS: [Board; 2] = [
         build: "fw-qemu",
         handler: "SysTick",
         flash: 0,
+        hot: (0x2010_0000, 32 * 1024),
         most_flash: 140_000,
         most_stack: 34_000,
     },
@@ -47,7 +51,7 @@ const BOARDS: [Board; 2] = [
 
 /// What is known about an image.
 struct Figures {
-    sections: [u32; 4],
+    sections: [u32; 5],
     /// Functions that the sampling interrupt can reach.
     reached: usize,
     stack: Stack,
@@ -60,15 +64,15 @@ struct Figures {
 /// # Errors
 /// The first thing that does not hold.
 pub fn run(counts: bool) -> Result<(), String> {
-    println!("| image | .text | .rodata | .data | .bss | stack at most | room for it |");
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    println!("| image | .hot | .text | .rodata | .data | .bss | stack at most | room for it |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut notes = Vec::new();
     for board in &BOARDS {
         let bytes = built(board)?;
         let figures = figures(board, &bytes).map_err(|sentence| format!("{}: {sentence}", board.name))?;
-        let [text, rodata, data, bss] = figures.sections;
+        let [hot, text, rodata, data, bss] = figures.sections;
         let (bound, room) = (figures.stack.bound(), figures.room);
-        println!("| {} | {text} | {rodata} | {data} | {bss} | {bound} | {room} |", board.name);
+        println!("| {} | {hot} | {text} | {rodata} | {data} | {bss} | {bound} | {room} |", board.name);
         let deepest: Vec<String> =
             figures.stack.handlers.iter().map(|(handler, bytes)| format!("{handler} {bytes}")).collect();
         notes.push(format!(
@@ -90,7 +94,9 @@ fn figures(board: &Board, bytes: &[u8]) -> Result<Figures, String> {
     let (ram_begin, ram_length) = RAM;
     let within = |begin: u32, length: u32, at: u32, size: u32| at >= begin && at + size <= begin + length;
     for (name, address, size) in &image.sections {
-        let fits = within(board.flash, FLASH, *address, *size) || within(ram_begin, ram_length, *address, *size);
+        let fits = within(board.flash, FLASH, *address, *size)
+            || within(board.hot.0, board.hot.1, *address, *size)
+            || within(ram_begin, ram_length, *address, *size);
         if !fits {
             return Err(format!("{name} at {address:#x} lies outside flash and RAM"));
         }
@@ -98,8 +104,12 @@ fn figures(board: &Board, bytes: &[u8]) -> Result<Figures, String> {
     if image.section(".vector_table").map(|(address, _)| address) != Some(board.flash) {
         return Err("the vector table does not stand at the begin of the flash".into());
     }
+    let handler = image.symbol(board.handler).unwrap_or_default();
+    if !within(board.hot.0, board.hot.1, handler, 1) {
+        return Err(format!("{} at {handler:#x} is not among the hot code", board.handler));
+    }
     let size = |name| image.section(name).map_or(0, |(_, length)| length);
-    let flash = size(".vector_table") + size(".text") + size(".rodata") + size(".data");
+    let flash = size(".vector_table") + size(".hot") + size(".text") + size(".rodata") + size(".data");
     if flash > board.most_flash {
         return Err(format!("it takes {flash} bytes of flash, more than {}", board.most_flash));
     }
@@ -114,7 +124,7 @@ fn figures(board: &Board, bytes: &[u8]) -> Result<Figures, String> {
         return Err(format!("the stack can take {bound} bytes; {room} are free, {} allowed", board.most_stack));
     }
     let bss = size(".bss") + size(".uninit");
-    Ok(Figures { sections: [size(".text"), size(".rodata"), size(".data"), bss], reached, stack, room })
+    Ok(Figures { sections: [size(".hot"), size(".text"), size(".rodata"), size(".data"), bss], reached, stack, room })
 }
 
 /// Builds an image and reads it.

@@ -15,6 +15,10 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
+#[path = "../start.rs"]
+mod start;
+
+#[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
 mod nor;
