@@ -300,8 +300,10 @@ fn tick_bad_samples(outputs: &mut Outputs) {
 
 /// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
 pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
-    let effects = ["saturation", "brush_drop"].map(|id| Effect::from_id(id, &[]));
-    let effects = [effects[0]?, effects[1]?];
+    let effects = [
+        Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
+        Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
+    ];
     let filter = Settings::default().build().ok()?;
     let tick =
         Tick::new(stepper(UNIVERSAL, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
