@@ -151,11 +151,8 @@ pub fn calibrate(
         speed_deviation: band(&|s| s.speed_deviation),
         runs: recordings.len(),
         holds: [HOLDS, CONFIDENCE],
-        temperature_c: (!temperatures.is_empty()).then(|| {
-            let range =
-                temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)]);
-            range
-        }),
+        temperature_c: (!temperatures.is_empty())
+            .then(|| temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)])),
     };
     Ok((entry, all))
 }

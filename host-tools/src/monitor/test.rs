@@ -123,7 +123,7 @@ fn alarms(rows: &[Row]) -> Vec<Alarm> {
             Some(last) => {
                 last.until_s = t;
                 let sparks = !last.suspect.is_empty();
-                if (ratio > last.ratio && !sparks) || (a.cause == Cause::Sparking && !sparks) {
+                if !sparks && (ratio > last.ratio || a.cause == Cause::Sparking) {
                     *last = Alarm { t_s: last.t_s, ..alarm(t, a.kind, a.cause, ratio.max(last.ratio)) };
                 }
                 last.ratio = last.ratio.max(ratio);
