@@ -11,7 +11,7 @@ pub enum Fault {
     NotConfigured = 1,
     /// A block that is whole but that this program cannot use.
     ParametersRefused = 2,
-    /// A tick was not done when the next sample came.
+    /// A tick was not done when the next sample had come and gone.
     TickOverrun = 10,
     /// Raw samples were lost because the link did not take them in time.
     CaptureLost = 11,
@@ -64,8 +64,8 @@ pub const TABLE: [Description; 15] = [
     },
     Description {
         fault: Fault::TickOverrun,
-        what: "a tick took longer than the 100 µs between two samples",
-        remedy: "use fewer effects or shorter terms; `greyrig record` is not affected as long as no sample is lost",
+        what: "a tick took longer than the 100 µs between two samples, and a sample was not taken",
+        remedy: "use fewer effects or shorter terms; a recording marks the sample as invalid",
     },
     Description {
         fault: Fault::CaptureLost,

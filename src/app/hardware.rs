@@ -20,6 +20,8 @@ pub trait Hardware {
     fn flash(&mut self) -> &mut Self::Flash;
     /// The chip's own number.
     fn chip(&self) -> [u8; 12];
+    /// The most that the stack has taken since the start, bytes.
+    fn deepest_stack(&self) -> u32;
     /// Bytes from the host: at least one, or none after a millisecond at most.
     async fn receive(&mut self, bytes: &mut [u8]) -> usize;
     /// Sends bytes to the host. What a disconnected line does not take is lost.

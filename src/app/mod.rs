@@ -12,13 +12,15 @@
 //! # Contract of the interrupt
 //! [`Sampler::sample`] has to be called once for every sample, in order, and to be done before the next one is due, 100 µs
 //! later. If it is not, the converter overwrites a sample, the filters see a shorter time than has passed, and the residual
-//! is wrong for some milliseconds; [`Fault::TickOverrun`](crate::faults::Fault::TickOverrun) counts it.
+//! is wrong for some milliseconds. The board then says how many samples nobody took: they keep their numbers, a recording
+//! marks them, and [`Fault::TickOverrun`](crate::faults::Fault::TickOverrun) counts the event.
 //!
 //! # Safe mode
 //! Without a valid block the model does not run and nothing is reported about the motor; raw samples can still be recorded,
 //! which is how a rig gets its first parameters.
 
 pub mod bench;
+pub mod grid;
 mod hardware;
 pub mod plausibility;
 pub mod ring;

@@ -46,14 +46,14 @@ impl<'a> Sampler<'a> {
         Self { active, shared, watch, window: Window::default(), number: 0 }
     }
 
-    /// Takes a sample; `late` says that the next one came before the last call was done. Gives measured and modelled
-    /// signals, but not in safe mode.
+    /// Takes a sample; `skipped` is how many the converter has given since the last call that nobody took: they have a
+    /// number, too. Gives measured and modelled signals, but not in safe mode.
     #[inline]
-    pub fn sample(&mut self, counts: Counts, late: bool) -> Option<Output> {
-        let (shared, number) = (self.shared, self.number);
+    pub fn sample(&mut self, counts: Counts, skipped: u32) -> Option<Output> {
+        let (shared, number) = (self.shared, self.number.wrapping_add(skipped));
         self.number = number.wrapping_add(1);
         shared.count_sample(self.number);
-        if late {
+        if skipped > 0 {
             shared.raise(Fault::TickOverrun);
         }
         if shared.capturing() && !shared.raw.push(&Raw { number, counts }) {

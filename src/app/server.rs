@@ -140,6 +140,7 @@ impl Desk<'_> {
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
                 verdict: self.shared.verdict(),
+                deepest_stack: hardware.deepest_stack(),
             }),
             Request::ReadParameters { offset } => {
                 let length = self.in_force.map_or(0, |block| usize::from(block.length));

@@ -1,7 +1,33 @@
-//! Before anything else: the code of the sampling interrupt goes to where it runs (`src/bin/hot.x`).
+//! Before anything else: the code of the sampling interrupt goes to where it runs (`src/bin/hot.x`), and the stack is
+//! painted, so that [`deepest_stack`] can tell later how far it ever got.
 //!
 //! In assembler, because at this point there are no statics yet and any function of the core may be among what is copied.
 #![allow(unsafe_code)]
+
+use core::ptr;
+
+/// What the unused stack is filled with.
+const PAINT: u32 = 0xA5A5_5A5A;
+
+unsafe extern "C" {
+    /// End of the static variables, where the stack may grow to.
+    static __sheap: u32;
+    /// Where the stack begins.
+    static _stack_start: u32;
+}
+
+/// The most that the stack has taken since the start, bytes. What was reserved and never written does not count.
+pub fn deepest_stack() -> u32 {
+    let (mut at, top) = (&raw const __sheap, &raw const _stack_start);
+    // SAFETY: words between two symbols of the linker, within RAM; volatile, because the stack changes behind the
+    // compiler's back.
+    unsafe {
+        while at < top && ptr::read_volatile(at) == PAINT {
+            at = at.add(1);
+        }
+    }
+    (top as usize - at as usize) as u32
+}
 
 core::arch::global_asm!(
     ".section .text.__pre_init, \"ax\", %progbits",
@@ -21,8 +47,18 @@ core::arch::global_asm!(
     "ldr r3, [r2], #4",
     "str r3, [r0], #4",
     "b 0b",
-    // What was written has to be there before it is fetched.
     "1:",
+    "movw r0, #:lower16:__sheap",
+    "movt r0, #:upper16:__sheap",
+    "movw r3, #0x5A5A",
+    "movt r3, #0xA5A5",
+    "2:",
+    "cmp r0, sp",
+    "bhs 3f",
+    "str r3, [r0], #4",
+    "b 2b",
+    // What was written has to be there before it is fetched.
+    "3:",
     "dsb",
     "isb",
     "bx lr",

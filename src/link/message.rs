@@ -123,6 +123,8 @@ pub struct Status {
     pub cycles: [u32; 2],
     /// The detector's verdict so far; without limits it cannot judge.
     pub verdict: Verdict,
+    /// The most that the stack has taken since the start, bytes.
+    pub deepest_stack: u32,
 }
 
 /// A report of a stretch of samples.

@@ -1,6 +1,7 @@
 //! The application on a board that is a struct: parameters over the link, capture, telemetry, faults, safe mode.
 
 use greyrig::app::bench::{self, Bench};
+use greyrig::app::grid::Grid;
 use greyrig::app::plausibility::{FROZEN_SAMPLES, TENTH};
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
@@ -32,6 +33,9 @@ impl Hardware for Board {
     }
     fn chip(&self) -> [u8; 12] {
         *b"no chip here"
+    }
+    fn deepest_stack(&self) -> u32 {
+        0
     }
     async fn receive(&mut self, _: &mut [u8]) -> usize {
         0
@@ -172,7 +176,7 @@ fn without_parameters_it_is_safe_and_records() {
         assert_eq!(rig.ask(Request::StartCapture), Heard::Done);
         let mut bench = Bench::new().unwrap();
         for _ in 0..packing::SAMPLES {
-            assert_eq!(rig.sampler.sample(bench.counts(), false), None);
+            assert_eq!(rig.sampler.sample(bench.counts(), 0), None);
         }
         assert_eq!(rig.unasked().len(), 1);
     });
@@ -256,7 +260,7 @@ fn the_sampler_computes_what_the_tick_computes() {
         for n in 0..20_000 {
             let counts = bench.counts();
             let expected = tick.process(calibration.sample(counts), Constraints::FREE);
-            assert_eq!(rig.sampler.sample(counts, false), Some(expected), "sample {n}");
+            assert_eq!(rig.sampler.sample(counts, 0), Some(expected), "sample {n}");
         }
         let Heard::Status { samples, .. } = rig.ask(Request::Status) else { panic!() };
         assert_eq!(samples, 20_000);
@@ -285,7 +289,7 @@ fn the_verdict_is_that_of_the_limits_in_flash() {
             let mut bench = Bench::new().unwrap();
             let mut early = None;
             for n in 0..30_000 {
-                rig.sampler.sample(bench.counts(), false);
+                rig.sampler.sample(bench.counts(), 0);
                 if n == 3_000 {
                     early = Some(rig.ask(Request::Status));
                 }
@@ -311,7 +315,7 @@ fn a_capture_has_every_sample_or_a_gap_where_it_is_missing() {
         assert_eq!(rig.ask(Request::StartCapture), Heard::Done);
         let mut got = Vec::new();
         for (n, &counts) in truth.iter().enumerate() {
-            rig.sampler.sample(counts, false);
+            rig.sampler.sample(counts, 0);
             // The line stalls for 100 ms, twice as long as the queue.
             if n % 40 == 0 && !(4_000..5_000).contains(&n) {
                 got.extend(rig.unasked());
@@ -334,7 +338,7 @@ fn a_capture_has_every_sample_or_a_gap_where_it_is_missing() {
         assert!((400..600).contains(&lost[0].len()), "{lost:?}");
         assert!(truth.len() - next < packing::SAMPLES + 1);
         assert_eq!(rig.ask(Request::Stop), Heard::Done);
-        rig.sampler.sample(truth[0], false);
+        rig.sampler.sample(truth[0], 0);
         assert_eq!(rig.unasked(), vec![]);
     });
 }
@@ -352,7 +356,7 @@ fn reports_tell_rms_values() {
             for _ in 0..200 {
                 let counts = bench.counts();
                 squares += f64::from(scale.quantity(counts.voltage)).powi(2);
-                rig.sampler.sample(counts, false);
+                rig.sampler.sample(counts, 0);
             }
             for message in rig.unasked() {
                 let Heard::Report(report) = message else { panic!() };
@@ -370,10 +374,11 @@ fn reports_tell_rms_values() {
 fn faults_are_counted_and_cleared() {
     run(configured(), |rig| {
         let middle = Counts { voltage: 2048, current: 2048, speed: 0 };
-        rig.sampler.sample(middle, true);
-        rig.sampler.sample(Counts { voltage: 4095, ..middle }, false);
-        rig.sampler.sample(Counts { current: 0, ..middle }, false);
-        rig.sampler.sample(Counts { speed: TENTH + 1, ..middle }, false);
+        rig.sampler.sample(middle, 2);
+        rig.sampler.sample(Counts { voltage: 4095, ..middle }, 0);
+        rig.sampler.sample(Counts { current: 0, ..middle }, 0);
+        rig.sampler.sample(Counts { speed: TENTH + 1, ..middle }, 0);
+        assert_eq!(rig.shared.samples(), 6, "four taken, two skipped");
         let one = [Fault::TickOverrun, Fault::VoltageClipped, Fault::CurrentClipped, Fault::SpeedJump];
         for fault in one {
             assert_eq!(rig.faults(fault), 1, "{fault:?}");
@@ -397,7 +402,7 @@ fn a_current_that_rests_while_the_voltage_moves_is_frozen() {
         run(configured(), |rig| {
             for n in 0..FROZEN_SAMPLES + 10 {
                 let voltage = 2000 + if n % 100 < 50 { 0 } else { swing };
-                rig.sampler.sample(Counts { voltage, current: 2048 + n % 2, speed: 0 }, false);
+                rig.sampler.sample(Counts { voltage, current: 2048 + n % 2, speed: 0 }, 0);
             }
             assert_eq!(rig.faults(Fault::CurrentFrozen), faults, "a swing of {swing}");
         });
@@ -405,7 +410,7 @@ fn a_current_that_rests_while_the_voltage_moves_is_frozen() {
     run(configured(), |rig| {
         let mut bench = Bench::new().unwrap();
         (0..40_000).for_each(|_| {
-            rig.sampler.sample(bench.counts(), false);
+            rig.sampler.sample(bench.counts(), 0);
         });
         assert!(rig.shared.faults().iter().all(|&count| count == 0), "{:?}", rig.shared.faults());
     });
@@ -456,4 +461,48 @@ fn the_ring_keeps_order_between_two_threads() {
     });
     assert!(ring.is_empty());
     assert!((0..16).all(|n| ring.push(&raw(n))) && !ring.push(&raw(16)) && ring.len() == 16);
+}
+
+/// Interrupts that come late by up to 90 µs, some not at all, around the wrap of the counter: every sample that was taken gets
+/// its own number.
+#[test]
+fn the_grid_counts_what_nobody_took() {
+    const CYCLES: u32 = 17_000;
+    let begin = u32::MAX - 50 * CYCLES;
+    let mut grid = Grid::<CYCLES>::new();
+    // The first one is 1 µs late itself, so that later ones seem early.
+    assert_eq!(grid.skipped(begin.wrapping_add(170)), Some(0));
+    let mut number = 0;
+    for sample in 1..500_u32 {
+        if sample % 7 == 3 || (100..105).contains(&sample) {
+            continue;
+        }
+        let late = [20, 15_300, 0, 170, 9_000][sample as usize % 5];
+        let skipped = grid.skipped(begin.wrapping_add(sample * CYCLES + late)).expect("another sample");
+        number += 1 + skipped;
+        assert_eq!(number, sample);
+        if sample % 11 == 0 {
+            assert_eq!(grid.skipped(begin.wrapping_add(sample * CYCLES + 15_500)), None, "the same sample again");
+        }
+    }
+}
+
+/// Samples that nobody took have a number, too, so that the frame ends before them.
+#[test]
+fn skipped_samples_are_a_gap_in_a_capture() {
+    run(configured(), |rig| {
+        assert_eq!(rig.ask(Request::StartCapture), Heard::Done);
+        for n in 0..200 {
+            rig.sampler.sample(Counts { voltage: n, current: 2048, speed: 0 }, if n == 10 { 3 } else { 0 });
+        }
+        let firsts: Vec<(u32, usize)> = rig
+            .unasked()
+            .into_iter()
+            .map(|message| match message {
+                Heard::Samples { first, counts } => (first, counts.len()),
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(firsts[..2], [(0, 10), (13, 64)]);
+    });
 }

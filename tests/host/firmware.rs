@@ -16,6 +16,9 @@ use tempfile::TempDir;
 
 use crate::bad_input;
 
+/// What xtask/src/size.rs allows, bytes.
+const MOST_STACK: u64 = 36_000;
+
 /// Builds the firmware once and gives the path to it.
 fn image() -> &'static Path {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
@@ -189,6 +192,9 @@ fn parameters_are_flashed_and_survive_and_a_recording_is_complete() {
 
     let told = json(here, &["record", "--port", port, "--seconds", "1.5", "--out", "run.csv"]);
     assert_eq!((&told["samples"], &told["lost"]), (&15_000.into(), &0.into()));
+    // What the stack really took is less than the bound that `cargo xtask size` finds, and than what it allows.
+    let deepest = told["status"]["deepest_stack"].as_u64().unwrap();
+    assert!((4_000..MOST_STACK).contains(&deepest), "{deepest}");
     let first_sample = told["first_sample"].as_u64().unwrap() as usize;
     assert_eq!(assert_recorded(&here.join("run.csv"), first_sample), 0);
     let text = std::fs::read_to_string(here.join("run.csv")).unwrap();

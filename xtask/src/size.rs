@@ -22,7 +22,7 @@ struct Board {
     flash: u32,
     /// Where the code of the interrupt runs: begin and length.
     hot: (u32, u32),
-    /// Most flash that it may take, so that nobody doubles it unawares: a tenth above what rustc 1.95 makes, bytes.
+    /// Most flash that it may take, so that nobody makes it much larger unawares, bytes.
     most_flash: u32,
     /// Most stack, likewise.
     most_stack: u32,

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use greyrig::faults::TABLE;
+use greyrig::link::message::Status;
 use greyrig::parameters::{SAMPLE_RATE_HZ, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
@@ -78,6 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if missing > 0 {
         eprintln!("greyrig: {missing} samples were lost in {} places and are marked invalid", lost.len());
     }
+    let status = status(&args.port);
     if args.json {
         let places: Vec<_> = lost.iter().map(|range| [range.start, range.end]).collect();
         output::print_json(
@@ -87,23 +90,32 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "out": args.out.display().to_string(), "port": args.port, "device": device,
                 "samples": capture.samples.len(), "sample_time_s": recording.sample_time_s, "first_sample": capture.first,
                 "lost": missing, "lost_places": places, "reconnections": capture.reconnections,
+                "status": status.as_ref().map(told),
             }),
         )?;
     } else {
         let line = format!("{}: {} samples from {}", args.out.display(), capture.samples.len(), device.board);
         output::print_line(&line)?;
     }
-    report_faults(&args.port);
+    for line in status.iter().flat_map(faults) {
+        eprintln!("greyrig: the microcontroller: {line}");
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the rig itself found wrong, on stderr. The recording is there already, so a link that has gone is no matter.
-fn report_faults(port: &str) {
-    let Ok((mut connection, _)) = Connection::open(port) else { return };
-    let Ok(status) = connection.status() else { return };
-    for line in faults(&status) {
-        eprintln!("greyrig: {}: {line}", mode(status.mode));
-    }
+/// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
+fn status(port: &str) -> Option<Status> {
+    let (mut connection, _) = Connection::open(port).ok()?;
+    connection.status().ok()
+}
+
+fn told(status: &Status) -> serde_json::Value {
+    let counted = TABLE.iter().zip(status.faults).filter(|(_, count)| *count > 0);
+    let faults: Vec<_> = counted.map(|(d, count)| json!({ "number": d.fault.number(), "count": count })).collect();
+    json!({
+        "mode": mode(status.mode), "samples": status.samples, "faults": faults,
+        "cycles_last": status.cycles[0], "cycles_most": status.cycles[1], "deepest_stack": status.deepest_stack,
+    })
 }
 
 fn describe(metadata: &mut BTreeMap<String, String>, device: &Device) {

@@ -33,6 +33,10 @@ impl Hardware for Board {
         *b"qemu an386 0"
     }
 
+    fn deepest_stack(&self) -> u32 {
+        crate::start::deepest_stack()
+    }
+
     async fn receive(&mut self, bytes: &mut [u8]) -> usize {
         let mut count = 0;
         for (place, byte) in bytes.iter_mut().zip(core::iter::from_fn(|| self.serial.byte())) {

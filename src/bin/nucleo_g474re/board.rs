@@ -98,6 +98,10 @@ impl Hardware for Board {
         embassy_stm32::uid::uid()
     }
 
+    fn deepest_stack(&self) -> u32 {
+        crate::start::deepest_stack()
+    }
+
     async fn receive(&mut self, bytes: &mut [u8]) -> usize {
         // A noisy line is an error here; the receiver finds the next frame by itself.
         with_timeout(Duration::from_millis(1), self.rx.read(bytes)).await.map_or(0, |read| read.unwrap_or(0))

@@ -15,12 +15,14 @@ use embassy_stm32::pac::timer::vals::Mms;
 use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PC0, TIM2};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{RoundTo, Timer};
-use embassy_stm32::{Peri, interrupt, pac, triggers};
+use embassy_stm32::{Peri, interrupt, triggers};
 use greyrig::app::Sampler;
+use greyrig::app::grid::Grid;
 use greyrig::parameters::SAMPLE_RATE_HZ;
 use greyrig::units::Counts;
 use static_cell::StaticCell;
 
+use crate::clocks::CLOCK_HZ;
 use crate::firmware::SHARED;
 
 /// What the board gives to sampling.
@@ -39,11 +41,13 @@ struct Sampling {
     adc: InjectedAdc<'static, ADC1, 3>,
     sampler: Sampler<'static>,
     busy: Output<'static>,
-    late: bool,
+    grid: Grid<CYCLES_PER_SAMPLE>,
     /// Stops if it is dropped.
     _timer: Timer<'static, TIM2>,
 }
 
+/// The processor's clock over the sampling rate.
+const CYCLES_PER_SAMPLE: u32 = CLOCK_HZ / SAMPLE_RATE_HZ;
 /// Set once, before the interrupt is enabled; from then on the interrupt's own.
 static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 
@@ -68,7 +72,7 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     );
     let busy = Output::new(busy, Level::Low, Speed::VeryHigh);
     timer.start();
-    let sampling = PLACE.init(Sampling { adc, sampler, busy, late: false, _timer: timer });
+    let sampling = PLACE.init(Sampling { adc, sampler, busy, grid: Grid::new(), _timer: timer });
     SAMPLING.store(sampling, Ordering::Release);
     // Before everything else but faults: the DMA of the link can wait for a tick.
     interrupt::ADC1_2.set_priority(Priority::P1);
@@ -83,9 +87,9 @@ fn ADC1_2() {
     let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
     sampling.busy.set_high();
     let [voltage, current, speed] = sampling.adc.read_injected_samples();
-    sampling.sampler.sample(Counts { voltage, current, speed }, sampling.late);
+    if let Some(skipped) = sampling.grid.skipped(begin) {
+        sampling.sampler.sample(Counts { voltage, current, speed }, skipped);
+    }
     SHARED.note_cycles(DWT::cycle_count().wrapping_sub(begin));
     sampling.busy.set_low();
-    // Reading the samples has cleared it: the next sequence has ended since.
-    sampling.late = pac::ADC1.isr().read().jeos();
 }

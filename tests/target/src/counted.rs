@@ -50,12 +50,12 @@ pub fn all(counter: &mut impl Counter) {
     let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
     counter.count("interrupt", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
-        black_box(sampler.sample(counts, false));
+        black_box(sampler.sample(counts, 0));
     });
     let Some(sampler) = scenarios::full_sampler(&shared) else { return };
     counter.count("interrupt_full", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
-        black_box(sampler.sample(counts, false));
+        black_box(sampler.sample(counts, 0));
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {

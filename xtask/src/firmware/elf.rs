@@ -98,6 +98,24 @@ impl Image {
         self.functions.get(&(address & !1))
     }
 
+    /// An image of functions (name, address, code) and a vector table at zero.
+    #[cfg(test)]
+    pub fn of(functions: &[(&str, u32, Vec<u16>)], vectors: &[u32]) -> Self {
+        let table: Vec<u8> = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
+        Self {
+            functions: functions
+                .iter()
+                .map(|(name, at, code)| {
+                    let range = *at..at + 2 * code.len() as u32;
+                    (*at, Function { name: (*name).to_owned(), range, code: vec![(*at, code.clone())] })
+                })
+                .collect(),
+            sections: vec![(".vector_table".to_owned(), 0, table.len() as u32)],
+            contents: vec![(0, table)],
+            symbols: functions.iter().map(|(name, at, _)| ((*name).to_owned(), *at)).collect(),
+        }
+    }
+
     fn bytes(&self, range: Range<u32>) -> Option<&[u8]> {
         self.contents.iter().find_map(|(begin, bytes)| {
             let from = range.start.checked_sub(*begin)? as usize;

@@ -170,3 +170,67 @@ impl<'a> Program<'a> {
 fn is_panic(name: &str) -> bool {
     PANICS.iter().any(|fragment| name.contains(fragment))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BL_TO_NEXT: [u16; 2] = [0xF000, 0xF800];
+    const BX_LR: u16 = 0x4770;
+
+    /// Functions of four bytes or more, one after another from 0x100 on, by name and code.
+    fn image(functions: &[(&str, &[u16])]) -> Image {
+        let mut at = 0x100;
+        let mut placed = Vec::new();
+        for (name, code) in functions {
+            placed.push((*name, at, code.to_vec()));
+            at += 2 * code.len() as u32;
+        }
+        // The vector table: stack pointer, reset, one handler.
+        let reset = placed[0].1 | 1;
+        let handler = placed[1].1 | 1;
+        Image::of(&placed, &[0x2000_0000, reset, handler])
+    }
+
+    #[test]
+    fn a_panic_is_found_with_the_way_to_it() {
+        let leaf: &[u16] = &[BX_LR];
+        let image = image(&[
+            ("reset", leaf),
+            ("handler", &[BL_TO_NEXT[0], BL_TO_NEXT[1]]),
+            ("step", &[0xB510, BL_TO_NEXT[0], BL_TO_NEXT[1]]),
+            ("core::panicking::panic_bounds_check", leaf),
+        ]);
+        let told = Program::new(&image).check_no_panic("handler").unwrap_err();
+        assert_eq!(told, "handler can panic: handler → step → core::panicking::panic_bounds_check");
+        assert!(Program::new(&image).check_no_panic("nobody").is_err());
+    }
+
+    #[test]
+    fn a_call_through_a_pointer_is_found() {
+        let image = image(&[("reset", &[BX_LR]), ("handler", &[0x4780, BX_LR])]);
+        let program = Program::new(&image);
+        assert!(program.check_no_panic("handler").unwrap_err().contains("through a pointer"));
+        assert!(program.stack().unwrap_err().contains("not listed: handler"));
+    }
+
+    #[test]
+    fn stacks_add_up_along_the_deepest_way() {
+        let image = image(&[
+            ("reset", &[0xB510, BL_TO_NEXT[0], BL_TO_NEXT[1]]), // push {r4, lr}; calls what follows
+            ("handler", &[0xB084, BX_LR]),                      // sub sp, #16
+        ]);
+        let program = Program::new(&image);
+        assert_eq!(program.check_no_panic("handler"), Ok(1));
+        let stack = program.stack().expect("a bound");
+        assert_eq!((stack.thread, stack.handlers.clone()), (8 + 16, vec![("handler".to_owned(), 16 + 108)]));
+        assert_eq!(stack.bound(), 24 + 124);
+    }
+
+    #[test]
+    fn recursion_is_an_error() {
+        // bl to itself.
+        let image = image(&[("reset", &[0xF7FF, 0xFFFE]), ("handler", &[BX_LR])]);
+        assert_eq!(Program::new(&image).stack().unwrap_err(), "recursion: reset → reset");
+    }
+}
