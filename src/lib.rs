@@ -1,8 +1,9 @@
 //! The core of the rig: the model that the microcontroller, the emulator and the host tool share, bit for bit.
 //!
 //! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]), the model
-//! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), and one tick of 100 µs that does it all
-//! ([`tick`]: the page to read first).
+//! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), the learned correction ([`anfis`],
+//! [`hybrid`]), and one tick of 100 µs that does it all ([`tick`]: the page to read first). What is left over goes to
+//! the [`detector`].
 //!
 //! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
 //! ([`link`]), what can go wrong ([`faults`]), and the application that both boards run ([`app`]).
@@ -21,7 +22,13 @@ pub mod butterworth;
 
 pub mod term;
 
+pub mod anfis;
+
+pub mod hybrid;
+
 pub mod tick;
+
+pub mod detector;
 
 pub mod faults;
 

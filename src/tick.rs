@@ -1,16 +1,18 @@
 //! One tick: everything that happens to a sample, every 100 µs.
 //!
 //! ```text
-//! counts ─ calibration ─┬─ u ──────► model ──┬─ i, ω ─► Butterworth ─┐
-//!                       └─ i, ω ─────────────┼────────► Butterworth ─┴─► residual = modelled − measured
+//! counts ─ calibration ─┬─ u ──► model, correction ─ i, ω ─► Butterworth ─┐
+//!                       └─ i, ω ───────────────────────────► Butterworth ─┴─► residual = modelled − measured
 //! ```
 //! The raw voltage drives the model; one and the same filter then runs over the measured and the modelled signals.
 //! (Filtering u instead would not do: the products K i ω and K i² of filtered signals are not the filtered products.)
 //!
-//! The model never sees the measured current or speed after its start: it runs freely, and what it departs from the
+//! The model, corrected or not, never sees the measured current or speed after its start: it runs freely, and what it departs from the
 //! motor is what the residual shows.
 
+use crate::anfis::Anfis3x3;
 use crate::butterworth::{Cascade, Coefficients};
+use crate::hybrid::corrected;
 use crate::motor::{Constraints, State, Stepper};
 use crate::units::Sample;
 
@@ -21,6 +23,8 @@ pub struct Output {
     pub measured: State<f32>,
     /// Modelled and filtered current (A) and speed (rad/s).
     pub modelled: State<f32>,
+    /// How far the correction is within what it has been trained on: 1 inside, 0 far outside; 1 without a correction.
+    pub validity: f32,
 }
 
 impl Output {
@@ -63,12 +67,27 @@ pub struct Tick {
     measured: Filters,
     modelled: Filters,
     last_voltage: Option<f32>,
+    correction: Option<Anfis3x3>,
 }
 
 impl Tick {
     /// From a model and a filter.
     pub fn new(stepper: Stepper<f32>, filter: Coefficients<f32>) -> Self {
-        Self { stepper, filter, measured: Filters::default(), modelled: Filters::default(), last_voltage: None }
+        Self {
+            stepper,
+            filter,
+            measured: Filters::default(),
+            modelled: Filters::default(),
+            last_voltage: None,
+            correction: None,
+        }
+    }
+
+    /// With a learned correction of the modelled current.
+    #[must_use]
+    pub fn with_correction(mut self, correction: Option<Anfis3x3>) -> Self {
+        self.correction = correction;
+        self
     }
 
     /// Starts the model from a state instead of from standstill.
@@ -84,24 +103,26 @@ impl Tick {
     pub fn process(&mut self, sample: Sample, constraints: Constraints<f32>) -> Output {
         let measured = State { current: sample.current.0, speed: sample.speed.0 };
         let voltage = sample.voltage.0;
-        let modelled = match self.last_voltage {
-            Some(last) => {
-                let voltage = if voltage.is_finite() { voltage } else { last };
-                self.last_voltage = Some(voltage);
-                self.stepper.step(last, voltage, constraints);
-                self.stepper.reading()
-            }
-            None => {
-                self.last_voltage = Some(if voltage.is_finite() { voltage } else { 0.0 });
-                self.measured.reset_to(measured);
-                let reading = self.stepper.reading();
-                self.modelled.reset_to(reading);
-                reading
-            }
+        let first = self.last_voltage.is_none();
+        let last = self.last_voltage.unwrap_or(0.0);
+        let voltage = if voltage.is_finite() { voltage } else { last };
+        if !first {
+            self.stepper.step(last, voltage, constraints);
+        }
+        self.last_voltage = Some(voltage);
+        let reading = self.stepper.reading();
+        let (modelled, validity) = match &self.correction {
+            Some(correction) => corrected(correction, voltage, reading, constraints),
+            None => (reading, 1.0),
         };
+        if first {
+            self.measured.reset_to(measured);
+            self.modelled.reset_to(modelled);
+        }
         Output {
             measured: self.measured.process(&self.filter, measured),
             modelled: self.modelled.process(&self.filter, modelled),
+            validity,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Host side of greyrig: the virtual rig, identification, comparison and reports.
 
+pub mod anfis;
 pub mod challenge;
 pub mod commands;
 pub mod compare;
@@ -7,9 +8,11 @@ pub mod device;
 pub mod diagnose;
 pub mod error;
 pub mod experiment;
+pub mod hybrid;
 pub mod identify;
 pub mod mains;
 pub mod model;
+pub mod monitor;
 pub mod noise;
 pub mod output;
 pub mod plan;

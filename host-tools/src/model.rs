@@ -16,11 +16,13 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use greyrig::anfis::{Anfis3x3, Settings3x3};
 use greyrig::butterworth;
 use greyrig::effects::Effect;
 use greyrig::motor::{FluxLaw, Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
+use crate::anfis;
 use crate::error::{Error, Place, Result};
 use crate::output;
 use crate::recording::{Motion, Recording};
@@ -195,6 +197,45 @@ impl From<&Recording> for Origin {
     }
 }
 
+/// Thresholds of the detector, learnt from healthy motors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectorEntry {
+    /// Nominal voltage, RMS, V.
+    pub nominal_voltage: f64,
+    /// Least voltage that is judged, as a share of the nominal one.
+    pub least_voltage: f64,
+    /// Highest voltage that is judged, likewise.
+    pub most_voltage: f64,
+    /// Least speed that is judged, rad/s.
+    pub least_speed: f64,
+    /// Time after the start that is not judged, s.
+    pub blanking_s: f64,
+    /// Periods of the mains that have to be judged for a verdict.
+    pub fewest_periods: u32,
+    /// Largest error of the current, 1.
+    pub current: f64,
+    /// Largest error of the speed, 1.
+    pub speed: f64,
+    /// Largest current above 1 kHz, A.
+    pub sparking: f64,
+    /// Largest abrupt change of the current's deviation, 1.
+    pub current_jump: f64,
+    /// Largest abrupt change of the speed's deviation, 1.
+    pub speed_jump: f64,
+    /// Mean and half-width of the current's deviation, 1.
+    pub current_deviation: [f64; 2],
+    /// Mean and half-width of the speed's deviation, 1.
+    pub speed_deviation: [f64; 2],
+    /// Healthy runs that they come from.
+    pub runs: usize,
+    /// Share of healthy motors that all limits are to hold, and the confidence in that.
+    pub holds: [f64; 2],
+    /// Temperatures at which they were learnt, °C, if the runs told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_c: Option<[f64; 2]>,
+}
+
 /// Where the model comes from.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -238,6 +279,12 @@ pub struct Model {
     /// Terms of the user's own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<TermEntry>,
+    /// Learned correction of the current.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<anfis::file::File>,
+    /// Thresholds of the detector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detector: Option<DetectorEntry>,
     /// Where it all comes from.
     #[serde(default)]
     pub provenance: Provenance,
@@ -449,6 +496,30 @@ impl Model {
                 Effect::from_id(&entry.id, &values)
             })
             .collect()
+    }
+
+    /// The learned correction as the microcontroller gets it, in single precision.
+    ///
+    /// # Errors
+    /// A network that is not the rig's: three inputs with three membership functions each.
+    pub fn correction_settings(&self) -> Result<Option<Settings3x3>> {
+        let Some(file) = &self.correction else { return Ok(None) };
+        let net = file.net(Path::new("the model's correction"))?;
+        let ranges: Vec<(f64, f64)> = file.input.iter().map(|i| (i.range[0], i.range[1])).collect();
+        let Ok(inputs) = <[(f64, f64); 3]>::try_from(ranges) else {
+            return Err(Error::usage("the model's correction does not have three inputs", "train it again"));
+        };
+        let settings: Settings3x3 = net.to_core(inputs, (file.output[0], file.output[1]), file.margin)?;
+        Ok(Some(settings.in_single_precision()))
+    }
+
+    /// The learned correction in the core's form.
+    ///
+    /// # Errors
+    /// As [`Model::correction_settings`].
+    pub fn correction(&self) -> Result<Option<Anfis3x3>> {
+        let built = self.correction_settings()?.map(|settings| settings.build::<f32>()).transpose();
+        built.map_err(|e| Error::usage(format!("the model's correction: {e}"), "train it again"))
     }
 
     /// The motor of the core, in `f32` as on the microcontroller or in `f64` for fits.

@@ -2,6 +2,8 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
+use crate::detector::Verdict;
+
 /// A board, seen from the thread. The sampling interrupt is the board's own business.
 #[allow(async_fn_in_trait)]
 pub trait Hardware {
@@ -24,6 +26,8 @@ pub trait Hardware {
     async fn receive(&mut self, bytes: &mut [u8]) -> usize;
     /// Sends bytes to the host. What a disconnected line does not take is lost.
     async fn send(&mut self, bytes: &[u8]);
+    /// Shows the verdict on the pins for pass and alarm; the status light is lit while neither is.
+    fn show(&mut self, verdict: Verdict);
     /// Says to the watchdog that all is well.
     fn alive(&mut self);
     /// Starts again, after what was sent has left.

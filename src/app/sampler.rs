@@ -63,6 +63,11 @@ impl<'a> Sampler<'a> {
         let active = self.active.as_mut()?;
         let sample = active.calibration.sample(counts);
         let output = active.tick.process(sample, Constraints::FREE);
+        if let Some(detector) = &mut active.detector
+            && detector.process(&sample, &output).is_some()
+        {
+            shared.judge(detector.verdict());
+        }
         let every = shared.report_every();
         if every == 0 {
             self.window = Window::default();

@@ -18,6 +18,7 @@ pub async fn serve<H: Hardware>(mut server: Server<'_>, shared: &Shared, mut har
         if samples != shared.samples() {
             samples = shared.samples();
             hardware.alive();
+            hardware.show(shared.verdict());
         }
     }
 }

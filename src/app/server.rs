@@ -139,6 +139,7 @@ impl Desk<'_> {
                 samples: self.shared.samples(),
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
+                verdict: self.shared.verdict(),
                 deepest_stack: hardware.deepest_stack(),
             }),
             Request::ReadParameters { offset } => {

@@ -1,11 +1,16 @@
 //! What interrupt and thread share: counters and queues from one, wishes from the other. No locks; each value is whole by
 //! itself.
 
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
 
 use super::ring::Ring;
 use super::{RAW_QUEUE, REPORT_QUEUE, Raw, Window};
+use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};
+
+const CANNOT_JUDGE: u8 = 0;
+const PASS: u8 = 1;
+const FAIL: u8 = 2;
 
 /// Counters, queues and wishes. One writer each, but for the faults, which only ever rise or are cleared.
 #[derive(Debug)]
@@ -16,6 +21,7 @@ pub struct Shared {
     most_cycles: AtomicU32,
     capture: AtomicBool,
     report_every: AtomicU32,
+    verdict: AtomicU8,
     pub(super) raw: Ring<Raw, 3, RAW_QUEUE>,
     pub(super) reports: Ring<Window, 7, REPORT_QUEUE>,
 }
@@ -36,6 +42,7 @@ impl Shared {
             most_cycles: AtomicU32::new(0),
             capture: AtomicBool::new(false),
             report_every: AtomicU32::new(0),
+            verdict: AtomicU8::new(CANNOT_JUDGE),
             raw: Ring::new(),
             reports: Ring::new(),
         }
@@ -79,6 +86,25 @@ impl Shared {
     /// Cycles of the last tick and of the longest.
     pub fn cycles(&self) -> [u32; 2] {
         [self.last_cycles.load(Relaxed), self.most_cycles.load(Relaxed)]
+    }
+
+    /// The detector's verdict so far.
+    pub fn verdict(&self) -> Verdict {
+        match self.verdict.load(Relaxed) {
+            PASS => Verdict::Pass,
+            FAIL => Verdict::Fail,
+            _ => Verdict::CannotJudge,
+        }
+    }
+
+    #[inline]
+    pub(super) fn judge(&self, verdict: Verdict) {
+        let code = match verdict {
+            Verdict::Pass => PASS,
+            Verdict::Fail => FAIL,
+            Verdict::CannotJudge => CANNOT_JUDGE,
+        };
+        self.verdict.store(code, Relaxed);
     }
 
     #[inline]

@@ -66,10 +66,12 @@
 mod cascade;
 mod design;
 pub mod fixed;
+mod high_pass;
 
 use core::fmt;
 
 pub use cascade::{Cascade, Coefficients};
+pub use high_pass::HighPass;
 
 use crate::scalar::Scalar;
 

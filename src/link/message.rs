@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};
 
 /// Version of the conversation.
@@ -120,6 +121,8 @@ pub struct Status {
     pub faults: [u32; TABLE.len()],
     /// Cycles of the last tick and of the longest; zero where the processor cannot count them.
     pub cycles: [u32; 2],
+    /// The detector's verdict so far; without limits it cannot judge.
+    pub verdict: Verdict,
     /// The most that the stack has taken since the start, bytes.
     pub deepest_stack: u32,
 }

@@ -3,7 +3,9 @@
 use core::fmt;
 
 use super::section::Tag;
+use crate::anfis;
 use crate::butterworth::SettingsError;
+use crate::detector;
 use crate::motor::ParameterError;
 use crate::term::TermError;
 use crate::units::CalibrationError;
@@ -44,6 +46,10 @@ pub enum Error {
     Effect(&'static str, ParameterError),
     /// A term, by its place in the block.
     Term(usize, TermError),
+    /// Learned correction.
+    Correction(anfis::SettingsError),
+    /// Detector.
+    Detector(detector::SettingsError),
     /// A constant of a term is not a finite number.
     Unknowns,
 }
@@ -62,11 +68,13 @@ impl fmt::Display for Error {
             Self::Text(name) => write!(f, "the name of the {name} holds control characters"),
             Self::UnknownEffect(index) => write!(f, "effect {} is not in the catalogue", index + 1),
             Self::Calibration(error) => error.fmt(f),
-            Self::SampleRate => write!(f, "the filter has to be for {} Hz", super::SAMPLE_RATE_HZ),
+            Self::SampleRate => write!(f, "filter and detector have to be for {} Hz", super::SAMPLE_RATE_HZ),
             Self::Filter(error) => write!(f, "filter: {error}"),
             Self::Motor(error) => error.fmt(f),
             Self::Effect(id, error) => write!(f, "effect {id}: {error}"),
             Self::Term(index, error) => write!(f, "term {}: {error}", index + 1),
+            Self::Correction(error) => write!(f, "correction: {error}"),
+            Self::Detector(error) => write!(f, "detector: {error}"),
             Self::Unknowns => write!(f, "a constant of a term is not a finite number"),
         }
     }

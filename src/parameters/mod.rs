@@ -29,7 +29,9 @@ pub mod store;
 pub use error::Error;
 pub use fingerprint::FINGERPRINT;
 
+use crate::anfis::Settings3x3;
 use crate::butterworth;
+use crate::detector::{self, Detector};
 use crate::effects::{Effect, MAX_EFFECTS};
 use crate::motor::{MAX_TERMS, Motor, Parameters, Stepper};
 use crate::term::Term;
@@ -62,6 +64,10 @@ pub struct Settings {
     pub effects: heapless::Vec<Effect<f32>, MAX_EFFECTS>,
     /// Its terms of the user's own.
     pub terms: heapless::Vec<Term<f32>, MAX_TERMS>,
+    /// Learned correction of the current.
+    pub correction: Option<Settings3x3>,
+    /// Thresholds of the detector.
+    pub detector: Option<detector::Settings>,
 }
 
 impl Default for Settings {
@@ -75,6 +81,8 @@ impl Default for Settings {
             motor: Parameters::default(),
             effects: heapless::Vec::new(),
             terms: heapless::Vec::new(),
+            correction: None,
+            detector: None,
         }
     }
 }
@@ -86,6 +94,8 @@ pub struct Active {
     pub calibration: Calibration,
     /// Model and filters, at rest.
     pub tick: Tick,
+    /// What judges the motor, if it has limits.
+    pub detector: Option<Detector>,
 }
 
 impl Settings {
@@ -114,6 +124,11 @@ impl Settings {
         let motor = Motor::build(self.motor, &self.effects).map_err(Error::Motor)?;
         let motor = motor.with_terms(&self.terms).map_err(Error::Motor)?;
         let stepper = Stepper::build(motor, 1.0 / SAMPLE_RATE_HZ as f32).map_err(Error::Motor)?;
-        Ok(Active { calibration, tick: Tick::new(stepper, filter) })
+        let correction = self.correction.as_ref().map(Settings3x3::build).transpose().map_err(Error::Correction)?;
+        if self.detector.is_some_and(|d| d.sample_rate_hz != SAMPLE_RATE_HZ as f32) {
+            return Err(Error::SampleRate);
+        }
+        let detector = self.detector.map(detector::Settings::build).transpose().map_err(Error::Detector)?;
+        Ok(Active { calibration, tick: Tick::new(stepper, filter).with_correction(correction), detector })
     }
 }

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block::MAX_PAYLOAD;
 use super::{Error, Settings, Text};
+use crate::anfis::{Firing, Premise, Settings3x3, Shape};
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
 use crate::term::{MAX_OPS, MAX_UNKNOWNS, Op, Target, Term};
@@ -38,14 +39,14 @@ pub enum Tag {
     Effects = 0x05,
     /// Terms of the user's own.
     Terms = 0x06,
-    /// Reserved for the learned correction.
+    /// Learned correction; need not be there.
     Correction = 0x07,
-    /// Reserved for the thresholds of the detector.
+    /// Thresholds of the detector; need not be there.
     Detector = 0x08,
 }
 
 impl Tag {
-    /// All tags with the version that is written, and the only one that is read; none: reserved.
+    /// All tags with the version that is written, and the only one that is read; none: reserved for later.
     pub const ALL: [(Self, Option<u8>); 8] = [
         (Self::Identity, Some(1)),
         (Self::Calibration, Some(1)),
@@ -53,8 +54,8 @@ impl Tag {
         (Self::Motor, Some(1)),
         (Self::Effects, Some(1)),
         (Self::Terms, Some(1)),
-        (Self::Correction, None),
-        (Self::Detector, None),
+        (Self::Correction, Some(1)),
+        (Self::Detector, Some(1)),
     ];
 
     /// What messages call it.
@@ -69,6 +70,11 @@ impl Tag {
             Self::Correction => "correction",
             Self::Detector => "detector",
         }
+    }
+
+    /// Whether a block can do without.
+    const fn is_optional(self) -> bool {
+        matches!(self, Self::Correction | Self::Detector)
     }
 
     fn known(number: u8, version: u8) -> Result<Self, Error> {
@@ -104,6 +110,54 @@ struct TermEntry {
     unknowns: [f32; MAX_UNKNOWNS],
 }
 
+/// A network in single precision, which is what it is computed with.
+#[derive(Serialize, Deserialize)]
+struct CorrectionEntry {
+    shape: Shape,
+    firing: Firing,
+    /// a, b, c of each membership function, by input.
+    premise: [[[f32; 3]; 3]; 3],
+    slopes: [[f32; 3]; 27],
+    constants: [f32; 27],
+    inputs: [(f32, f32); 3],
+    output: (f32, f32),
+    margin: f32,
+}
+
+impl From<&Settings3x3> for CorrectionEntry {
+    fn from(s: &Settings3x3) -> Self {
+        let pair = |(low, high): (f64, f64)| (low as f32, high as f32);
+        Self {
+            shape: s.shape,
+            firing: s.firing,
+            premise: s.premise.map(|input| input.map(|p| [p.a, p.b, p.c].map(|x| x as f32))),
+            slopes: s.slopes.map(|rule| rule.map(|x| x as f32)),
+            constants: s.constants.map(|x| x as f32),
+            inputs: s.inputs.map(pair),
+            output: pair(s.output),
+            margin: s.margin as f32,
+        }
+    }
+}
+
+impl From<CorrectionEntry> for Settings3x3 {
+    fn from(e: CorrectionEntry) -> Self {
+        let pair = |(low, high): (f32, f32)| (f64::from(low), f64::from(high));
+        Self {
+            shape: e.shape,
+            firing: e.firing,
+            premise: e
+                .premise
+                .map(|input| input.map(|[a, b, c]| Premise { a: f64::from(a), b: f64::from(b), c: f64::from(c) })),
+            slopes: e.slopes.map(|rule| rule.map(f64::from)),
+            constants: e.constants.map(f64::from),
+            inputs: e.inputs.map(pair),
+            output: pair(e.output),
+            margin: f64::from(e.margin),
+        }
+    }
+}
+
 /// Writes all sections into `payload` and gives the used part.
 ///
 /// # Errors
@@ -126,6 +180,12 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
         .map(|term| TermEntry { target: term.target(), ops: term.ops().collect(), unknowns: term.unknowns() })
         .collect();
     out.section(Tag::Terms, &terms)?;
+    if let Some(correction) = &settings.correction {
+        out.section(Tag::Correction, &CorrectionEntry::from(correction))?;
+    }
+    if let Some(detector) = &settings.detector {
+        out.section(Tag::Detector, detector)?;
+    }
     let Writer { payload, used } = out;
     payload.get(..used).ok_or(Error::TooLong)
 }
@@ -174,14 +234,15 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
                         .map_err(|_| Error::Malformed(tag))?;
                 }
             }
-            Tag::Correction | Tag::Detector => return Err(Error::Unsupported { tag: number, version }),
+            Tag::Correction => settings.correction = Some(whole::<CorrectionEntry>(tag, body)?.into()),
+            Tag::Detector => settings.detector = Some(whole(tag, body)?),
         }
     }
     if !rest.is_empty() {
         return Err(Error::Truncated);
     }
     for ((tag, version), seen) in Tag::ALL.into_iter().zip(seen) {
-        if version.is_some() && !seen {
+        if version.is_some() && !tag.is_optional() && !seen {
             return Err(Error::Missing(tag));
         }
     }

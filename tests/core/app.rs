@@ -6,6 +6,7 @@ use greyrig::app::plausibility::{FROZEN_SAMPLES, TENTH};
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
 use greyrig::app::{Hardware, Raw, Sampler, Server, Shared};
+use greyrig::detector::{self, Limits, Verdict};
 use greyrig::faults::{Fault, TABLE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
@@ -40,6 +41,7 @@ impl Hardware for Board {
         0
     }
     async fn send(&mut self, _: &[u8]) {}
+    fn show(&mut self, _: Verdict) {}
     fn alive(&mut self) {}
     fn restart(&mut self) -> ! {
         panic!("the test restarts by itself")
@@ -50,7 +52,7 @@ impl Hardware for Board {
 #[derive(Debug, Clone, PartialEq)]
 enum Heard {
     Identity { protocol: u16, fingerprint: u32, board: String, chip: [u8; 12] },
-    Status { mode: Mode, in_force: Option<InForce>, samples: u32, faults: [u32; TABLE.len()] },
+    Status { mode: Mode, in_force: Option<InForce>, samples: u32, faults: [u32; TABLE.len()], verdict: Verdict },
     Parameters(Vec<u8>),
     Committed(InForce),
     Done,
@@ -74,9 +76,13 @@ fn heard(bytes: &[u8]) -> Heard {
                     board: i.board.to_owned(),
                     chip: i.chip,
                 },
-                Reply::Status(s) => {
-                    Heard::Status { mode: s.mode, in_force: s.in_force, samples: s.samples, faults: s.faults }
-                }
+                Reply::Status(s) => Heard::Status {
+                    mode: s.mode,
+                    in_force: s.in_force,
+                    samples: s.samples,
+                    faults: s.faults,
+                    verdict: s.verdict,
+                },
                 Reply::Parameters(data) => Heard::Parameters(data.to_vec()),
                 Reply::Committed(block) => Heard::Committed(block),
                 Reply::Done => Heard::Done,
@@ -248,7 +254,7 @@ fn a_flash_that_fails_is_told_and_the_old_block_stays() {
 
 #[test]
 fn the_sampler_computes_what_the_tick_computes() {
-    let Active { calibration, mut tick } = settings().build().unwrap();
+    let Active { calibration, mut tick, .. } = settings().build().unwrap();
     run(configured(), |rig| {
         let mut bench = Bench::new().unwrap();
         for n in 0..20_000 {
@@ -259,6 +265,43 @@ fn the_sampler_computes_what_the_tick_computes() {
         let Heard::Status { samples, .. } = rig.ask(Request::Status) else { panic!() };
         assert_eq!(samples, 20_000);
     });
+}
+
+/// The bench is the model but for the counts of its converter, so its error is a few counts.
+#[test]
+fn the_verdict_is_that_of_the_limits_in_flash() {
+    let verdict = |current: f32| {
+        let limits = Limits { current, ..Limits::default() };
+        let detector = detector::Settings {
+            sample_rate_hz: 10_000.0,
+            nominal_voltage: 230.0,
+            least_voltage: 0.3,
+            most_voltage: 1.1,
+            least_speed: 100.0,
+            blanking_s: 0.5,
+            fewest_periods: 20,
+            limits,
+        };
+        let plain = Settings { motor: bench::MOTOR, detector: Some(detector), ..Settings::default() };
+        let block = section::encode(&plain, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
+        let flash = run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0;
+        run(flash, |rig| {
+            let mut bench = Bench::new().unwrap();
+            let mut early = None;
+            for n in 0..30_000 {
+                rig.sampler.sample(bench.counts(), 0);
+                if n == 3_000 {
+                    early = Some(rig.ask(Request::Status));
+                }
+            }
+            assert!(matches!(early, Some(Heard::Status { verdict: Verdict::CannotJudge, .. })), "{early:?}");
+            let Heard::Status { verdict, .. } = rig.ask(Request::Status) else { panic!() };
+            verdict
+        })
+        .1
+    };
+    assert_eq!(verdict(0.1), Verdict::Pass);
+    assert_eq!(verdict(1e-4), Verdict::Fail);
 }
 
 /// The line takes a frame every now and then only; what is recorded is right all the same, and what is not has a number.

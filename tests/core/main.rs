@@ -1,10 +1,13 @@
 //! Tests of the core against independent references.
 
+mod anfis;
 mod app;
 mod butterworth;
 mod butterworth_arithmetic;
+mod detector;
 mod effects;
 mod faults;
+mod hybrid;
 mod link;
 mod nor;
 mod parameters;

@@ -1,11 +1,13 @@
 //! Tests of the host tool, a module per subject.
 
+mod anfis;
 mod bad_input;
 mod browser;
 mod commands;
 mod diagnose;
 mod firmware;
 mod identify;
+mod monitor;
 mod plan_and_challenge;
 mod real_data;
 mod recording;

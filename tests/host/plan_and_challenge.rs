@@ -26,6 +26,8 @@ fn true_model(kind: Kind) -> Model {
         parameters: BTreeMap::from(parameters),
         effects: Vec::new(),
         terms: Vec::new(),
+        correction: None,
+        detector: None,
         provenance: Default::default(),
     }
 }

@@ -40,7 +40,7 @@ fn markup_only(page: &str) -> String {
 }
 
 /// Checks that every element is closed in its order, and every attribute quoted.
-fn assert_well_formed(page: &str) {
+pub fn assert_well_formed(page: &str) {
     const VOID: [&str; 2] = ["meta", "br"];
     let page = markup_only(page);
     let mut open: Vec<String> = Vec::new();

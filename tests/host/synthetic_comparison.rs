@@ -196,6 +196,8 @@ pub fn model(motion: Motion) -> Model {
         .into(),
         effects: Vec::new(),
         terms: Vec::new(),
+        correction: None,
+        detector: None,
         provenance: Provenance {
             greyrig: "0.1.0".into(),
             method: "output error".into(),

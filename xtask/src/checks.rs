@@ -62,9 +62,19 @@ pub const ALL: &[Check] = &[
     },
 ];
 
-/// Examines the diagnosis: builds the examination and hands it the arguments.
-pub fn exam(arguments: &[String]) -> ExitCode {
-    let mut command = cargo_command(&["run", "--quiet", "--release", "--package", "greyrig-exam", "--locked", "--"]);
+/// Examines the diagnosis or the detector: builds the program and hands it the arguments.
+pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
+    let mut command = cargo_command(&[
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        "greyrig-exam",
+        "--bin",
+        program,
+        "--locked",
+        "--",
+    ]);
     match command.args(arguments).status() {
         Ok(status) if status.success() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,

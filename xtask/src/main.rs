@@ -1,5 +1,6 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
-//! examines the diagnosis on blind cases; `cargo xtask size` prints what the firmware takes.
+//! examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo xtask size` prints
+//! what the firmware takes.
 
 mod checks;
 mod firmware;
@@ -26,9 +27,10 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
-        Some((command, arguments)) if command == "exam" => checks::exam(arguments),
+        Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
+        Some((command, arguments)) if command == "lot" => checks::exam("greyrig-lot", arguments),
         _ => {
-            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)");
+            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…");
             eprintln!("       cargo xtask size\n       cargo xtask test [STEP]…\n");
             eprintln!("Without a step, all of them in this order:\n");
             for check in checks::ALL {

@@ -35,8 +35,8 @@ const BOARDS: [Board; 2] = [
         handler: "ADC1_2",
         flash: 0x0800_0000,
         hot: (0x1000_0000, 32 * 1024),
-        most_flash: 160_000,
-        most_stack: 36_000,
+        most_flash: 200_000,
+        most_stack: 48_000,
     },
     Board {
         name: "mps2-an386",
@@ -44,8 +44,8 @@ const BOARDS: [Board; 2] = [
         handler: "SysTick",
         flash: 0,
         hot: (0x2010_0000, 32 * 1024),
-        most_flash: 160_000,
-        most_stack: 36_000,
+        most_flash: 200_000,
+        most_stack: 48_000,
     },
 ];
 

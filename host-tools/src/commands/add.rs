@@ -176,7 +176,7 @@ fn stage(
 }
 
 /// Data to fit and data to judge: the last recording, or the last third of a single one.
-fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
+pub(super) fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
     if let [training @ .., held_out] = recordings
         && !training.is_empty()
     {
@@ -190,7 +190,7 @@ fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
 const GAIN: f64 = 0.99;
 
 /// Whether no signal's error rises and at least one falls.
-fn falls(before: &PerSignal, after: &PerSignal) -> bool {
+pub(super) fn falls(before: &PerSignal, after: &PerSignal) -> bool {
     let pairs = [(before.current, after.current), (before.speed, after.speed), (before.torque, after.torque)];
     let ratios: Vec<f64> = pairs.iter().filter_map(|(b, a)| Some((*a)? / (*b)?)).collect();
     ratios.iter().product::<f64>() < GAIN && ratios.iter().any(|r| *r < GAIN)

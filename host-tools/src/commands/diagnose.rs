@@ -8,12 +8,13 @@ use serde_json::json;
 use super::input::Input;
 use super::words;
 use crate::compare::{Comparison, compare};
-use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
+use crate::diagnose::shape::Shape;
+use crate::diagnose::{Diagnosis, Options, Progress, VerdictKind, diagnose};
 use crate::error::Result;
 use crate::identify::{self, Settings};
 use crate::model::{Assignment, Base, Kind, Model, Origin};
 use crate::output;
-use crate::report::{Report, Table};
+use crate::report::{Curves, Report, Table};
 
 /// Which physical effect is missing, how sure, what it is confused with, and the experiment that would tell.
 #[derive(Debug, clap::Args)]
@@ -71,17 +72,27 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
     let options = Options { settings, exclude: args.exclude.clone(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
-    let result = diagnose(&recordings, &options, &mut |what| {
-        bar.set_message(what.to_owned());
-        bar.inc(1);
+    let mut ranked = false;
+    let result = diagnose(&recordings, &options, &mut |at| match at {
+        Progress::Doing(what) => {
+            bar.set_message(what.to_owned());
+            bar.inc(1);
+        }
+        Progress::Ranking(candidates) if !ranked => {
+            ranked = true;
+            bar.println(first_look(candidates));
+        }
+        Progress::Ranking(_) => (),
     });
     bar.finish_and_clear();
     let d = result?;
     if let (Some(path), Some(model), Some(comparison)) = (&args.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        Report::new("Which effect is missing")
-            .lead(headline(&d))
-            .text("Why", d.verdict.text.clone())
+        let mut report = Report::new("Which effect is missing").lead(headline(&d)).text("Why", d.verdict.text.clone());
+        if let Some(shape) = &d.shape {
+            report = report.curves("The shape of what is missing", shape_in_report(shape));
+        }
+        report
             .table("Candidates", candidates_in_report(&d))
             .comparison("The model as it is", comparison, model)
             .recordings(&files)
@@ -105,11 +116,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for line in d.verdict.text.lines() {
         output::print_line(&format!("  {line}"))?;
     }
+    if let Some(shape) = &d.shape {
+        output::print_line(&format!("\n{}", shape_caption(shape)))?;
+        let mut table = words::table(&shape_columns(shape).each_ref().map(String::as_str));
+        table.add_rows(shape_rows(shape));
+        output::print_line(&table.to_string())?;
+    }
     if let Some(next) = &d.verdict.next_experiment {
         output::print_line(&format!("next recording: {next}"))?;
     }
     if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
         && !d.verdict.effects.is_empty()
+        && d.esr_after != d.esr_before
     {
         output::print_line(&format!(
             "with {}: current {}, speed {}",
@@ -119,6 +137,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The candidates that a first screening puts foremost.
+fn first_look(candidates: &[(&'static str, f64)]) -> String {
+    let foremost: Vec<String> = candidates
+        .iter()
+        .take(5)
+        .map(|(id, gain)| format!("{id} {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp())))
+        .collect();
+    format!("first look, by how much the error might fall: {}", foremost.join(", "))
 }
 
 /// The verdict in a line.
@@ -171,6 +199,48 @@ pub fn candidates_in_report(d: &Diagnosis) -> Table {
     }
 }
 
+fn shape_caption(shape: &Shape) -> String {
+    format!(
+        "the shape of what is missing in the {} balance: {} orders it best ({:.0} % of its variance; current and speed together \
+         {:.0} %)",
+        shape.balance,
+        shape.axis,
+        100.0 * shape.explains,
+        100.0 * shape.map_explains
+    )
+}
+
+fn shape_in_report(shape: &Shape) -> Curves {
+    Curves {
+        caption: shape_caption(shape),
+        x: format!("{}, {}", shape.axis, shape.axis_unit),
+        y: format!("missing, {}", shape.unit),
+        logarithmic: false,
+        curves: vec![("what is missing".to_owned(), shape.curve.iter().map(|p| (p.at, p.missing)).collect())],
+    }
+}
+
+fn shape_columns(shape: &Shape) -> [String; 3] {
+    [format!("{}, {}", shape.axis, shape.axis_unit), format!("missing, {}", shape.unit), String::new()]
+}
+
+/// The curve, a row a point, with a bar.
+fn shape_rows(shape: &Shape) -> Vec<Vec<String>> {
+    const HALF: f64 = 12.0;
+    let largest = shape.curve.iter().map(|p| p.missing.abs()).fold(f64::MIN_POSITIVE, f64::max);
+    shape
+        .curve
+        .iter()
+        .map(|p| {
+            let length = (HALF * p.missing.abs() / largest).round() as usize;
+            let bar = "█".repeat(length);
+            let width = HALF as usize;
+            let drawn = if p.missing < 0.0 { format!("{bar:>width$}│") } else { format!("{:width$}│{bar}", "") };
+            vec![format!("{:.4}", p.at), format!("{:+.3e}", p.missing), drawn]
+        })
+        .collect()
+}
+
 fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value {
     json!({
         "esr_before": d.esr_before,
@@ -180,6 +250,7 @@ fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value 
         "verdict": {
             "kind": d.verdict.kind,
             "effects": d.verdict.effects,
+            "sizes": d.verdict.sizes,
             "text": d.verdict.text,
             "next_experiment": d.verdict.next_experiment,
         },
@@ -187,6 +258,7 @@ fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value 
         "candidates": d.candidates,
         "screening": d.screening.iter().map(|(id, gain)| json!({ "effect": id, "gain": gain })).collect::<Vec<_>>(),
         "lead": d.lead,
+        "shape": d.shape,
         "decoy_gain": d.decoy_gain,
     })
 }

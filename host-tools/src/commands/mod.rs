@@ -1,6 +1,8 @@
 //! The subcommands: a file each. A command turns its arguments into one library call and prints the result.
 
 pub mod add;
+pub mod anfis;
+pub mod calibrate;
 pub mod challenge;
 pub mod compare;
 pub mod completions;
@@ -11,9 +13,11 @@ pub mod effects;
 pub mod flash;
 pub mod identify;
 mod input;
+pub mod monitor;
 pub mod plan;
 pub mod record;
 pub mod simulate;
+pub mod train;
 mod words;
 
 use std::ffi::OsString;
@@ -49,6 +53,14 @@ pub enum Command {
     Challenge(challenge::Args),
     /// The recording that would best tell rival effects apart.
     Plan(plan::Args),
+    /// Learn a correction of what the model leaves over.
+    Train(train::Args),
+    /// Learn the detector's limits from runs of healthy motors.
+    Calibrate(calibrate::Args),
+    /// Judge motors: alarms, and a verdict.
+    Monitor(monitor::Args),
+    /// Train a fuzzy network (ANFIS) on any table.
+    Anfis(anfis::Args),
     /// The catalogue of physical effects, explained.
     Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
@@ -77,6 +89,10 @@ impl Command {
             Self::Diagnose(args) => diagnose::run(args),
             Self::Challenge(args) => challenge::run(args),
             Self::Plan(args) => plan::run(args),
+            Self::Train(args) => train::run(args),
+            Self::Calibrate(args) => calibrate::run(args),
+            Self::Monitor(args) => monitor::run(args),
+            Self::Anfis(args) => anfis::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args),

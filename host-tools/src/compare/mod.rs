@@ -39,12 +39,13 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     }
     let motor = single_model.motor::<f32>().map_err(refused)?;
     let precise = single_model.motor::<f64>().map_err(refused)?;
+    let correction = model.correction()?;
     let parts: Vec<Part> = experiments
         .par_iter()
         .zip(recordings)
         .enumerate()
         .map(|(k, (e, recording))| {
-            let traces = traces::traces(&motor, &precise, e, recording.start_s)?;
+            let traces = traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s)?;
             let others: Vec<&Experiment> =
                 experiments.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, e)| e).collect();
             let floor = noise_floor::of_repeats(e, &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
@@ -139,7 +140,7 @@ fn require(model: &Model, e: &Experiment) -> Result<()> {
 }
 
 /// A recording that says which motor type it is of has to be of the model's.
-fn same_type(model: &Model, recording: &Recording) -> Result<()> {
+pub(crate) fn same_type(model: &Model, recording: &Recording) -> Result<()> {
     match (&model.motor, recording.metadata.get("motor")) {
         (Some(expected), Some(found)) if expected != found => Err(Error::input(
             Place::file(&recording.path),
@@ -234,8 +235,8 @@ fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]]) -> Per
 /// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves both.
 fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
-    let electrical = traces::simulate(motor, e, Imposed::Speed)?;
-    let mechanical = traces::simulate(motor, e, Imposed::Current)?;
+    let electrical = traces::simulate(motor, None, e, Imposed::Speed)?;
+    let mechanical = traces::simulate(motor, None, e, Imposed::Current)?;
     let counted = |n: usize| e.counted[n];
     Ok([
         sums(&electrical.current, &traces::filtered(e, i), counted),

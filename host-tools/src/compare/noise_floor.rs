@@ -89,8 +89,8 @@ fn through_model(motor: &Motor<f32>, e: &Experiment, sigma: f64) -> Option<[f64;
         let z: f64 = StandardNormal.sample(&mut random);
         *u += sigma * z;
     }
-    let clean = simulate(motor, e, Imposed::Nothing).ok()?;
-    let disturbed = simulate(motor, &noisy, Imposed::Nothing).ok()?;
+    let clean = simulate(motor, None, e, Imposed::Nothing).ok()?;
+    let disturbed = simulate(motor, None, &noisy, Imposed::Nothing).ok()?;
     let rms = |a: &[f64], b: &[f64]| {
         let counted = (0..a.len()).filter(|n| e.counted[*n]);
         let (sum, n) = counted.fold((0.0, 0usize), |(s, n), k| (s + (a[k] - b[k]).powi(2), n + 1));

@@ -1,7 +1,9 @@
 //! Measured and modelled signals of one recording, filtered alike.
 
+use greyrig::anfis::Anfis3x3;
 use greyrig::butterworth::Cascade;
-use greyrig::motor::{Motor, State};
+use greyrig::hybrid::corrected;
+use greyrig::motor::{Constraints, Motor, State};
 
 use super::result::Traces;
 use crate::error::{Error, Result};
@@ -16,11 +18,17 @@ pub struct Simulated {
     pub speed: Vec<f64>,
 }
 
-/// Simulates the model over an experiment in `f32`, as the microcontroller does, and filters the result.
+/// Simulates the model over an experiment in `f32`, as the microcontroller does, with its learned correction if it has one,
+/// and filters the result.
 ///
 /// # Errors
 /// Parameters that the stepper refuses at this sampling rate.
-pub fn simulate(motor: &Motor<f32>, e: &Experiment, imposed: Imposed) -> Result<Simulated> {
+pub fn simulate(
+    motor: &Motor<f32>,
+    correction: Option<&Anfis3x3>,
+    e: &Experiment,
+    imposed: Imposed,
+) -> Result<Simulated> {
     let refused = |error: greyrig::motor::ParameterError| {
         Error::usage(format!("{}: {error}", e.name), "check the model's parameters")
     };
@@ -29,6 +37,11 @@ pub fn simulate(motor: &Motor<f32>, e: &Experiment, imposed: Imposed) -> Result<
     let mut simulated = Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()) };
     let substeps = e.substeps(motor).map_err(refused)?;
     e.run(motor, substeps, imposed, |n, state: State<f32>| {
+        let constraints = Constraints { current: e.is_open(n).then_some(0.0), speed: None };
+        let state = match correction {
+            Some(correction) => corrected(correction, e.input[n] as f32, state, constraints).0,
+            None => state,
+        };
         if n == 0 {
             current.reset_to(state.current);
             speed.reset_to(state.speed);
@@ -52,8 +65,14 @@ pub fn filtered(e: &Experiment, signal: &[f64]) -> Vec<f64> {
 ///
 /// # Errors
 /// Parameters that the stepper refuses.
-pub fn traces(motor: &Motor<f32>, precise: &Motor<f64>, e: &Experiment, start_s: f64) -> Result<Traces> {
-    let simulated = simulate(motor, e, Imposed::Nothing)?;
+pub fn traces(
+    motor: &Motor<f32>,
+    correction: Option<&Anfis3x3>,
+    precise: &Motor<f64>,
+    e: &Experiment,
+    start_s: f64,
+) -> Result<Traces> {
+    let simulated = simulate(motor, correction, e, Imposed::Nothing)?;
     let mut traces = Traces {
         start_s,
         sample_time_s: e.interval_s,

@@ -76,6 +76,8 @@ pub fn settings(model: &Model, path: &Path, calibration: CalibrationSettings, ri
         motor: *motor.parameters(),
         effects: motor.effects().iter().copied().collect(),
         terms: motor.terms().iter().copied().collect(),
+        correction: model.correction_settings()?,
+        detector: model.detector.as_ref().map(|d| d.settings(1.0 / f64::from(SAMPLE_RATE_HZ))),
     };
     settings.build().map_err(|e| refuse(e.to_string()))?;
     Ok(settings)

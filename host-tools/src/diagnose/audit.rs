@@ -3,18 +3,21 @@
 //! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output error,
 //! and each has to earn its place there: how far would the error rise without it, with all other parameters free to move?
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 
 use super::ladder::{SMALLEST_GAIN, SMALLEST_SHARE, size_of};
 use super::screening::{Complement, log_fall};
 use crate::error::Result;
 use crate::experiment::Experiment;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::intervals_of_fit;
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::space::Space;
 
 /// How hard the free run is fitted.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
 
 /// The free run of a set of recordings.
 pub struct Audit<'a> {
@@ -79,6 +82,11 @@ impl<'a> Audit<'a> {
         let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
         let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
         log_fall(&Complement::of(&rest).project(&without), &fit.residuals, self.problem.groups())
+    }
+
+    /// 95 % intervals of the free parameters of a fit, by name.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+        intervals_of_fit(&self.problem, fit)
     }
 
     /// RMS of the free run's error at given parameters: current, A, and speed, rad/s.

@@ -1,17 +1,22 @@
 //! Effects found one after the other, each judged on data held out, with a look back at every step.
 
+use std::collections::BTreeMap;
+
 use greyrig::effects::Description;
 
+use super::Progress;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::decoys;
 use super::lead::{self, Lead};
 use super::screening::{self, Promise};
+use super::shape::{self, Shape};
 use crate::error::Result;
 use crate::experiment::Experiment;
-use crate::identify::equation_error::EquationError;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::equation_error::{Balance, EquationError};
+use crate::identify::intervals_of;
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::output;
@@ -41,8 +46,14 @@ const SAME_ERROR: f64 = 0.04;
 const RIVAL_SHARE: f64 = 0.5;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 pub const SMALLEST_SHARE: f64 = 0.02;
-/// How hard each candidate is fitted.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3 };
+/// How hard a model is fitted before candidates are tried on it.
+const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON };
+/// How hard each candidate is fitted at first.
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: CARRIED_ON };
+/// A candidate that then gains less than this share of what the best one gains is not fitted any further.
+const WORTH_FINISHING: f64 = 0.3;
+/// How hard the others are.
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
 
 /// Why a candidate does not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,13 +155,14 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit(&self, space: &Space) -> Result<Refined> {
-        minimise(space, &self.problem, Effort { steps: 15, tolerance: 1e-4 }, None, &mut || ())
+        minimise(space, &self.problem, THOROUGH, None, &mut || ())
     }
 
     /// Screens all candidates at the fit of a model: a first ranking.
     pub fn screen(&self, fit: &Refined) -> Vec<Promise> {
-        let left: Vec<&'static Description> =
-            self.candidates.iter().copied().filter(|d| !fit.space.effects().contains(&d.id)).collect();
+        // A second member of a class would only lend the first one another form.
+        let present = |d: &&Description| fit.space.effects().iter().any(|id| classes::same(id, d.id));
+        let left: Vec<&'static Description> = self.candidates.iter().copied().filter(|d| !present(d)).collect();
         let scales = Scales::of(&fit.space, self.experiments);
         screening::screen(fit, &self.problem, &scales, &left)
     }
@@ -169,7 +181,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(&str)) -> Result<Ladder> {
+    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Ladder> {
         let mut fit = base.clone();
         let mut found: Vec<&'static str> = Vec::new();
         let mut steps = Vec::new();
@@ -181,7 +193,8 @@ impl<'a> Climb<'a> {
             steps.push(step);
             let Some((id, next)) = winner else { break };
             found.push(id);
-            fit = next;
+            // To its end, or the next candidates would be praised for what more steps alone bring.
+            fit = minimise(&next.space, &self.problem, THOROUGH, Some(next.rms), &mut || ())?;
         }
         self.look_back(&mut fit, &mut found, progress)?;
         let rivals = self.rivals(&fit, &found, &steps, progress)?;
@@ -229,14 +242,28 @@ impl<'a> Climb<'a> {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
+    /// The shape of what is left in the balance that lacks more.
+    pub fn shape(&self, ladder: &Ladder) -> Option<Shape> {
+        let balance =
+            if ladder.after.electrical > ladder.after.mechanical { Balance::Voltage } else { Balance::Torque };
+        shape::of(&ladder.fit, &self.problem, balance)
+    }
+
+    /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+        intervals_of(fit, &self.blocks)
+    }
+
     fn held_out(&self, fit: &Refined) -> HeldOut {
         held_out(fit, self.problem.groups(), &self.blocks)
     }
 
-    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(&str)) -> Result<Step> {
+    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Step> {
         let before = self.held_out(fit);
-        progress("screening");
+        progress(Progress::Doing("screening"));
         let promises = self.screen(fit);
+        let ranking: Vec<(&'static str, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
+        progress(Progress::Ranking(&ranking));
         let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
         let decoys = decoys::tried(
             fit,
@@ -254,11 +281,23 @@ impl<'a> Climb<'a> {
         });
         let accepted = [decoys.len(), accepted.count()];
         let best = promises.first().map_or(0.0, |p| p.gain);
-        let mut tried = Vec::new();
+        let mut begun = Vec::new();
         for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
             output::check_interrupt()?;
-            progress(promise.id);
-            let refined = minimise(&promise.space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            progress(Progress::Doing(promise.id));
+            let refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let gain = before.log_error() - self.held_out(&refined).log_error();
+            begun.push((promise, refined, gain));
+        }
+        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
+        let mut tried = Vec::new();
+        for (promise, refined, gain) in begun {
+            output::check_interrupt()?;
+            let refined = if gain > WORTH_FINISHING * most {
+                minimise(&refined.space, &self.problem, EFFORT, Some(refined.rms), &mut || ())?
+            } else {
+                refined
+            };
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
@@ -280,13 +319,7 @@ impl<'a> Climb<'a> {
             tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
         }
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Ok(Step {
-            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
-            tried,
-            winner: None,
-            decoy_gain,
-            decoys: accepted,
-        })
+        Ok(Step { promises: ranking, tried, winner: None, decoy_gain, decoys: accepted })
     }
 
     /// Drops effects that the later ones have made superfluous.
@@ -294,11 +327,11 @@ impl<'a> Climb<'a> {
         &self,
         fit: &mut Refined,
         found: &mut Vec<&'static str>,
-        progress: &mut dyn FnMut(&str),
+        progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
-            progress(found[k]);
+            progress(Progress::Doing(found[k]));
             let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
             if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
                 found.remove(k);
@@ -316,7 +349,7 @@ impl<'a> Climb<'a> {
         fit: &Refined,
         found: &[&'static str],
         steps: &[Step],
-        progress: &mut dyn FnMut(&str),
+        progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Vec<Vec<&'static str>>> {
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
@@ -330,7 +363,7 @@ impl<'a> Climb<'a> {
                 t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
             });
             for rival in rivals_here {
-                progress(rival.id);
+                progress(Progress::Doing(rival.id));
                 let swapped = if found.len() == 1 {
                     rival.fit.clone()
                 } else {

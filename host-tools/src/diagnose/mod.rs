@@ -16,9 +16,13 @@ pub mod completeness;
 pub mod decoys;
 pub mod ladder;
 pub mod lead;
+pub mod orders;
 pub mod samples;
 pub mod screening;
+pub mod shape;
 mod verdict;
+
+use std::collections::BTreeMap;
 
 use greyrig::effects::{Effect, MAX_EFFECTS};
 use serde::Serialize;
@@ -38,6 +42,7 @@ use ladder::{Climb, Ladder, Objection, Tried};
 use lead::Lead;
 use samples::Finding;
 use screening::Holds;
+use shape::Shape;
 
 pub use verdict::{Verdict, VerdictKind};
 
@@ -55,6 +60,9 @@ pub struct Size {
     pub value: f64,
     /// Unit.
     pub unit: String,
+    /// 95 % interval, for what was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
 }
 
 /// A candidate that was fitted.
@@ -95,6 +103,8 @@ pub struct Diagnosis {
     pub completeness: Option<(Completeness, Completeness)>,
     /// What generic terms make of the rest.
     pub lead: Lead,
+    /// The shape of the rest, where no effect explains it.
+    pub shape: Option<Shape>,
     /// Best gain of a decoy.
     pub decoy_gain: f64,
     /// Decoys tried, and how many of them would have been accepted by what they gain.
@@ -112,11 +122,24 @@ pub struct Options {
     pub candidates_refined: bool,
 }
 
+/// What a diagnosis is at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress<'a> {
+    /// A step, in a word or two.
+    Doing(&'a str),
+    /// A screening has ranked the candidates: by how much each promises to lower the error, best first.
+    Ranking(&'a [(&'static str, f64)]),
+}
+
 /// Diagnoses a model on recordings.
 ///
 /// # Errors
 /// Recordings that cannot be used, an unknown effect in `exclude`, an interrupt.
-pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Diagnosis> {
+pub fn diagnose(
+    recordings: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<Diagnosis> {
     let settings = &options.settings;
     for id in &options.exclude {
         if Effect::<f64>::CATALOGUE.iter().all(|d| d.id != id) {
@@ -124,7 +147,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
         }
     }
     let excluded = |id: &str| options.exclude.iter().any(|e| e == id);
-    progress("reading");
+    progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);
     let full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
     let mut findings = samples::look(recordings, &full, settings.kind);
@@ -147,7 +170,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
     };
     let base = climb.fit(&space)?;
     let mut ladder = climb.climb(&base, progress)?;
-    progress("free run");
+    progress(Progress::Doing("free run"));
     let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &space).ok() } else { None };
     let mut esr = [PerSignal::default(); 2];
     let mut fitted = None;
@@ -172,9 +195,14 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
         return Ok(insufficient(&reason));
     }
     let lead = climb.lead(&ladder.fit);
-    progress("candidates");
+    let sizes = match (&free_run, &fitted) {
+        (Some(audit), Some(fit)) => sizes(&ladder.found, &fit.space, &audit.intervals(fit), settings, recordings),
+        _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
+    };
+    progress(Progress::Doing("candidates"));
     let candidates = describe_candidates(&ladder, free_run.as_ref(), options, recordings)?;
-    let verdict = verdict::judge(&ladder, &findings, &lead, fitted.as_ref(), settings, recordings[0].motion, holds);
+    let verdict = verdict::judge(&ladder, &findings, &lead, sizes, holds);
+    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
     Ok(Diagnosis {
         verdict,
         esr_before: esr[0],
@@ -183,6 +211,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &mut dyn 
         screening: ladder.steps.first().map_or_else(Vec::new, |s| s.promises.clone()),
         completeness: Some((ladder.before, ladder.after)),
         lead,
+        shape,
         decoy_gain: ladder.steps.iter().map(|s| s.decoy_gain).fold(0.0, f64::max),
         decoys: ladder.steps.iter().fold([0, 0], |sum, s| [sum[0] + s.decoys[0], sum[1] + s.decoys[1]]),
     })
@@ -256,6 +285,7 @@ fn insufficient(reason: &str) -> Diagnosis {
         screening: Vec::new(),
         completeness: None,
         lead: Lead::default(),
+        shape: None,
         decoy_gain: 0.0,
         decoys: [0, 0],
     }
@@ -303,24 +333,36 @@ fn candidate(
     recordings: &[Recording],
 ) -> Candidate {
     let description = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == tried.id);
-    let parameters = description.map_or(&[][..], |d| d.parameters);
     Candidate {
         effect: tried.id,
         esr_after,
         held_out_gain: 1.0 - (-0.5 * tried.gain).exp(),
         p_value: tried.p_value,
-        parameters: parameters
-            .iter()
-            .map(|p| Size {
-                name: p.name.to_owned(),
-                value: tried.fit.space.value(p.name),
-                unit: unit(p.name, settings.kind, recordings[0].motion).to_owned(),
-            })
-            .collect(),
+        parameters: sizes(&[tried.id], &tried.fit.space, &BTreeMap::new(), settings, recordings),
         confused_with: description.map_or_else(Vec::new, |d| d.confused_with.to_vec()),
         objection: tried.objection.map(Objection::words),
         step,
     }
+}
+
+/// The parameters of effects with their intervals, as far as these are known.
+fn sizes(
+    ids: &[&'static str],
+    space: &Space,
+    intervals: &BTreeMap<String, [f64; 2]>,
+    settings: &Settings,
+    recordings: &[Recording],
+) -> Vec<Size> {
+    ids.iter()
+        .filter_map(|id| Effect::<f64>::CATALOGUE.iter().find(|d| d.id == *id))
+        .flat_map(|d| d.parameters)
+        .map(|p| Size {
+            name: p.name.to_owned(),
+            value: space.value(p.name),
+            unit: unit(p.name, settings.kind, recordings[0].motion).to_owned(),
+            ci95: intervals.get(p.name).copied(),
+        })
+        .collect()
 }
 
 /// Findings of the samples as effects.

@@ -1,19 +1,25 @@
-//! What the samples themselves show, before any fit: clipped channels, a sensor without a sign, sparks.
+//! What the samples themselves show, before any fit: clipped channels, a sensor without a sign, sparks, lines that follow the
+//! rotor.
 
 use std::collections::BTreeMap;
 
+use super::orders;
 use crate::experiment::Experiment;
 use crate::model::Kind;
+use crate::noise;
 use crate::recording::{Channel, Recording, clipping};
 
 /// Share of samples at the limit from which a channel counts as clipped in operation.
 const CLIPPED_SHARE: f64 = 1e-4;
 /// A speed that never falls below this share of its largest value to the negative side has no sign.
 const NO_SIGN: f64 = 0.02;
-/// Noise of the current at high |i ω| over that at low from which sparks are seen.
-const SPARKS: f64 = 2.0;
-/// Half-period samples that are compared, at least.
-const FEWEST: usize = 2000;
+/// Colour of the current's noise from which sparks are seen.
+const SPARKS: f64 = 1.4;
+/// Bands whose noise is compared, Hz: above what a load does, and below the anti-alias filter.
+const LOWER_BAND_HZ: (f64, f64) = (400.0, 1000.0);
+const UPPER_BAND_HZ: (f64, f64) = (2500.0, 3500.0);
+/// Slowest sampling that holds both, s.
+const SLOWEST_SAMPLING_S: f64 = 1.25e-4;
 
 /// A finding with its reason.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,12 +84,33 @@ pub fn look(recordings: &[Recording], experiments: &[Experiment], kind: Kind) ->
         found.push(Finding {
             id: "brush_arcing",
             text: format!(
-                "the current's noise above the signal's band is {ratio:.1} times as large at high |i ω| as at low: sparks at the \
-                 commutator (in the variance; the mean hides in the resistance)"
+                "the current's noise is {ratio:.1} times as strong at 400 to 1000 Hz as at 2500 to 3500 Hz, and the voltage's is \
+                 not: pulses of voltage behind an inductance, sparks at the commutator (the mean hides in the resistance)"
             ),
         });
     }
+    found.extend(rotor_lines(experiments));
     found
+}
+
+/// The strongest line that follows the rotor, as the effect that makes such a line.
+fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
+    let lines = orders::lines(experiments);
+    let line = lines.first()?;
+    let (id, what) = match (line.grows(), line.order) {
+        (true, _) => ("speed_ripple", "it grows with the speed: the sensor shows it, the shaft does not do it"),
+        (false, 1) => ("imbalance", "it fades as the speed rises, as what a torque does to the speed"),
+        (false, _) => ("torque_ripple", "it fades as the speed rises, as what a torque does to the speed"),
+    };
+    let [(slow, at_slow), (fast, at_fast)] = line.amplitudes;
+    Some(Finding {
+        id,
+        text: format!(
+            "a line in the speed at {} times the frequency of rotation, {slow:.2} rad/s at {at_slow:.0} rad/s and {fast:.2} rad/s \
+             at {at_fast:.0} rad/s: {what}",
+            line.order
+        ),
+    })
 }
 
 /// Whether the speed is that of a magnet motor that must have turned backwards, without a sign.
@@ -97,35 +124,30 @@ fn sign_lost(e: &Experiment) -> bool {
     both && (low >= -NO_SIGN * high || high <= -NO_SIGN * low)
 }
 
-/// Ratio of the current's high-frequency noise at high |i ω| to that at low, where that tells of sparks.
+/// Colour of the current's noise while it flows through turning brushes, where that tells of sparks.
+///
+/// An arc takes some volts for part of a bar's passage, and the inductance turns such pulses into noise whose density falls
+/// with the square of the frequency; noise of the converter is white. What repeats with the mains is taken off first. A
+/// supply that is noisy itself does the same, so the voltage's colour is looked at too.
 fn sparking(experiments: &[Experiment]) -> Option<f64> {
-    let mut points: Vec<(f64, f64)> = Vec::new();
-    for e in experiments {
-        let (Some(i), Some(w)) = (&e.current, &e.speed) else { continue };
-        if e.interval_s > 2e-4 {
-            continue;
-        }
-        for n in 2..e.len() - 2 {
-            if e.counted[n] && !e.is_open(n) && !e.is_locked(n) {
-                // Fourth difference: takes any smooth signal off, and lets noise through.
-                let d = i[n - 2] - 4.0 * i[n - 1] + 6.0 * i[n] - 4.0 * i[n + 1] + i[n + 2];
-                points.push(((i[n] * w[n]).abs(), d * d));
-            }
-        }
-    }
-    if points.len() < 4 * FEWEST {
+    let colours: Vec<[f64; 2]> = experiments.iter().filter_map(colour).collect();
+    let largest = colours.iter().max_by(|a, b| a[0].total_cmp(&b[0]))?;
+    (largest[0] > SPARKS && largest[0] > largest[1] * SPARKS).then_some(largest[0])
+}
+
+/// Density of the noise in the lower band over that in the upper one (ratio of amplitudes), of current and voltage.
+fn colour(e: &Experiment) -> Option<[f64; 2]> {
+    let (Some(current), Some(speed)) = (&e.current, &e.speed) else { return None };
+    if e.interval_s > SLOWEST_SAMPLING_S {
         return None;
     }
-    let mut by_load: Vec<usize> = (0..points.len()).collect();
-    by_load.sort_by(|a, b| points[*a].0.total_cmp(&points[*b].0));
-    let mean = |part: &[usize]| {
-        // Without the largest hundredth: edges of a chopped voltage are no sparks.
-        let mut squares: Vec<f64> = part.iter().map(|k| points[*k].1).collect();
-        squares.sort_by(f64::total_cmp);
-        let kept = &squares[..squares.len() * 99 / 100];
-        kept.iter().sum::<f64>() / kept.len() as f64
+    let turns = |n: usize| e.counted[n] && !e.is_open(n) && !e.is_locked(n);
+    let fastest = speed.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+    let running = |n: usize| turns(n) && speed[n].abs() > 0.1 * fastest;
+    let colour = |signal: &[f64]| {
+        let lower = noise::density(signal, e.interval_s, e.mains_period_s, LOWER_BAND_HZ, &running)?;
+        let upper = noise::density(signal, e.interval_s, e.mains_period_s, UPPER_BAND_HZ, &running)?;
+        Some(lower / upper)
     };
-    let quarter = points.len() / 4;
-    let ratio = (mean(&by_load[3 * quarter..]) / mean(&by_load[..quarter])).sqrt();
-    (ratio > SPARKS).then_some(ratio)
+    Some([colour(current)?, colour(&e.input)?])
 }

@@ -3,16 +3,13 @@
 use greyrig::effects::{Acts, Effect};
 use serde::Serialize;
 
+use super::Size;
 use super::classes::{OFFSETS, class_of};
 use super::completeness::Completeness;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
 use super::screening::Holds;
-use crate::identify::Settings;
-use crate::identify::minimise::Refined;
-use crate::model::unit;
-use crate::recording::Motion;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -39,6 +36,8 @@ pub struct Verdict {
     pub effects: Vec<&'static str>,
     /// Sets whose members no recording could separate.
     pub classes: Vec<Vec<&'static str>>,
+    /// The parameters of the effects that were fitted, with their intervals.
+    pub sizes: Vec<Size>,
     /// In a motor engineer's words.
     pub text: String,
     /// The recording that would tell more.
@@ -52,6 +51,7 @@ impl Verdict {
             kind: VerdictKind::InsufficientData,
             effects: Vec::new(),
             classes: Vec::new(),
+            sizes: Vec::new(),
             text: format!("these recordings cannot tell: {reason}"),
             next_experiment: Some(
                 "a ramp, a staircase or a sine of the voltage over the whole range, and a coast-down".to_owned(),
@@ -74,15 +74,7 @@ fn default_member(id: &'static str) -> &'static str {
 }
 
 /// Judges what a climb has found.
-pub fn judge(
-    ladder: &Ladder,
-    findings: &[Finding],
-    lead: &Lead,
-    fitted: Option<&Refined>,
-    settings: &Settings,
-    motion: Motion,
-    holds: Holds,
-) -> Verdict {
+pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size>, holds: Holds) -> Verdict {
     let mut effects: Vec<&'static str> = super::ids(findings);
     effects.extend(ladder.found.iter().map(|id| default_member(id)));
     let mut classes: Vec<Vec<&'static str>> =
@@ -98,14 +90,15 @@ pub fn judge(
     let mut text: Vec<String> = findings.iter().map(|f| f.text.clone()).collect();
     text.extend(ladder.found.iter().enumerate().map(|(k, id)| {
         let mut line = reasons(id, ladder, k);
-        if let Some(sizes) = fitted.map(|fit| sizes(id, fit, settings, motion)) {
-            line += &format!("; {sizes}");
+        let own: Vec<String> = sizes.iter().filter(|s| is_of(id, s)).map(in_words).collect();
+        if !own.is_empty() {
+            line += &format!("; {}", own.join(", "));
         }
         line
     }));
     let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
     match (found, complete) {
-        (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, text),
+        (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, sizes, text),
         (true, _) if !rivals.is_empty() || (offsets >= 2 && !holds.standstill) => {
             for id in rivals.iter().map(|id| default_member(id)) {
                 if !effects.contains(&id) {
@@ -126,7 +119,7 @@ pub fn judge(
                     rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
                 )
             });
-            Verdict { kind: VerdictKind::Ambiguous, effects, classes, text: text.join("\n"), next_experiment: next }
+            Verdict { kind: VerdictKind::Ambiguous, effects, classes, sizes, text: text.join("\n"), next_experiment: next }
         }
         (true, _) => {
             if ladder.floor.is_known() && ladder.after.is_complete() && !ladder.found.is_empty() {
@@ -136,6 +129,7 @@ pub fn judge(
                 kind: VerdictKind::MissingEffect,
                 effects,
                 classes,
+                sizes,
                 text: text.join("\n"),
                 next_experiment: None,
             }
@@ -146,6 +140,7 @@ pub fn judge(
                 kind: VerdictKind::InsufficientData,
                 effects: Vec::new(),
                 classes: Vec::new(),
+                sizes,
                 text: format!(
                     "{} would lower the error, but in these recordings its contribution can hardly be told from the supply \
                      or from the base parameters, so it is not named",
@@ -161,13 +156,14 @@ pub fn judge(
             kind: VerdictKind::None,
             effects: Vec::new(),
             classes: Vec::new(),
+            sizes,
             text: "the model is as good as the data: what is left does not repeat from one period to the next, and no effect \
                    of the catalogue lowers the error on data held out. Gains of the sensors, an impedance of the supply and a \
                    resistance that grows with the speed are never visible in voltage, current and speed"
                 .to_owned(),
             next_experiment: None,
         },
-        (false, false) => outside(ladder, lead, text),
+        (false, false) => outside(ladder, lead, sizes, text),
     }
 }
 
@@ -182,7 +178,7 @@ fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
         .map(|t| t.id)
 }
 
-fn outside(ladder: &Ladder, lead: &Lead, mut text: Vec<String>) -> Verdict {
+fn outside(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
     let (side, times) = if ladder.after.electrical > ladder.after.mechanical {
         ("voltage", ladder.after.electrical)
     } else {
@@ -212,6 +208,7 @@ fn outside(ladder: &Ladder, lead: &Lead, mut text: Vec<String>) -> Verdict {
         kind: VerdictKind::OutsideCatalogue,
         effects: Vec::new(),
         classes: Vec::new(),
+        sizes,
         text: text.join("\n"),
         next_experiment: Some(
             "a locked rotor, DC steps and a coast-down: each takes one part of the motor away".to_owned(),
@@ -245,13 +242,14 @@ fn reasons(id: &str, ladder: &Ladder, place: usize) -> String {
     text
 }
 
-/// The size of an effect with its interval.
-fn sizes(id: &str, fit: &Refined, settings: &Settings, motion: Motion) -> String {
-    let Some(d) = description(id) else { return String::new() };
-    let each: Vec<String> = d
-        .parameters
-        .iter()
-        .map(|p| format!("{} = {:.3e} {}", p.name, fit.space.value(p.name), unit(p.name, settings.kind, motion)))
-        .collect();
-    each.join(", ")
+/// Whether a size is that of an effect.
+fn is_of(id: &str, size: &Size) -> bool {
+    description(id).is_some_and(|d| d.parameters.iter().any(|p| p.name == size.name))
+}
+
+/// A size with its interval.
+fn in_words(size: &Size) -> String {
+    let interval = size.ci95.map_or_else(String::new, |[low, high]| format!(" ({low:.3e} … {high:.3e}, 95 %)"));
+    let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
+    format!("{} = {:.3e}{unit}{interval}", size.name, size.value)
 }

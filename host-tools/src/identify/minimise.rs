@@ -4,9 +4,11 @@
 //! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
 //! factor of e", so that a shape on which the data say nothing stays where it is usual. The rows are of two groups, the
 //! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
-//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences.
+//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
+//! on over a few steps by Broyden's update; a fit never ends on derivatives that were carried on.
 //!
-//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978).
+//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
+//! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -28,6 +30,9 @@ const TRIALS: usize = 8;
 /// Change of a weight, as a logarithm, below which it has settled.
 const SETTLED: f64 = 1e-3;
 
+/// Steps over which derivatives are carried on where a fit is one of dozens.
+pub const CARRIED_ON: usize = 3;
+
 /// Number of samples that the prior on a shape counts as.
 pub const PRIOR: f64 = 10.0;
 
@@ -48,13 +53,15 @@ pub struct Effort {
     pub steps: usize,
     /// Relative fall of the error below which a step was the last.
     pub tolerance: f64,
+    /// Steps over which derivatives are carried on at most. That is quicker, and may end in another valley.
+    pub carried_on: usize,
 }
 
 impl Effort {
     /// To the last digit that matters.
-    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7 };
+    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0 };
     /// To where something else has to be done next.
-    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3 };
+    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON };
 }
 
 /// The end of a fit.
@@ -101,10 +108,12 @@ pub fn minimise(
         space.coordinates().iter().zip(&limits).map(|(x, (low, high))| x.clamp(*low, *high)).collect();
     let mut residuals = problem.at(space, &theta);
     let mut damping = 1e-6;
+    let mut known: Option<(DMatrix<f64>, usize)> = None;
     for _ in 0..effort.steps {
         output::check_interrupt()?;
         step();
-        let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
+        let (mut jacobian, age) =
+            known.take().unwrap_or_else(|| (jacobian_at(space, problem, &theta, &residuals, DIFFERENCE), 0));
         let scale: Vec<f64> = groups.iter().map(|g| 1.0 / weights[usize::from(*g)]).collect();
         let (normal, gradient) = normal_equations(&jacobian, &residuals, &scale, &theta, &usual);
         let cost = |r: &DVector<f64>, at: &[f64]| {
@@ -119,6 +128,7 @@ pub fn minimise(
                 let trial = problem.at(space, &there);
                 let next = cost(&trial, &there);
                 if next < present {
+                    carry_on(&mut jacobian, &theta, &there, &residuals, &trial);
                     (theta, residuals) = (there, trial);
                     damping = (damping / 30.0).max(1e-12);
                     break 'trial Some(1.0 - next / present);
@@ -133,8 +143,12 @@ pub fn minimise(
             *w = w.max(least);
         }
         let settled = (0..2).all(|k| (weights[k] / before[k]).ln().abs() < SETTLED);
-        if settled && fell.is_none_or(|fall| fall < effort.tolerance) {
+        let last = fell.is_none_or(|fall| fall < effort.tolerance);
+        if last && settled && age == 0 {
             break;
+        }
+        if !last && age < effort.carried_on {
+            known = Some((jacobian, age + 1));
         }
     }
     let mut space = space.clone();
@@ -179,6 +193,16 @@ pub fn jacobian_at(
         })
         .collect();
     if columns.is_empty() { DMatrix::zeros(residuals.len(), 0) } else { DMatrix::from_columns(&columns) }
+}
+
+/// Broyden's update: the least change of the derivatives that agrees with the step just done.
+fn carry_on(jacobian: &mut DMatrix<f64>, from: &[f64], to: &[f64], before: &DVector<f64>, after: &DVector<f64>) {
+    let step = DVector::from_iterator(from.len(), to.iter().zip(from).map(|(b, a)| b - a));
+    let length = step.norm_squared();
+    if length > 0.0 {
+        let missed = after - before - &*jacobian * &step;
+        jacobian.ger(1.0 / length, &missed, &step, 1.0);
+    }
 }
 
 fn weighted(space: Space, problem: &impl Residuals, theta: &[f64], mut residuals: DVector<f64>) -> Refined {

@@ -327,6 +327,47 @@ fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Re
     }
 }
 
+/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
+fn blocks_of_rows(problem: &OutputError<'_>, residuals: &DVector<f64>) -> Vec<usize> {
+    let rows = problem.rows();
+    let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
+    let total: f64 = rows.iter().map(Rows::duration_s).sum();
+    let correlation = slowest_correlation_s(rows, residuals.as_slice(), interval);
+    let block = block_length_s(correlation, total);
+    numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))))
+}
+
+/// 95 % intervals of the free parameters of a fit by output error, by name. Parameters at a limit have none.
+pub(crate) fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    intervals_of(fit, &blocks_of_rows(problem, &fit.residuals))
+}
+
+/// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows.
+pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, [f64; 2]> {
+    let mut fit = fit.clone();
+    pin_shapes_at_limits(&mut fit);
+    let Some(covariance) = covariance(&fit.jacobian, &fit.residuals, blocks) else { return BTreeMap::new() };
+    let theta = fit.space.coordinates();
+    fit.space
+        .free()
+        .enumerate()
+        .map(|(k, entry)| (entry.name.clone(), interval(entry, theta[k], covariance.matrix[(k, k)], covariance.t95)))
+        .collect()
+}
+
+/// 95 % interval of a free parameter from the variance of its coordinate.
+fn interval(entry: &Entry, theta: f64, variance: f64, t95: f64) -> [f64; 2] {
+    let half = t95 * variance.sqrt();
+    let systematic = NORMAL_95 * intervals::SYSTEMATIC;
+    if entry.positive && entry.freedom == Freedom::Free(None) {
+        let half = half.hypot(systematic);
+        [entry.value * (-half).exp(), entry.value * half.exp()]
+    } else {
+        let half = (half * entry.slope(theta).abs()).hypot(systematic * entry.value);
+        [entry.value - half, entry.value + half]
+    }
+}
+
 /// Numbers arbitrary keys in the order in which they first appear.
 fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
     let mut seen = BTreeMap::new();
@@ -361,7 +402,6 @@ fn by_simulation(
         take_values(&mut space, &bare);
         let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
         let problem = OutputError::new(experiments.iter().map(|e| Rows::new(e, substeps(e))).collect())?;
-        let rows = problem.rows();
         let refined = match method {
             Method::OutputError => {
                 if space.entries.iter().any(Entry::of_effect) {
@@ -382,12 +422,7 @@ fn by_simulation(
             }
             continue;
         }
-        let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
-        let total: f64 = experiments.iter().map(|e| e.len() as f64 * e.interval_s).sum();
-        let correlation = slowest_correlation_s(rows, refined.residuals.as_slice(), interval);
-        let block = block_length_s(correlation, total);
-        let blocks =
-            numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))));
+        let blocks = blocks_of_rows(&problem, &refined.residuals);
         let mut refined = refined;
         pin_shapes_at_limits(&mut refined);
         let mut covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
@@ -488,7 +523,7 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment])
     take_values(&mut started, &bare);
     started.take_scales(&Scales::of(&started, experiments));
     started.remove_sizes();
-    Ok(minimise(&started, &balances, Effort { steps: 15, tolerance: 1e-4 }, None, &mut || ())?.space)
+    Ok(minimise(&started, &balances, Effort { steps: 15, tolerance: 1e-4, carried_on: 0 }, None, &mut || ())?.space)
 }
 
 /// The base model of a space.
@@ -552,17 +587,7 @@ fn report(
             Freedom::Free(_) => {
                 let k = free;
                 free += 1;
-                let ci95 = covariance.as_ref().map(|c| {
-                    let half = c.t95 * c.matrix[(k, k)].sqrt();
-                    let systematic = NORMAL_95 * intervals::SYSTEMATIC;
-                    if entry.positive && entry.freedom == Freedom::Free(None) {
-                        let half = half.hypot(systematic);
-                        [entry.value * (-half).exp(), entry.value * half.exp()]
-                    } else {
-                        let half = (half * entry.slope(theta[k]).abs()).hypot(systematic * entry.value);
-                        [entry.value - half, entry.value + half]
-                    }
-                });
+                let ci95 = covariance.as_ref().map(|c| interval(entry, theta[k], c.matrix[(k, k)], c.t95));
                 Estimate {
                     name: entry.name.clone(),
                     value: Some(entry.value),
@@ -632,6 +657,8 @@ fn report(
         parameters: stored(&|name| BASE_PARAMETERS.contains(&name)),
         effects,
         terms,
+        correction: None,
+        detector: None,
         provenance: Provenance {
             greyrig: env!("CARGO_PKG_VERSION").to_owned(),
             method: method.to_owned(),

@@ -66,6 +66,11 @@ impl<'a> Rows<'a> {
         self.observations.iter().flat_map(|o| std::iter::repeat_n(o.is_speed, o.samples.len()))
     }
 
+    /// Length of the recording, s.
+    pub fn duration_s(&self) -> f64 {
+        self.experiment.len() as f64 * self.experiment.interval_s
+    }
+
     /// Interval between the rows of a signal, s.
     pub fn row_interval_s(&self) -> f64 {
         stride(self.experiment) as f64 * self.experiment.interval_s

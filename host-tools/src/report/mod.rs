@@ -31,6 +31,7 @@ mod full_rate;
 mod numbers;
 mod residuals;
 mod signals;
+mod surface;
 
 use std::path::Path;
 
@@ -40,6 +41,7 @@ use sha2::{Digest, Sha256};
 
 pub use extremes::{Extremes, extremes};
 pub use figures::Step;
+pub use surface::Surface;
 
 use crate::compare::{Comparison, PerSignal};
 use crate::error::Result;
@@ -89,6 +91,7 @@ enum Section<'a> {
     Steps(Vec<Step>, PerSignal),
     Table(Table),
     Curves(Curves),
+    Surface(Surface),
     Text(String),
 }
 
@@ -133,6 +136,11 @@ impl<'a> Report<'a> {
     /// Adds a plot of curves.
     pub fn curves(self, heading: impl Into<String>, curves: Curves) -> Self {
         self.section(heading, Section::Curves(curves))
+    }
+
+    /// Adds a map of a function of two variables.
+    pub fn surface(self, heading: impl Into<String>, surface: Surface) -> Self {
+        self.section(heading, Section::Surface(surface))
     }
 
     /// Adds text; an empty line begins a new paragraph.
@@ -308,6 +316,7 @@ impl Section<'_> {
             },
             Self::Table(content) => table(content),
             Self::Curves(content) => curves(content),
+            Self::Surface(content) => surface::markup(content),
             Self::Text(text) => html! { @for paragraph in text.split("\n\n") { p { (paragraph) } } },
         }
     }

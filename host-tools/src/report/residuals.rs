@@ -214,7 +214,7 @@ fn scale_limit(map: &Map) -> f64 {
 }
 
 /// Colour for browsers that cannot mix colours themselves: from blue over white to red.
-fn diverging(share: f64) -> String {
+pub(super) fn diverging(share: f64) -> String {
     let end = if share < 0.0 { [0x21, 0x66, 0xac] } else { [0xb2, 0x18, 0x2b] };
     let [r, g, b] = end.map(|c| (247.0 + (f64::from(c) - 247.0) * share.abs()).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")

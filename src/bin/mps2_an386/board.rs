@@ -2,6 +2,7 @@
 
 use cortex_m::peripheral::SCB;
 use greyrig::app::Hardware;
+use greyrig::detector::Verdict;
 
 use crate::nor::Nor;
 use crate::serial::Serial;
@@ -52,6 +53,8 @@ impl Hardware for Board {
     async fn send(&mut self, bytes: &[u8]) {
         bytes.iter().for_each(|&byte| self.serial.send(byte));
     }
+
+    fn show(&mut self, _: Verdict) {}
 
     fn alive(&mut self) {}
 

@@ -2,13 +2,15 @@
 
 use cortex_m::peripheral::SCB;
 use embassy_stm32::flash::{Blocking, Flash};
+use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Async;
-use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FLASH, IWDG, PA2, PA3, USART2};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FLASH, IWDG, PA2, PA3, PA5, PB5, PB10, USART2};
 use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma};
 use embassy_time::{Duration, with_timeout};
 use greyrig::app::Hardware;
+use greyrig::detector::Verdict;
 use greyrig::link::BAUD;
 use greyrig::parameters::block::FLASH_ADDRESS;
 use static_cell::StaticCell;
@@ -35,17 +37,30 @@ pub struct Line {
     pub rx_dma: Peri<'static, DMA1_CH2>,
 }
 
+/// Where the verdict is shown.
+pub struct Lamps {
+    /// High: the motor passes (D6 of the Arduino connector).
+    pub pass: Peri<'static, PB10>,
+    /// High: the motor fails (D4).
+    pub alarm: Peri<'static, PB5>,
+    /// The board's green light LD2: lit while there is no verdict.
+    pub status: Peri<'static, PA5>,
+}
+
 /// The board.
 pub struct Board {
     flash: Flash<'static, Blocking>,
     tx: UartTx<'static, Async>,
     rx: RingBufferedUartRx<'static>,
     watchdog: IndependentWatchdog<'static, IWDG>,
+    pass: Output<'static>,
+    alarm: Output<'static>,
+    status: Output<'static>,
 }
 
 impl Board {
     /// None if the driver refuses the baud rate.
-    pub fn new(flash: Peri<'static, FLASH>, watchdog: Peri<'static, IWDG>, line: Line) -> Option<Self> {
+    pub fn new(flash: Peri<'static, FLASH>, watchdog: Peri<'static, IWDG>, line: Line, lamps: Lamps) -> Option<Self> {
         static BUFFER: StaticCell<[u8; RECEIVE_BUFFER]> = StaticCell::new();
         let mut config = usart::Config::default();
         config.baudrate = BAUD;
@@ -56,6 +71,9 @@ impl Board {
             tx,
             rx: rx.into_ring_buffered(BUFFER.init([0; RECEIVE_BUFFER])),
             watchdog: IndependentWatchdog::new(watchdog, WATCHDOG_US),
+            pass: Output::new(lamps.pass, Level::Low, Speed::Low),
+            alarm: Output::new(lamps.alarm, Level::Low, Speed::Low),
+            status: Output::new(lamps.status, Level::High, Speed::Low),
         })
     }
 
@@ -93,6 +111,12 @@ impl Hardware for Board {
         if let Err(error) = self.tx.write(bytes).await {
             defmt::warn!("a frame was not sent: {}", defmt::Debug2Format(&error));
         }
+    }
+
+    fn show(&mut self, verdict: Verdict) {
+        self.pass.set_level((verdict == Verdict::Pass).into());
+        self.alarm.set_level((verdict == Verdict::Fail).into());
+        self.status.set_level((verdict == Verdict::CannotJudge).into());
     }
 
     fn alive(&mut self) {

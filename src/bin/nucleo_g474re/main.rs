@@ -39,7 +39,7 @@ mod firmware {
     use greyrig::app::{Sampler, Server, Shared, serve};
     use greyrig::faults::Fault;
 
-    use crate::board::{Board, Line};
+    use crate::board::{Board, Lamps, Line};
     use crate::sampling::Converter;
     use crate::{clocks, sampling};
 
@@ -55,7 +55,8 @@ mod firmware {
         pac::RCC.csr().modify(|register| register.set_rmvf(true));
 
         let line = Line { usart: p.USART2, tx: p.PA2, rx: p.PA3, tx_dma: p.DMA1_CH1, rx_dma: p.DMA1_CH2 };
-        let Some(mut board) = Board::new(p.FLASH, p.IWDG, line) else { cortex_m::peripheral::SCB::sys_reset() };
+        let lamps = Lamps { pass: p.PB10, alarm: p.PB5, status: p.PA5 };
+        let Some(mut board) = Board::new(p.FLASH, p.IWDG, line, lamps) else { cortex_m::peripheral::SCB::sys_reset() };
         let (server, active) = Server::start(&mut board, &SHARED);
         defmt::info!("{}", if active.is_some() { "running" } else { "safe mode: no usable parameters in flash" });
 

@@ -2,5 +2,6 @@
 
 pub mod cases;
 pub mod export;
+pub mod lot;
 pub mod recovery;
 pub mod score;

@@ -2,6 +2,7 @@
 
 use core::hint::black_box;
 
+use greyrig::anfis::{Firing, Shape};
 use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
@@ -46,8 +47,13 @@ pub fn all(counter: &mut impl Counter) {
     let shared = Shared::new();
     shared.capture(true);
     shared.report(100);
-    let sampler = Sampler::new(Some(Active { calibration, tick }), &shared);
+    let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
     counter.count("interrupt", sampler, |sampler| {
+        let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+        black_box(sampler.sample(counts, 0));
+    });
+    let Some(sampler) = scenarios::full_sampler(&shared) else { return };
+    counter.count("interrupt_full", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
         black_box(sampler.sample(counts, 0));
     });
@@ -58,6 +64,27 @@ pub fn all(counter: &mut impl Counter) {
             black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
         });
     }
+    for (name, shape, b) in scenarios::ANFIS {
+        let Some(network) = scenarios::anfis(shape, b, Firing::Product) else { return };
+        counter.count(name, network, |network| {
+            black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));
+        });
+    }
+    for (name, point) in [
+        ("anfis_inside", [120.0, 3.0, 2_000.0]),
+        ("anfis_in_the_margin", [340.0, 9.2, 1.0]),
+        ("anfis_far_outside", [1e30, -1e30, 0.0]),
+        ("anfis_nan", [f32::NAN, f32::INFINITY, f32::NAN]),
+    ] {
+        let Some(network) = scenarios::anfis(Shape::Bell, None, Firing::Product) else { return };
+        counter.count(name, network, |network| {
+            black_box(network.correct(black_box(point)));
+        });
+    }
+    let Some(network) = scenarios::anfis(Shape::Bell, None, Firing::Minimum) else { return };
+    counter.count("anfis_minimum", network, |network| {
+        black_box(network.correct(black_box([120.0, 3.0, 2_000.0])));
+    });
     counter.count("exp_f32", (), |()| {
         black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));
     });

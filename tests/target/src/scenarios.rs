@@ -1,14 +1,17 @@
 //! What has to come out the same on the host and on the microcontroller.
 
+use greyrig::anfis::{self, Anfis3x3, Firing, Premise, Settings3x3, Shape};
 use greyrig::app::bench::{self, Bench};
+use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{self, Settings, fixed};
+use greyrig::detector;
 use greyrig::effects::{
     BrushDrop, ChannelDelay, CurrentCompression, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS, Saturation,
     SpeedLag, TorqueOffset, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::parameters::block::MAX_PAYLOAD;
-use greyrig::parameters::{FINGERPRINT, Settings as Parameterised, section};
+use greyrig::parameters::{Active, FINGERPRINT, Settings as Parameterised, section};
 use greyrig::scalar::Scalar;
 use greyrig::term::{Op, Target, Term};
 use greyrig::tick::{Output, Tick};
@@ -37,6 +40,11 @@ pub const ALL: &[Scenario] = &[
     ("parameter_block", parameter_block),
     ("damaged_blocks", damaged_blocks),
     ("tick_from_block", tick_from_block),
+    ("anfis_inside", anfis_inside),
+    ("anfis_any_bits", anfis_any_bits),
+    ("anfis_minimum", anfis_minimum),
+    ("anfis_f64", anfis_f64),
+    ("anfis_other_grids", anfis_other_grids),
 ];
 
 /// Samples for each setting.
@@ -287,6 +295,148 @@ fn tick_bad_samples(outputs: &mut Outputs) {
         };
         let sample = Sample { voltage: Volts(any()), current: Amperes(any()), speed: RadiansPerSecond(any()) };
         write(outputs, tick.process(sample, Constraints::FREE));
+    }
+}
+
+/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
+pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
+    let effects = [
+        Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
+        Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
+    ];
+    let filter = Settings::default().build().ok()?;
+    let tick =
+        Tick::new(stepper(UNIVERSAL, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
+    let detector = detector::Settings {
+        sample_rate_hz: 10_000.0,
+        nominal_voltage: 230.0,
+        least_voltage: 0.3,
+        most_voltage: 1.1,
+        least_speed: 600.0,
+        blanking_s: 1.0,
+        fewest_periods: 50,
+        limits: detector::Limits { current: 0.05, speed: 0.02, sparking: 0.05, ..detector::Limits::default() },
+    };
+    let calibration = CalibrationSettings::default().build().ok()?;
+    Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared))
+}
+
+/// What the network's instructions depend on.
+pub const ANFIS: [(&str, Shape, Option<f64>); 4] = [
+    ("anfis_bell_free", Shape::Bell, None),
+    ("anfis_bell_1", Shape::Bell, Some(1.0)),
+    ("anfis_bell_2", Shape::Bell, Some(2.0)),
+    ("anfis_gaussian", Shape::Gaussian, None),
+];
+
+/// Voltage (V), current (A) and speed (rad/s) of the rig.
+const ANFIS_BOX: [(f64, f64); 3] = [(-325.0, 325.0), (-9.0, 9.0), (0.0, 3_500.0)];
+
+/// A network with parameters drawn at random; `b` where it is not.
+fn anfis_settings<const N: usize, const M: usize, const RULES: usize>(
+    shape: Shape,
+    b: Option<f64>,
+    firing: Firing,
+) -> anfis::Settings<N, M, RULES> {
+    let mut noise = Noise(10);
+    let mut draw = || noise.uniform::<f64>();
+    let inputs = core::array::from_fn(|i| ANFIS_BOX[i % 3]);
+    let premise = inputs.map(|(low, high)| {
+        core::array::from_fn(|j| {
+            let spacing = (high - low) / (M as f64 - 1.0);
+            Premise {
+                a: spacing * (0.6 + 0.3 * draw()),
+                b: b.unwrap_or(2.0 + 1.5 * draw()),
+                c: low + spacing * (j as f64 + 0.2 * draw()),
+            }
+        })
+    });
+    anfis::Settings {
+        shape,
+        firing,
+        premise,
+        slopes: core::array::from_fn(|_| inputs.map(|(low, high)| draw() / (high - low))),
+        constants: core::array::from_fn(|_| draw()),
+        inputs,
+        output: (-0.7, 0.8),
+        margin: 0.1,
+    }
+}
+
+/// The rig's network.
+pub fn anfis(shape: Shape, b: Option<f64>, firing: Firing) -> Option<Anfis3x3> {
+    let settings: Settings3x3 = anfis_settings(shape, b, firing);
+    settings.build().ok()
+}
+
+/// Points up to a fifth outside the box, which is beyond the margin.
+fn anfis_points(samples: usize, firing: Firing, outputs: &mut Outputs) {
+    let mut noise = Noise(11);
+    for (_, shape, b) in ANFIS {
+        let Some(network) = anfis(shape, b, firing) else { return };
+        for _ in 0..samples {
+            let point =
+                ANFIS_BOX.map(|(low, high)| (0.5 * (low + high + 1.4 * noise.uniform::<f64>() * (high - low))) as f32);
+            let correction = network.correct(point);
+            outputs.f32(correction.value);
+            outputs.f32(correction.validity);
+        }
+    }
+}
+
+fn anfis_inside(outputs: &mut Outputs) {
+    anfis_points(2_000, Firing::Product, outputs);
+}
+
+fn anfis_minimum(outputs: &mut Outputs) {
+    anfis_points(500, Firing::Minimum, outputs);
+}
+
+/// Any bits: NaN, infinities and subnormals are among them.
+fn anfis_any_bits(outputs: &mut Outputs) {
+    const SPECIAL: [f32; 4] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0];
+    let mut noise = Noise(12);
+    for (_, shape, b) in ANFIS {
+        let Some(network) = anfis(shape, b, Firing::Product) else { return };
+        for _ in 0..1_000 {
+            let mut any = || match noise.bits() % 8 {
+                special @ 0..4 => SPECIAL[special as usize],
+                4..6 => f32::from_bits(noise.bits()),
+                _ => noise.uniform(),
+            };
+            let correction = network.correct([any(), any(), any()]);
+            outputs.f32(correction.value);
+            outputs.f32(correction.validity);
+        }
+    }
+}
+
+fn anfis_f64(outputs: &mut Outputs) {
+    let settings: Settings3x3 = anfis_settings(Shape::Bell, None, Firing::Product);
+    let Ok(network) = settings.build::<f64>() else { return };
+    let mut noise = Noise(13);
+    for _ in 0..300 {
+        let point = ANFIS_BOX.map(|(low, high)| 0.5 * (low + high + 1.2 * noise.uniform::<f64>() * (high - low)));
+        let correction = network.correct(point);
+        outputs.f64(correction.value);
+        outputs.f64(correction.validity);
+    }
+}
+
+/// Fewer and more membership functions than the rig's network has.
+fn anfis_other_grids(outputs: &mut Outputs) {
+    let mut noise = Noise(14);
+    let mut write = |correction: anfis::Correction<f32>| outputs.f32(correction.value);
+    let (Ok(two), Ok(six)) = (
+        anfis_settings::<4, 2, 16>(Shape::Bell, None, Firing::Product).build::<f32>(),
+        anfis_settings::<2, 6, 36>(Shape::Bell, None, Firing::Product).build::<f32>(),
+    ) else {
+        return;
+    };
+    for _ in 0..500 {
+        let [a, b, c, d] = [320.0, 9.0, 1_700.0, 320.0].map(|reach: f32| reach * noise.uniform::<f32>());
+        write(two.correct([a, b, c + 1_750.0, d]));
+        write(six.correct([a, b]));
     }
 }
 

@@ -1,6 +1,10 @@
 //! Faults: a file each. Their parts are those of effects, with a time of onset.
 
+mod bearing_friction;
+mod fan_load;
 mod resistance_up;
+mod sensor_gain;
+mod shorted_turns;
 mod sparking;
 
 use std::fmt;
@@ -31,7 +35,15 @@ pub struct Fault {
 }
 
 /// All faults.
-pub static FAULTS: &[Fault] = &[resistance_up::FAULT, sparking::FAULT];
+pub static FAULTS: &[Fault] = &[
+    resistance_up::FAULT,
+    sparking::FAULT,
+    shorted_turns::FAULT,
+    bearing_friction::FAULT,
+    fan_load::FAULT,
+    sensor_gain::CURRENT,
+    sensor_gain::SPEED,
+];
 
 impl Fault {
     /// Its sizes for a kind of motor.

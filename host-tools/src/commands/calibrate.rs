@@ -1,0 +1,95 @@
+//! `greyrig calibrate`: the detector's limits from healthy motors.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::input::Input;
+use super::words;
+use crate::error::Result;
+use crate::model::{DetectorEntry, Model};
+use crate::monitor::calibrate::{Shown, calibrate};
+use crate::monitor::tolerance::moments;
+use crate::output;
+
+/// Learns from runs of healthy motors, one run each, what the detector takes for healthy.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  greyrig calibrate healthy-*.csv --model hybrid.toml --out station.toml\n\n\
+    All runs have to follow the profile of the test. Ten motors are usual; with fewer the limits are wider.")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file, with or without a learned correction
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL2.toml")]
+    out: Option<PathBuf>,
+    /// Begin of each run that is not judged, s
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    blanking: f64,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(path) = &args.out {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    let model = Model::load(&args.model)?;
+    let recordings = args.input.load()?;
+    let bar = output::progress("calibration", recordings.len() as u64);
+    let result = calibrate(&model, &recordings, args.blanking, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    let (detector, shown) = result?;
+    let calibrated = Model { detector: Some(detector.clone()), ..model };
+    if let Some(path) = &args.out {
+        calibrated.save(path, args.force)?;
+    }
+    if args.json {
+        let body = json!({ "detector": detector, "runs": shown, "model": args.out });
+        output::print_json("calibrate", &args.input.names(), body)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output::print_line(&table(&detector, &shown))?;
+    output::print_line(&format!(
+        "\nlimits from {} runs: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
+         deviations normal over the motors",
+        detector.runs,
+        100.0 * detector.holds[0],
+        100.0 * detector.holds[1]
+    ))?;
+    if let Some(path) = &args.out {
+        output::print_line(&format!("written: {}", path.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {
+    let mut table = words::table(&["watched", "mean of the runs", "largest", "limit"]);
+    let mut row = |name: &str, values: Vec<f64>, limit: String, unit: f64, suffix: &str| {
+        let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let number = |x: f64| format!("{:.3}{suffix}", unit * x);
+        table.add_row([name.to_owned(), number(moments(&values).0), number(largest), limit]);
+    };
+    let percent = |x: f64| format!("{:.2} %", 100.0 * x);
+    let of = |get: &dyn Fn(&Shown) -> f64| shown.iter().map(get).collect::<Vec<f64>>();
+    row("error of the current", of(&|s| s.current), percent(detector.current), 100.0, " %");
+    row("error of the speed", of(&|s| s.speed), percent(detector.speed), 100.0, " %");
+    row("current above 1 kHz", of(&|s| s.sparking), format!("{:.4} A", detector.sparking), 1.0, " A");
+    row("abrupt change of the current", of(&|s| s.current_jump), percent(detector.current_jump), 100.0, " %");
+    row("abrupt change of the speed", of(&|s| s.speed_jump), percent(detector.speed_jump), 100.0, " %");
+    let band = |[centre, half]: [f64; 2]| format!("{} … {}", percent(centre - half), percent(centre + half));
+    row("deviation of the current", of(&|s| s.current_deviation[1]), band(detector.current_deviation), 100.0, " %");
+    row("deviation of the speed", of(&|s| s.speed_deviation[1]), band(detector.speed_deviation), 100.0, " %");
+    table.to_string()
+}

@@ -1,0 +1,215 @@
+//! `greyrig train`: the learned correction of what the physical model leaves over.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::add::split;
+use super::anfis::{Bell, notes, parse_bell};
+use super::input::Input;
+use super::words;
+use crate::anfis::file::FiringName;
+use crate::anfis::{Method, Ridge, Settings, Trained};
+use crate::compare::{Comparison, PerSignal, compare};
+use crate::error::Result;
+use crate::hybrid;
+use crate::model::{Model, Origin};
+use crate::output;
+use crate::recording::Recording;
+use crate::report::{Curves, Report, Step};
+
+/// Membership functions of each input: those of the rig's network.
+const FUNCTIONS: usize = 3;
+
+/// Trains the correction (ANFIS) on what the model leaves over, and judges it on data held out.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  greyrig train --model model.toml staircase.csv ramp.csv --out hybrid.toml\n\n\
+    With several recordings the correction is judged on the last one, which it does not see; with a single one, on its last third.")]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Model file to correct
+    #[arg(long, value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// Model file to write
+    #[arg(long, value_name = "MODEL2.toml")]
+    out: Option<PathBuf>,
+    /// Begin of each recording that is neither learnt nor judged, s: the start of the motor, as in the detector
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    blanking: f64,
+    /// Epochs at most
+    #[arg(long, default_value_t = 60)]
+    epochs: usize,
+    /// How the premises are trained
+    #[arg(long, value_enum, default_value = "varpro")]
+    method: Method,
+    /// Exponent b of the bells: trained, or fixed for a network that takes half the time on the microcontroller
+    #[arg(long, value_name = "free|1|2", default_value = "free", value_parser = parse_bell)]
+    bell: Bell,
+    /// Ridge of least squares as a fraction of rows over columns
+    #[arg(long, default_value_t = hybrid::RIDGE)]
+    ridge: f64,
+    /// Firing operator
+    #[arg(long, value_enum, default_value = "product")]
+    firing: FiringName,
+    /// Threads, 0 for all processors
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Report to write, one HTML file that needs no network
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A model or recordings that cannot be used, or a file that cannot be written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    for path in args.out.iter().chain(&args.report) {
+        output::refuse_overwrite(path, args.force)?;
+    }
+    let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
+    let recordings = args.input.load()?;
+    let (training, held_out) = split(&recordings);
+    let judged = |recordings: &[Recording]| -> Vec<Recording> {
+        recordings.iter().map(|r| without_start(r, args.blanking)).collect()
+    };
+    let settings = Settings {
+        exponent: args.bell.0,
+        firing: args.firing.into(),
+        threads: args.threads,
+        ridge: Ridge::Relative(args.ridge),
+        ..Settings::new(args.method, FUNCTIONS, args.epochs)
+    };
+    let bar = output::progress("training", args.epochs as u64);
+    let result = hybrid::train(&bare, &training, args.blanking, &settings, &mut |_| {
+        bar.inc(1);
+        ControlFlow::Continue(())
+    });
+    bar.finish_and_clear();
+    let (model, trained) = result?;
+    let (shown, judge) = (judged(&training), judged(&held_out));
+    let before = [compare(&bare, &shown)?, compare(&bare, &judge)?];
+    let after = [compare(&model, &shown)?, compare(&model, &judge)?];
+    let share = correction_share(&before[1], &after[1]);
+    let accepted = super::add::falls(&before[1].esr, &after[1].esr);
+    if let Some(path) = &args.out {
+        model.save(path, args.force)?;
+    }
+    if let Some(path) = &args.report {
+        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        let steps = [
+            Step { label: "physical model".to_owned(), esr: before[1].esr },
+            Step { label: "+ correction".to_owned(), esr: after[1].esr },
+        ];
+        Report::new("The learned correction")
+            .lead(in_words(&before, &after, share))
+            .waterfall("Error-to-signal ratio on data held out", &steps, after[1].noise_floor)
+            .curves("Learning curve", learning_curve(&trained))
+            .comparison("With the correction, on data held out", &after[1], &model)
+            .recordings(&files)
+            .write(path, args.force)?;
+        eprintln!("report: {}", path.display());
+    }
+    if args.json {
+        output::print_json(
+            "train",
+            &args.input.names(),
+            json!({
+                "epochs": trained.epochs,
+                "rmse_trn": trained.rmse_trn,
+                "rmse_chk": trained.rmse_chk,
+                "esr_before": before[0].esr,
+                "esr_after": after[0].esr,
+                "held_out_before": before[1].esr,
+                "held_out_after": after[1].esr,
+                "noise_floor": after[1].noise_floor,
+                "correction_share": share,
+                "accepted": accepted,
+                "notes": notes(&trained),
+                "model": args.out,
+            }),
+        )?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    output::print_line(&table(&before, &after))?;
+    output::print_line(&format!("\n{}", in_words(&before, &after, share)))?;
+    for note in notes(&trained) {
+        output::print_line(&format!("note: {note}"))?;
+    }
+    if !accepted {
+        output::print_line("not accepted: the error does not fall on data that the training has not seen")?;
+    }
+    if let Some(path) = &args.out {
+        output::print_line(&format!("written: {}", path.display()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A recording whose begin does not count, though the model runs through it.
+pub(super) fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
+    let mut judged = recording.clone();
+    let blank = ((blanking_s / recording.sample_time_s) as usize).min(recording.len());
+    judged.valid[..blank].fill(false);
+    judged
+}
+
+/// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box.
+pub(super) fn correction_share(before: &Comparison, after: &Comparison) -> Option<f64> {
+    let (mut added, mut signal) = (0.0, 0.0);
+    for (b, a) in before.per_recording.iter().zip(&after.per_recording) {
+        let pairs = b.traces.modelled_current.iter().zip(&a.traces.modelled_current);
+        for ((x, y), (measured, counted)) in pairs.zip(a.traces.measured_current.iter().zip(&a.traces.counted)) {
+            if *counted {
+                added += (y - x).powi(2);
+                signal += measured.powi(2);
+            }
+        }
+    }
+    (signal > 0.0).then(|| (added / signal).sqrt())
+}
+
+fn in_words(before: &[Comparison; 2], after: &[Comparison; 2], share: Option<f64>) -> String {
+    let current = |c: &Comparison| words::percent(c.esr.current);
+    format!(
+        "on data held out the error of the current falls from {} to {}; the black box makes {} of the current, physics the rest",
+        current(&before[1]),
+        current(&after[1]),
+        words::percent(share)
+    )
+}
+
+fn learning_curve(trained: &Trained) -> Curves {
+    let of = |get: &dyn Fn(&crate::anfis::Epoch) -> Option<f64>| -> Vec<(f64, f64)> {
+        trained.epochs.iter().enumerate().filter_map(|(k, e)| Some((k as f64 + 1.0, get(e)?))).collect()
+    };
+    Curves {
+        caption: "Root mean square error of the raw current on the rows trained on and on those kept back".to_owned(),
+        x: "epoch".to_owned(),
+        y: "A".to_owned(),
+        logarithmic: true,
+        curves: vec![("training".to_owned(), of(&|e| Some(e.rmse_trn))), ("checking".to_owned(), of(&|e| e.rmse_chk))],
+    }
+}
+
+fn table(before: &[Comparison; 2], after: &[Comparison; 2]) -> String {
+    let mut table = words::table(&["error-to-signal ratio", "current", "speed", "held out: current", "speed"]);
+    let row = |label: &str, training: PerSignal, held_out: PerSignal| {
+        [label.to_owned()]
+            .into_iter()
+            .chain([training.current, training.speed, held_out.current, held_out.speed].map(words::percent))
+            .collect::<Vec<_>>()
+    };
+    table.add_row(row("physical model", before[0].esr, before[1].esr));
+    table.add_row(row("+ correction", after[0].esr, after[1].esr));
+    table.add_row(row("noise floor", after[0].noise_floor, after[1].noise_floor));
+    table.to_string()
+}

@@ -1,0 +1,197 @@
+//! Order tracking: lines in the speed that follow the angle of the rotor.
+//!
+//! Windows of eight turns each; the power of the speed at n waves per turn is ranked among that at neighbouring waves per
+//! turn which are no whole numbers. Without a line every rank is as likely as any other, whatever the noise, so the mean rank
+//! over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a torque: a torque
+//! c cos nθ makes a speed of c/(J n ω).
+//!
+//! What repeats with the mains is taken off first, by the mean of one period before and one after: the torque of an AC
+//! motor pulsates at twice the mains, which is an order at some speed.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use crate::experiment::Experiment;
+
+/// Turns in a window.
+const TURNS: f64 = 8.0;
+/// Orders that are looked at.
+const ORDERS: std::ops::RangeInclusive<usize> = 1..=48;
+/// Parts into which one wave per turn is divided.
+const PARTS: usize = 16;
+/// Distances of the neighbours in such parts.
+const NEIGHBOURS: [isize; 8] = [-8, -7, -6, -5, 5, 6, 7, 8];
+/// Highest frequency that is looked at, of the sampling rate.
+const HIGHEST: f64 = 0.4;
+/// Slowest speed, of the largest.
+const SLOWEST: f64 = 0.02;
+/// Windows that are looked at, at most.
+const MOST_WINDOWS: usize = 800;
+/// Fewest windows.
+const FEWEST_WINDOWS: usize = 16;
+/// Standard deviations of the mean rank from which a line is seen; 48 orders in four sets of windows are tried.
+const SEEN: f64 = 6.0;
+
+/// A line that follows the rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Waves per turn.
+    pub order: usize,
+    /// Standard deviations by which it stands out.
+    pub stands_out: f64,
+    /// Its amplitude in the speed (rad/s) and that speed (rad/s), in the slow and in the fast half of the windows.
+    pub amplitudes: [(f64, f64); 2],
+}
+
+impl Line {
+    /// Whether it grows with the speed, as an error of the tacho does; a torque's fades.
+    pub fn grows(&self) -> bool {
+        self.amplitudes[1].0 > self.amplitudes[0].0
+    }
+}
+
+/// Power of a window at each order and at its neighbours.
+struct Window {
+    speed: f64,
+    /// Square of the amplitude at the order.
+    power: Vec<Option<f64>>,
+    /// Mean square of the amplitudes at its neighbours, and the share of them that are smaller.
+    floor: Vec<(f64, f64)>,
+}
+
+/// The lines that stand out, the strongest first.
+pub fn lines(experiments: &[Experiment]) -> Vec<Line> {
+    let mut windows: Vec<Window> = experiments.iter().flat_map(windows).collect();
+    windows.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+    if windows.len() < FEWEST_WINDOWS {
+        return Vec::new();
+    }
+    let half = windows.len() / 2;
+    let mut found: Vec<Line> = ORDERS
+        .filter_map(|order| {
+            let k = order - ORDERS.start();
+            let parts = [&windows[..], &windows[..half], &windows[..half / 2], &windows[half..]];
+            let stands_out = parts.map(|part| score(part, k)).into_iter().fold(0.0, f64::max);
+            (stands_out > SEEN).then(|| Line {
+                order,
+                stands_out,
+                amplitudes: [amplitude(&windows[..half], k), amplitude(&windows[half..], k)],
+            })
+        })
+        .collect();
+    found.sort_by(|a, b| b.stands_out.total_cmp(&a.stands_out).then(a.order.cmp(&b.order)));
+    found
+}
+
+/// Standard deviations by which the mean rank of an order exceeds one half.
+fn score(windows: &[Window], k: usize) -> f64 {
+    let ranks: Vec<f64> = windows.iter().filter(|w| w.power[k].is_some()).map(|w| w.floor[k].1).collect();
+    if ranks.len() < FEWEST_WINDOWS / 2 {
+        return 0.0;
+    }
+    let m = NEIGHBOURS.len() as f64;
+    // A rank among m others takes the values 0, 1/m … 1 alike: variance (m + 2)/(12 m).
+    let deviation = ((m + 2.0) / (12.0 * m) / ranks.len() as f64).sqrt();
+    (ranks.iter().sum::<f64>() / ranks.len() as f64 - 0.5) / deviation
+}
+
+/// Amplitude above the noise, and the mean speed, of some windows.
+fn amplitude(windows: &[Window], k: usize) -> (f64, f64) {
+    let of: Vec<(f64, f64)> = windows.iter().filter_map(|w| w.power[k].map(|p| (p - w.floor[k].0, w.speed))).collect();
+    let count = of.len().max(1) as f64;
+    let (power, speed) = of.iter().fold((0.0, 0.0), |s, x| (s.0 + x.0, s.1 + x.1));
+    ((power / count).max(0.0).sqrt(), speed / count)
+}
+
+fn windows(e: &Experiment) -> Vec<Window> {
+    let Some(speed) = &e.speed else { return Vec::new() };
+    let largest = speed.iter().fold(0.0f64, |m, w| m.max(w.abs()));
+    let period = e.mains_period_s.map_or(0, |t| (t / e.interval_s).round() as usize);
+    // The angle comes from the speed itself, over which noise averages.
+    let angle: Vec<f64> = speed
+        .iter()
+        .scan(0.0, |theta, w| {
+            *theta += w * e.interval_s;
+            Some(*theta)
+        })
+        .collect();
+    let usable = |n: usize| e.counted[n] && !e.is_locked(n) && n >= period && n + period < speed.len();
+    let mut cuts: Vec<(usize, usize)> = Vec::new();
+    let mut from = 0;
+    for n in 0..speed.len() {
+        if !usable(n) || speed[n].abs() < SLOWEST * largest {
+            from = n + 1;
+        } else if (angle[n] - angle[from.min(n)]).abs() >= TURNS * TAU {
+            cuts.push((from, n));
+            from = n;
+        }
+    }
+    let every = cuts.len().div_ceil(MOST_WINDOWS).max(1);
+    cuts.into_iter()
+        .step_by(every)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .filter(|(a, b)| b - a >= 64)
+        .map(|(a, b)| {
+            let signal: Vec<f64> = (a..b)
+                .map(|n| {
+                    // The mean of two periods adds half as much power again, as it is out of step with the line.
+                    match period {
+                        0 => speed[n],
+                        _ => (speed[n] - 0.5 * (speed[n - period] + speed[n + period])) / 1.5f64.sqrt(),
+                    }
+                })
+                .collect();
+            window(&without_trend(&signal), &angle[a..b], e.interval_s)
+        })
+        .collect()
+}
+
+/// A signal less its least-squares cubic, which is what a run-up leaves in so short a window.
+fn without_trend(signal: &[f64]) -> Vec<f64> {
+    let n = signal.len();
+    let x = |k: usize| 2.0 * k as f64 / (n - 1) as f64 - 1.0;
+    let powers = nalgebra::DMatrix::from_fn(n, 4, |r, c| x(r).powi(c as i32));
+    let y = nalgebra::DVector::from_column_slice(signal);
+    let normal = powers.tr_mul(&powers).cholesky().map(|c| c.solve(&powers.tr_mul(&y)));
+    normal.map_or_else(|| signal.to_vec(), |b| (&y - &powers * b).iter().copied().collect())
+}
+
+fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
+    let n = signal.len();
+    let turned = angle[n - 1] - angle[0];
+    let speed = (turned / ((n - 1) as f64 * interval_s)).abs();
+    // Sums over exp(i m θ/16) for all m at once: each is the one before, turned on by θ/16.
+    let count = (ORDERS.end() + 1) * PARTS;
+    let mut sums = vec![(0.0f64, 0.0f64); count];
+    let mut total = 0.0;
+    for (k, (x, theta)) in signal.iter().zip(angle).enumerate() {
+        let weight = 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos();
+        total += weight;
+        let (sin, cos) = ((theta - angle[0]) / PARTS as f64).sin_cos();
+        let (mut c, mut s) = (x * weight, 0.0);
+        for sum in &mut sums {
+            sum.0 += c;
+            sum.1 += s;
+            (c, s) = (c * cos - s * sin, c * sin + s * cos);
+        }
+    }
+    let power = |part: usize| 4.0 * (sums[part].0.powi(2) + sums[part].1.powi(2)) / (total * total);
+    let highest = HIGHEST / interval_s;
+    let mut powers = Vec::new();
+    let mut floors = Vec::new();
+    for order in ORDERS {
+        if (order as f64 + 0.5) * speed / TAU > highest {
+            powers.push(None);
+            floors.push((0.0, 0.0));
+            continue;
+        }
+        let own = power(order * PARTS);
+        let around = NEIGHBOURS.map(|d| power((order * PARTS).wrapping_add_signed(d)));
+        let m = NEIGHBOURS.len() as f64;
+        powers.push(Some(own));
+        floors.push((around.iter().sum::<f64>() / m, around.iter().filter(|p| **p < own).count() as f64 / m));
+    }
+    Window { speed, power: powers, floor: floors }
+}

@@ -1,0 +1,80 @@
+//! The hybrid model on the host: what the learned correction is trained on, and what it has to do with.
+//!
+//! The target is the error of the model's current, measured − modelled, before the filter; the inputs are those of
+//! [`greyrig::hybrid`]: the voltage, the modelled current and the modelled speed. The model runs freely through each
+//! recording, as it will on the rig.
+
+use std::ops::ControlFlow;
+
+use greyrig::motor::State;
+
+use crate::anfis::{self, Builder, Epoch, Table, Trained, file};
+use crate::error::{Error, Result};
+use crate::experiment::{Drive, Experiment, Imposed};
+use crate::model::Model;
+use crate::recording::Recording;
+
+/// Names of the inputs.
+pub const INPUTS: [&str; 3] = ["u_v", "modelled i_a", "modelled omega_rad_s"];
+/// Name of the target.
+pub const TARGET: &str = "measured - modelled i_a";
+/// How far outside the trained box the correction fades to zero, as a fraction of the box.
+pub const MARGIN: f64 = 0.1;
+/// Ridge over rows/columns, the trainer's own.
+pub const RIDGE: f64 = 1e-6;
+/// Length of the pieces of time of which every fifth is for checking, s.
+const PIECE_S: f64 = 0.5;
+const EVERY: usize = 5;
+
+/// Training and checking rows of recordings, without the first `blanking_s` seconds of each, s.
+///
+/// # Errors
+/// Recordings without voltage and current, or a model that cannot be run.
+pub fn tables(model: &Model, recordings: &[Recording], blanking_s: f64) -> Result<(Table, Table)> {
+    let motor = model
+        .motor::<f32>()
+        .map_err(|e| Error::usage(format!("the model cannot be run: {e}"), "check its parameters"))?;
+    let (mut training, mut checking) = (Builder::new(INPUTS.len()), Builder::new(INPUTS.len()));
+    for recording in recordings {
+        let e = Experiment::new(recording, &model.filter)?;
+        let (Drive::Voltage, Some(current)) = (e.drive, e.current.as_ref()) else {
+            return Err(Error::usage(
+                format!("{} holds no voltage and current", e.name),
+                "the correction is learnt from u_v, i_a and what the model makes of u_v",
+            ));
+        };
+        let refused = |error| Error::usage(format!("{}: {error}", e.name), "check the model's parameters");
+        let mut modelled: Vec<State<f32>> = Vec::with_capacity(e.len());
+        let substeps = e.substeps(&motor).map_err(refused)?;
+        e.run(&motor, substeps, Imposed::Nothing, |_, state| modelled.push(state)).map_err(refused)?;
+        let piece = (PIECE_S / e.interval_s).max(1.0) as usize;
+        for (n, model) in modelled.iter().enumerate() {
+            if !e.counted[n] || e.is_open(n) || (n as f64) < blanking_s / e.interval_s {
+                continue;
+            }
+            let inputs = [e.input[n], f64::from(model.current), f64::from(model.speed)];
+            let rows = if n / piece % EVERY == EVERY - 1 { &mut checking } else { &mut training };
+            rows.push(&inputs, current[n] - f64::from(model.current))?;
+        }
+    }
+    Ok((training.finish()?, checking.finish()?))
+}
+
+/// Trains the correction of a model on recordings.
+///
+/// # Errors
+/// Recordings that cannot be used, an interrupt.
+pub fn train(
+    model: &Model,
+    recordings: &[Recording],
+    blanking_s: f64,
+    settings: &anfis::Settings,
+    progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
+) -> Result<(Model, Trained)> {
+    let bare = Model { correction: None, detector: None, ..model.clone() };
+    let (training, checking) = tables(&bare, recordings, blanking_s)?;
+    let trained = anfis::train(&training, Some(&checking), settings, progress)?;
+    let names = INPUTS.map(str::to_owned);
+    let correction = file::File::new(&trained, settings.method, MARGIN, &names, TARGET);
+    Ok((Model { correction: Some(correction), ..bare }, trained))
+}

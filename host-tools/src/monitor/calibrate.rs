@@ -1,0 +1,158 @@
+//! Limits from healthy motors.
+//!
+//! From each run the value that just would not have called is taken: of the fast features the largest that lasts as many
+//! periods as a call needs, of the deviations the extremes of the mean over as many periods as the cumulative sum needs. Limits
+//! are tolerance limits of these values over the motors: lognormal for errors and noise, normal for deviations. Seven values
+//! are watched, so each limit holds all but a seventh of the false alarms that are allowed.
+
+use greyrig::detector::{self, CONFIRM, Limits};
+use serde::Serialize;
+
+use super::replay::{Replay, Row, replay};
+use super::tolerance::{FEWEST, upper};
+use crate::error::{Error, Result};
+use crate::model::{DetectorEntry, Model};
+use crate::output;
+use crate::recording::Recording;
+
+/// Share of healthy motors that all limits together are to hold.
+pub const HOLDS: f64 = 0.999;
+/// Confidence in that.
+pub const CONFIDENCE: f64 = 0.95;
+/// Values that are watched.
+const WATCHED: f64 = 7.0;
+/// Periods over which deviations are averaged: half a second.
+const STEADY: usize = 25;
+/// Mains level that is judged, of the nominal voltage.
+const MOST_VOLTAGE: f64 = 1.1;
+/// Speed that is judged, of the largest: what is slower is a start.
+const LEAST_SPEED: f64 = 0.2;
+/// Voltage that is judged, of the nominal one.
+const LEAST_VOLTAGE: f64 = 0.3;
+/// Periods that a verdict needs.
+const FEWEST_PERIODS: u32 = 50;
+
+/// What one run has shown.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Shown {
+    /// Largest lasting error of the current.
+    pub current: f64,
+    /// Largest lasting error of the speed.
+    pub speed: f64,
+    /// Largest lasting current above 1 kHz, A.
+    pub sparking: f64,
+    /// Largest lasting abrupt change of the current.
+    pub current_jump: f64,
+    /// Largest lasting abrupt change of the speed.
+    pub speed_jump: f64,
+    /// Smallest and largest steady deviation of the current.
+    pub current_deviation: [f64; 2],
+    /// Smallest and largest steady deviation of the speed.
+    pub speed_deviation: [f64; 2],
+}
+
+/// Settings that judge nothing: for looking at healthy motors.
+fn blank(blanking_s: f64, nominal_voltage: f64, least_speed: f64) -> impl Fn(f64) -> detector::Settings {
+    move |interval_s| detector::Settings {
+        sample_rate_hz: (1.0 / interval_s) as f32,
+        nominal_voltage: nominal_voltage as f32,
+        least_voltage: LEAST_VOLTAGE as f32,
+        most_voltage: MOST_VOLTAGE as f32,
+        least_speed: least_speed as f32,
+        blanking_s: blanking_s as f32,
+        fewest_periods: FEWEST_PERIODS,
+        limits: Limits::default(),
+    }
+}
+
+/// The values of a run. `None` if nothing in it could be judged.
+pub fn shown(replay: &Replay) -> Option<Shown> {
+    let judged: Vec<&Row> = replay.judged().collect();
+    let lasting = |get: &dyn Fn(&Row) -> f32| {
+        judged
+            .windows(usize::from(CONFIRM))
+            .map(|w| w.iter().map(|r| f64::from(get(r))).fold(f64::INFINITY, f64::min))
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let steady = |get: &dyn Fn(&Row) -> f32| {
+        let means = judged.windows(STEADY).map(|w| w.iter().map(|r| f64::from(get(r))).sum::<f64>() / STEADY as f64);
+        means.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+    };
+    (judged.len() >= STEADY).then(|| Shown {
+        current: lasting(&|r| r.features.current),
+        speed: lasting(&|r| r.features.speed),
+        sparking: lasting(&|r| r.features.sparking),
+        current_jump: lasting(&|r| r.jumps[0].abs()),
+        speed_jump: lasting(&|r| r.jumps[1].abs()),
+        current_deviation: steady(&|r| r.features.current_deviation),
+        speed_deviation: steady(&|r| r.features.speed_deviation),
+    })
+}
+
+/// Learns the limits of a model's detector from runs of healthy motors, one run each.
+///
+/// # Errors
+/// Too few runs, a run in which nothing can be judged, an interrupt.
+pub fn calibrate(
+    model: &Model,
+    recordings: &[Recording],
+    blanking_s: f64,
+    progress: &mut dyn FnMut(),
+) -> Result<(DetectorEntry, Vec<Shown>)> {
+    if recordings.len() < FEWEST {
+        return Err(Error::usage(
+            format!("{} runs cannot tell what a healthy motor is", recordings.len()),
+            format!("give runs of at least {FEWEST} healthy motors; ten are usual"),
+        ));
+    }
+    let any = blank(blanking_s, 1.0, 0.0);
+    let first: Vec<Replay> = recordings
+        .iter()
+        .map(|r| replay(model, r, &|interval| detector::Settings { most_voltage: f32::MAX, ..any(interval) }))
+        .collect::<Result<_>>()?;
+    let rows = || first.iter().flat_map(|r| &r.rows);
+    let nominal = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
+    let fastest = rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
+    let least_speed = LEAST_SPEED * fastest;
+    let mut all = Vec::new();
+    for recording in recordings {
+        output::check_interrupt()?;
+        let run = replay(model, recording, &blank(blanking_s, nominal, least_speed))?;
+        all.push(shown(&run).ok_or_else(|| {
+            Error::usage(
+                format!("in {} less than half a second can be judged", recording.path.display()),
+                "record longer, at nominal voltage and speed",
+            )
+        })?);
+        progress();
+    }
+    let share = 1.0 - (1.0 - HOLDS) / WATCHED;
+    let limit = |values: Vec<f64>, logarithmic| upper(&values, logarithmic, share, CONFIDENCE).unwrap_or(0.0);
+    let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
+    let band = |get: &dyn Fn(&Shown) -> [f64; 2]| {
+        let high = limit(of(&|s| get(s)[1]), false);
+        let low = -limit(of(&|s| -get(s)[0]), false);
+        [0.5 * (low + high), 0.5 * (high - low)]
+    };
+    let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
+    let entry = DetectorEntry {
+        nominal_voltage: nominal,
+        least_voltage: LEAST_VOLTAGE,
+        most_voltage: MOST_VOLTAGE,
+        least_speed,
+        blanking_s,
+        fewest_periods: FEWEST_PERIODS,
+        current: limit(of(&|s| s.current), true),
+        speed: limit(of(&|s| s.speed), true),
+        sparking: limit(of(&|s| s.sparking), true),
+        current_jump: limit(of(&|s| s.current_jump), true),
+        speed_jump: limit(of(&|s| s.speed_jump), true),
+        current_deviation: band(&|s| s.current_deviation),
+        speed_deviation: band(&|s| s.speed_deviation),
+        runs: recordings.len(),
+        holds: [HOLDS, CONFIDENCE],
+        temperature_c: (!temperatures.is_empty())
+            .then(|| temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)])),
+    };
+    Ok((entry, all))
+}

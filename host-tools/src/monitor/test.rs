@@ -1,0 +1,168 @@
+//! The test of a motor: one run, one verdict, and why.
+
+use greyrig::detector::{Cause, Kind, Verdict};
+use serde::Serialize;
+
+use super::replay::{Replay, Row, replay};
+use super::suspect::{self, Suspect};
+use crate::error::Result;
+use crate::model::{DetectorEntry, Model};
+use crate::recording::Recording;
+
+/// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
+const TEMPERATURE_MARGIN: f64 = 10.0;
+/// Alarms closer than this belong together, s.
+const TOGETHER_S: f64 = 0.5;
+
+/// The verdict's name in files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The motor passes.
+    Pass,
+    /// It cannot be judged.
+    CannotJudge,
+    /// The motor fails.
+    Fail,
+}
+
+impl Outcome {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::CannotJudge => "cannot judge",
+            Self::Fail => "fail",
+        }
+    }
+}
+
+/// An alarm, from its first period to its last.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alarm {
+    /// Begin, s.
+    pub t_s: f64,
+    /// End, s.
+    pub until_s: f64,
+    /// `electrical`, `mechanical` or `sensor`.
+    pub kind: &'static str,
+    /// What called, in words.
+    pub cause: &'static str,
+    /// What may be broken.
+    pub suspect: String,
+    /// Largest ratio to the limit.
+    pub ratio: f64,
+}
+
+/// The test of a motor.
+#[derive(Debug, Clone, Serialize)]
+pub struct Test {
+    /// The recording.
+    pub recording: String,
+    /// Serial number, if the recording tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// The verdict.
+    pub verdict: Outcome,
+    /// Why it cannot be judged.
+    pub reasons: Vec<String>,
+    /// Alarms in time.
+    pub alarms: Vec<Alarm>,
+    /// What may be broken, by parameters estimated once more from the alarm on.
+    pub suspects: Vec<Suspect>,
+    /// Periods that were judged, and all.
+    pub periods: [usize; 2],
+    /// The periods.
+    #[serde(skip)]
+    pub replay: Replay,
+}
+
+/// Tests a motor.
+///
+/// # Errors
+/// A recording that cannot be replayed, an interrupt.
+pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> Result<Test> {
+    let run = replay(model, recording, &|interval| detector.settings(interval))?;
+    let mut alarms = alarms(&run.rows);
+    let mut suspects = Vec::new();
+    if let Some(first) = alarms.first() {
+        suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
+        suspects.truncate(3);
+        if let Some(likeliest) = suspects.first() {
+            for alarm in alarms.iter_mut().filter(|a| a.suspect.is_empty()) {
+                alarm.suspect.clone_from(&likeliest.text);
+                alarm.kind = likeliest.kind;
+            }
+        }
+    }
+    let reasons = reasons(detector, &run);
+    let verdict = match run.verdict {
+        Verdict::Fail => Outcome::Fail,
+        Verdict::Pass if reasons.is_empty() => Outcome::Pass,
+        _ => Outcome::CannotJudge,
+    };
+    Ok(Test {
+        recording: recording.path.display().to_string(),
+        serial: recording.metadata.get("serial").cloned(),
+        verdict,
+        reasons,
+        alarms,
+        suspects,
+        periods: [run.judged().count(), run.rows.len()],
+        replay: run,
+    })
+}
+
+/// Periods that call, joined where they are close together.
+fn alarms(rows: &[Row]) -> Vec<Alarm> {
+    let mut all: Vec<Alarm> = Vec::new();
+    for row in rows {
+        let Some(a) = row.alarm else { continue };
+        let (t, ratio) = (row.t_s, f64::from(a.ratio));
+        match all.last_mut().filter(|last| t - last.until_s < TOGETHER_S) {
+            Some(last) => {
+                last.until_s = t;
+                let sparks = !last.suspect.is_empty();
+                if !sparks && (ratio > last.ratio || a.cause == Cause::Sparking) {
+                    *last = Alarm { t_s: last.t_s, ..alarm(t, a.kind, a.cause, ratio.max(last.ratio)) };
+                }
+                last.ratio = last.ratio.max(ratio);
+            }
+            None => all.push(alarm(t, a.kind, a.cause, ratio)),
+        }
+    }
+    all
+}
+
+fn alarm(t: f64, kind: Kind, cause: Cause, ratio: f64) -> Alarm {
+    let suspect = if cause == Cause::Sparking { "sparking brushes".to_owned() } else { String::new() };
+    Alarm { t_s: t, until_s: t, kind: kind.name(), cause: cause.words(), suspect, ratio }
+}
+
+/// Why a run that called nothing is no proof of health.
+fn reasons(detector: &DetectorEntry, run: &Replay) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let judged = run.judged().count();
+    let seen: Vec<&Row> = run.rows.iter().filter(|r| !r.judged && r.t_s >= detector.blanking_s).collect();
+    if judged < detector.fewest_periods as usize {
+        let share = |holds: &dyn Fn(&Row) -> bool| seen.iter().filter(|r| holds(r)).count() * 2 > seen.len().max(1);
+        let volts = |r: &Row| f64::from(r.features.voltage_rms) / detector.nominal_voltage;
+        reasons.push(if share(&|r| volts(r) < detector.least_voltage) {
+            format!("the voltage is below {:.0} % of {:.0} V", 100.0 * detector.least_voltage, detector.nominal_voltage)
+        } else if share(&|r| volts(r) > detector.most_voltage) {
+            format!("the voltage is above {:.0} % of {:.0} V", 100.0 * detector.most_voltage, detector.nominal_voltage)
+        } else if share(&|r| f64::from(r.features.speed_mean.abs()) < detector.least_speed) {
+            format!("the speed is below {:.0} rad/s", detector.least_speed)
+        } else if share(&|r| r.features.validity < 0.9) {
+            "the motor runs where the correction has not been trained".to_owned()
+        } else {
+            format!("only {judged} of the {} periods that it takes could be judged", detector.fewest_periods)
+        });
+    }
+    if let (Some([low, high]), Some(t)) = (detector.temperature_c, run.temperature)
+        && !(low - TEMPERATURE_MARGIN..=high + TEMPERATURE_MARGIN).contains(&t)
+    {
+        reasons.push(format!("it is at {t:.0} °C, and the limits were learnt from {low:.0} to {high:.0} °C"));
+    }
+    reasons
+}

@@ -1,0 +1,124 @@
+//! What a period of the mains tells about the motor.
+//!
+//! With i, ω measured and î, ω̂ modelled (both filtered alike), e = î − i, ε = ω̂ − ω, and h the current above 1 kHz
+//! before that filter, means over one period:
+//!
+//! | feature | formula | unit |
+//! | --- | --- | --- |
+//! | error of the current | √(⟨e²⟩/⟨i²⟩) | 1 |
+//! | error of the speed | √(⟨ε²⟩/⟨ω²⟩) | 1 |
+//! | deviation of the current | −⟨e î⟩/⟨î²⟩ = by how much the motor draws more than the model | 1 |
+//! | deviation of the speed | −⟨ε ω̂⟩/⟨ω̂²⟩ = by how much it runs faster | 1 |
+//! | sparking | √⟨h²⟩ | A |
+//! | phase of the sparking | ⟨h² where \|i\| is above its mean of the last period⟩/⟨h²⟩ | 1 |
+//!
+//! Half of white noise is where |i| is above its mean or a little less; sparks need a current.
+
+use crate::motor::State;
+
+/// The features of a period.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Features {
+    /// Error of the current.
+    pub current: f32,
+    /// Error of the speed.
+    pub speed: f32,
+    /// Deviation of the current: positive where the motor draws more than the model.
+    pub current_deviation: f32,
+    /// Deviation of the speed: positive where the motor runs faster than the model.
+    pub speed_deviation: f32,
+    /// RMS of the current above 1 kHz, A.
+    pub sparking: f32,
+    /// Share of that while the current is above its mean magnitude.
+    pub sparking_phase: f32,
+    /// RMS of the voltage, V.
+    pub voltage_rms: f32,
+    /// RMS of the measured current, A.
+    pub current_rms: f32,
+    /// Mean of the measured speed, rad/s.
+    pub speed_mean: f32,
+    /// Share of the samples at which the correction was within what it has been trained on.
+    pub validity: f32,
+}
+
+/// Sums over a period.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sums {
+    count: f32,
+    voltage: f32,
+    current: f32,
+    speed: f32,
+    speed_sum: f32,
+    magnitude: f32,
+    current_error: f32,
+    speed_error: f32,
+    current_product: f32,
+    speed_product: f32,
+    model_current: f32,
+    model_speed: f32,
+    high: f32,
+    high_at_load: f32,
+    validity: f32,
+    mean_magnitude: f32,
+}
+
+/// What a sample contributes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Raw voltage, V.
+    pub voltage: f32,
+    /// Measured and filtered.
+    pub measured: State<f32>,
+    /// Modelled and filtered.
+    pub modelled: State<f32>,
+    /// Current above 1 kHz, A.
+    pub high: f32,
+    /// Validity of the correction, 0 to 1.
+    pub validity: f32,
+}
+
+impl Sums {
+    /// Adds a sample.
+    #[inline]
+    pub fn add(&mut self, p: &Point) {
+        let error = p.modelled.current - p.measured.current;
+        let slip = p.modelled.speed - p.measured.speed;
+        let magnitude = p.measured.current.abs();
+        let high = p.high * p.high;
+        self.count += 1.0;
+        self.voltage += p.voltage * p.voltage;
+        self.current += p.measured.current * p.measured.current;
+        self.speed += p.measured.speed * p.measured.speed;
+        self.speed_sum += p.measured.speed;
+        self.magnitude += magnitude;
+        self.current_error += error * error;
+        self.speed_error += slip * slip;
+        self.current_product += error * p.modelled.current;
+        self.speed_product += slip * p.modelled.speed;
+        self.model_current += p.modelled.current * p.modelled.current;
+        self.model_speed += p.modelled.speed * p.modelled.speed;
+        self.high += high;
+        self.high_at_load += if magnitude > self.mean_magnitude { high } else { 0.0 };
+        self.validity += p.validity;
+    }
+
+    /// The features, and a new period that knows the mean magnitude of the current of this one.
+    pub fn finish(&mut self) -> Features {
+        let n = if self.count > 0.0 { self.count } else { 1.0 };
+        let ratio = |a: f32, b: f32| if b > 0.0 { a / b } else { 0.0 };
+        let features = Features {
+            current: libm::sqrtf(ratio(self.current_error, self.current)),
+            speed: libm::sqrtf(ratio(self.speed_error, self.speed)),
+            current_deviation: -ratio(self.current_product, self.model_current),
+            speed_deviation: -ratio(self.speed_product, self.model_speed),
+            sparking: libm::sqrtf(self.high / n),
+            sparking_phase: ratio(self.high_at_load, self.high),
+            voltage_rms: libm::sqrtf(self.voltage / n),
+            current_rms: libm::sqrtf(self.current / n),
+            speed_mean: self.speed_sum / n,
+            validity: self.validity / n,
+        };
+        *self = Self { mean_magnitude: self.magnitude / n, ..Self::default() };
+        features
+    }
+}

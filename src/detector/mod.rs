@@ -1,0 +1,345 @@
+//! The detector: from the residuals of a tick to an alarm and a verdict.
+//!
+//! ```text
+//! Output of a tick ──► sums over a period of the mains ──► features ─┬─► fast: error of current, speed; sparking
+//! raw current ─► above 1 kHz ─┘                                      ├─► fast: abrupt change of the deviations
+//!                                                                    └─► cumulative: deviation of current, speed
+//! ```
+//! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
+//! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
+
+mod cumulative;
+mod fast;
+mod features;
+mod isolation;
+mod jump;
+mod period;
+
+use core::fmt;
+
+pub use cumulative::{Cumulative, THRESHOLD, Tolerance};
+pub use fast::{CONFIRM, Fast, RELEASE};
+pub use features::{Features, Point, Sums};
+pub use isolation::{Kind, locate};
+pub use jump::{Jump, PAST};
+pub use period::PeriodClock;
+
+use serde::{Deserialize, Serialize};
+
+use crate::butterworth::HighPass;
+use crate::tick::Output;
+use crate::units::Sample;
+
+/// Lower end of the band in which sparks are looked for, Hz.
+pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
+
+/// Validity of the correction below which a period is not judged.
+const LEAST_VALIDITY: f32 = 0.9;
+
+/// What is healthy, learnt from healthy motors; a limit of 0 is not watched.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Limits {
+    /// Largest error of the current, 1.
+    pub current: f32,
+    /// Largest error of the speed, 1.
+    pub speed: f32,
+    /// Largest current above 1 kHz, A.
+    pub sparking: f32,
+    /// Largest abrupt change of the current's deviation, 1.
+    pub current_jump: f32,
+    /// Largest abrupt change of the speed's deviation, 1.
+    pub speed_jump: f32,
+    /// Mean and half-width of the current's deviation, 1.
+    pub current_deviation: [f32; 2],
+    /// Mean and half-width of the speed's deviation, 1.
+    pub speed_deviation: [f32; 2],
+}
+
+/// The detector as an engineer sets it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Sampling rate, Hz.
+    pub sample_rate_hz: f32,
+    /// Nominal voltage, RMS, V: a period below [`Settings::least_voltage`] of it is not judged.
+    pub nominal_voltage: f32,
+    /// Least voltage that is judged, as a share of the nominal one.
+    pub least_voltage: f32,
+    /// Highest voltage that is judged, as a share of the nominal one.
+    pub most_voltage: f32,
+    /// Least speed that is judged, rad/s.
+    pub least_speed: f32,
+    /// Time after the start that is not judged, s.
+    pub blanking_s: f32,
+    /// Periods that have to be judged for a verdict.
+    pub fewest_periods: u32,
+    /// What is healthy.
+    pub limits: Limits,
+}
+
+/// Why settings make no detector.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettingsError {
+    /// The sampling rate is too low to see sparks, or no number.
+    SampleRate,
+    /// The nominal voltage is not positive.
+    Voltage,
+    /// A share, a time or a speed is negative or no number.
+    Negative,
+    /// A limit is negative or no number.
+    Limit,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::SampleRate => "the sampling rate has to be above 2500 Hz, or sparks cannot be seen",
+            Self::Voltage => "the nominal voltage has to be positive",
+            Self::Negative => "shares, times and speeds have to be numbers from zero on",
+            Self::Limit => "limits have to be numbers from zero on",
+        })
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// What called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// The error of the current.
+    CurrentError,
+    /// The error of the speed.
+    SpeedError,
+    /// Noise of the current above 1 kHz.
+    Sparking,
+    /// The current has changed abruptly against the model.
+    CurrentJump,
+    /// The speed has changed abruptly against the model.
+    SpeedJump,
+    /// The current deviates for a long time.
+    CurrentDeviation,
+    /// The speed deviates for a long time.
+    SpeedDeviation,
+}
+
+impl Cause {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::CurrentError => "error of the current",
+            Self::SpeedError => "error of the speed",
+            Self::Sparking => "current above 1 kHz",
+            Self::CurrentJump => "abrupt change of the current",
+            Self::SpeedJump => "abrupt change of the speed",
+            Self::CurrentDeviation => "steady deviation of the current",
+            Self::SpeedDeviation => "steady deviation of the speed",
+        }
+    }
+}
+
+/// An alarm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alarm {
+    /// What called, the strongest first.
+    pub cause: Cause,
+    /// Where the fault sits.
+    pub kind: Kind,
+    /// By how much the limit is exceeded.
+    pub ratio: f32,
+}
+
+/// What a period brought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Period {
+    /// Its features.
+    pub features: Features,
+    /// Abrupt changes of the deviations of current and speed.
+    pub jumps: [f32; 2],
+    /// Whether it was judged.
+    pub judged: bool,
+    /// What calls at its end.
+    pub alarm: Option<Alarm>,
+}
+
+/// Outcome of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// Nothing called.
+    Pass,
+    /// An alarm has been raised.
+    Fail,
+    /// Too little could be judged.
+    CannotJudge,
+}
+
+/// The detector's state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detector {
+    settings: Settings,
+    clock: PeriodClock,
+    high_pass: HighPass,
+    sums: Sums,
+    watches: [Fast; 5],
+    jumps: [Jump; 2],
+    deviations: [Cumulative; 2],
+    started: bool,
+    blank: u32,
+    judged: u32,
+    seen: u32,
+    latched: Option<Alarm>,
+}
+
+impl Settings {
+    /// Validates the settings.
+    ///
+    /// # Errors
+    /// Numbers that make no detector.
+    pub fn build(self) -> Result<Detector, SettingsError> {
+        let high_pass = HighPass::new(f64::from(SPARKS_ABOVE_HZ) / f64::from(self.sample_rate_hz))
+            .filter(|_| self.sample_rate_hz > 2.5 * SPARKS_ABOVE_HZ)
+            .ok_or(SettingsError::SampleRate)?;
+        let from_zero = |x: f32| x.is_finite() && x >= 0.0;
+        if !(self.nominal_voltage.is_finite() && self.nominal_voltage > 0.0) {
+            return Err(SettingsError::Voltage);
+        }
+        if ![self.least_voltage, self.most_voltage, self.least_speed, self.blanking_s].into_iter().all(from_zero) {
+            return Err(SettingsError::Negative);
+        }
+        let l = self.limits;
+        let widths = [
+            l.current,
+            l.speed,
+            l.sparking,
+            l.current_jump,
+            l.speed_jump,
+            l.current_deviation[1],
+            l.speed_deviation[1],
+        ];
+        if !widths.into_iter().all(from_zero)
+            || !l.current_deviation[0].is_finite()
+            || !l.speed_deviation[0].is_finite()
+        {
+            return Err(SettingsError::Limit);
+        }
+        let tolerance = |[centre, half_width]: [f32; 2]| Cumulative::new(Tolerance { centre, half_width });
+        Ok(Detector {
+            clock: PeriodClock::new(self.sample_rate_hz, self.nominal_voltage),
+            high_pass,
+            sums: Sums::default(),
+            watches: [l.current, l.speed, l.sparking, l.current_jump, l.speed_jump].map(Fast::new),
+            jumps: [Jump::default(); 2],
+            deviations: [tolerance(l.current_deviation), tolerance(l.speed_deviation)],
+            started: false,
+            blank: (self.blanking_s * self.sample_rate_hz) as u32,
+            judged: 0,
+            seen: 0,
+            latched: None,
+            settings: self,
+        })
+    }
+}
+
+impl Detector {
+    /// Takes a sample and what the tick made of it; at the end of a period, gives what that period brought.
+    #[inline]
+    pub fn process(&mut self, sample: &Sample, output: &Output) -> Option<Period> {
+        let current = if sample.current.0.is_finite() { sample.current.0 } else { output.measured.current };
+        if !self.started {
+            self.high_pass.reset_to(current);
+            self.started = true;
+        }
+        let ended = self.clock.process(sample.voltage.0).map(|_| self.end_of_period());
+        self.sums.add(&Point {
+            voltage: if sample.voltage.0.is_finite() { sample.voltage.0 } else { 0.0 },
+            measured: output.measured,
+            modelled: output.modelled,
+            high: self.high_pass.process(current),
+            validity: output.validity,
+        });
+        self.blank = self.blank.saturating_sub(1);
+        ended
+    }
+
+    fn end_of_period(&mut self) -> Period {
+        let features = self.sums.finish();
+        self.seen += 1;
+        let s = &self.settings;
+        let judged = self.blank == 0
+            && features.voltage_rms >= s.least_voltage * s.nominal_voltage
+            && features.voltage_rms <= s.most_voltage * s.nominal_voltage
+            && features.speed_mean.abs() >= s.least_speed
+            && features.validity >= LEAST_VALIDITY;
+        if !judged {
+            self.jumps.iter_mut().for_each(Jump::reset);
+            return Period { features, jumps: [0.0; 2], judged, alarm: None };
+        }
+        self.judged += 1;
+        let jumps =
+            [self.jumps[0].process(features.current_deviation), self.jumps[1].process(features.speed_deviation)];
+        let alarm = self.watch(&features, jumps);
+        if self.latched.is_none_or(|l| alarm.is_some_and(|a| a.ratio > l.ratio)) {
+            self.latched = alarm.or(self.latched);
+        }
+        Period { features, jumps, judged, alarm }
+    }
+
+    fn watch(&mut self, f: &Features, jumps: [f32; 2]) -> Option<Alarm> {
+        let called = [
+            (Cause::CurrentError, self.watches[0].process(f.current)),
+            (Cause::SpeedError, self.watches[1].process(f.speed)),
+            (Cause::Sparking, self.watches[2].process(f.sparking)),
+            (Cause::CurrentJump, self.watches[3].process(jumps[0].abs())),
+            (Cause::SpeedJump, self.watches[4].process(jumps[1].abs())),
+            (Cause::CurrentDeviation, self.deviations[0].process(f.current_deviation).map(f32::abs)),
+            (Cause::SpeedDeviation, self.deviations[1].process(f.speed_deviation).map(f32::abs)),
+        ];
+        let jumped = called[3].1.is_some() || called[4].1.is_some();
+        let kind = if jumped {
+            locate(jumps[0], jumps[1])
+        } else {
+            locate(
+                self.deviations[0].in_tolerances(f.current_deviation),
+                self.deviations[1].in_tolerances(f.speed_deviation),
+            )
+        };
+        let mut strongest: Option<Alarm> = None;
+        for (cause, ratio) in called {
+            let Some(ratio) = ratio else { continue };
+            if strongest.is_none_or(|s| ratio > s.ratio) {
+                strongest = Some(Alarm { cause, kind, ratio });
+            }
+        }
+        // Sparks take voltage, which moves current and speed, too, and more.
+        if called[2].1.is_some()
+            && let Some(alarm) = &mut strongest
+        {
+            *alarm = Alarm { cause: Cause::Sparking, kind: Kind::Electrical, ..*alarm };
+        }
+        strongest
+    }
+
+    /// The strongest alarm of the run, kept until [`Detector::reset`].
+    pub fn latched(&self) -> Option<Alarm> {
+        self.latched
+    }
+
+    /// Periods seen, and how many of them were judged.
+    pub fn periods(&self) -> (u32, u32) {
+        (self.seen, self.judged)
+    }
+
+    /// The verdict so far.
+    pub fn verdict(&self) -> Verdict {
+        match self.latched {
+            Some(_) => Verdict::Fail,
+            None if self.judged >= self.settings.fewest_periods => Verdict::Pass,
+            None => Verdict::CannotJudge,
+        }
+    }
+
+    /// A new run.
+    pub fn reset(&mut self) {
+        if let Ok(new) = self.settings.build() {
+            *self = new;
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Periods of the mains, from the voltage itself: 50 Hz, 60 Hz, or direct voltage.
+//!
+//! A period ends where the voltage rises through zero, if it has been clearly negative since the last one. Without such
+//! a crossing within [`LONGEST_S`] the supply counts as direct voltage, and a period is [`USUAL_S`].
+
+/// Shortest period, s: 60 Hz less a tenth for a crossing that comes early.
+pub const SHORTEST_S: f32 = 0.015;
+/// Longest period, s: 50 Hz and a tenth.
+pub const LONGEST_S: f32 = 0.022;
+/// Period of direct voltage, s.
+pub const USUAL_S: f32 = 0.02;
+
+/// Tells where a period ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodClock {
+    shortest: u32,
+    longest: u32,
+    usual: u32,
+    /// Voltage below which the next rise through zero counts, V (negative).
+    arming: f32,
+    armed: bool,
+    alternating: bool,
+    count: u32,
+}
+
+impl PeriodClock {
+    /// At a sampling rate (Hz), for a supply of a nominal voltage (V).
+    pub fn new(sample_rate_hz: f32, nominal_voltage: f32) -> Self {
+        let samples = |seconds: f32| (seconds * sample_rate_hz) as u32;
+        Self {
+            shortest: samples(SHORTEST_S),
+            longest: samples(LONGEST_S),
+            usual: samples(USUAL_S),
+            arming: -0.05 * nominal_voltage,
+            armed: false,
+            alternating: false,
+            count: 0,
+        }
+    }
+
+    /// Takes a voltage; gives the number of samples since the last crossing or end, if a period ends before this one.
+    #[inline]
+    pub fn process(&mut self, voltage: f32) -> Option<u32> {
+        let crossing = self.armed && voltage >= 0.0;
+        self.armed = voltage < self.arming || (self.armed && !crossing);
+        let late = self.count >= if self.alternating { self.longest } else { self.usual };
+        let early = crossing && self.count < self.shortest;
+        let ends = (crossing && !early) || late;
+        if crossing {
+            self.alternating = true;
+        } else if late {
+            self.alternating = false;
+        }
+        let length = self.count;
+        // A crossing soon after a period of direct voltage is where counting begins.
+        self.count = if ends || early { 1 } else { self.count + 1 };
+        ends.then_some(length)
+    }
+}

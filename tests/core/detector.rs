@@ -1,0 +1,226 @@
+//! The detector against formulas written out here.
+
+use std::f32::consts::TAU;
+
+use greyrig::butterworth::HighPass;
+use greyrig::detector::{
+    CONFIRM, Cumulative, Fast, Jump, Kind, Limits, PeriodClock, Point, RELEASE, Settings, SettingsError, Sums,
+    THRESHOLD, Tolerance, Verdict, locate,
+};
+use greyrig::motor::State;
+use greyrig::tick::Output;
+use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
+
+const RATE: f32 = 10_000.0;
+
+#[test]
+fn high_pass_has_the_response_of_a_butterworth() {
+    for frequency in [50.0f64, 250.0, 500.0, 1000.0, 2000.0, 4000.0] {
+        let mut filter = HighPass::new(0.1).unwrap();
+        let (mut sum, mut count) = (0.0f64, 0.0);
+        for n in 0..20_000 {
+            let y = filter.process((std::f64::consts::TAU * frequency * f64::from(n) / 1e4).sin() as f32);
+            if n >= 10_000 {
+                sum += f64::from(y).powi(2);
+                count += 1.0;
+            }
+        }
+        let tan = |hz: f64| (std::f64::consts::PI * hz / 1e4).tan();
+        let expected = (1.0 / (1.0 + (tan(1000.0) / tan(frequency)).powi(8))).sqrt();
+        let gain = (2.0 * sum / count).sqrt();
+        // Single precision leaves 1e-6 of the input.
+        assert!((gain - expected).abs() < 3e-6 + 1e-4 * expected, "{frequency} Hz: {gain} against {expected}");
+    }
+}
+
+#[test]
+fn high_pass_refuses_what_is_no_cut_off() {
+    assert!(HighPass::new(0.0).is_none() && HighPass::new(0.5).is_none() && HighPass::new(f64::NAN).is_none());
+}
+
+fn periods(mains_hz: f32, seconds: f32) -> Vec<u32> {
+    let mut clock = PeriodClock::new(RATE, 230.0);
+    (0..(seconds * RATE) as u32)
+        .filter_map(|n| clock.process(325.0 * (TAU * mains_hz * n as f32 / RATE).sin()))
+        .collect()
+}
+
+#[test]
+fn periods_follow_the_mains_at_50_and_60_hz() {
+    for hz in [47.0f32, 50.0, 60.0, 63.0] {
+        let found = periods(hz, 1.0);
+        let samples = RATE / hz;
+        assert!(found.len() as f32 >= hz - 3.0, "{hz} Hz: {} periods", found.len());
+        for length in &found[2..] {
+            assert!((*length as f32 - samples).abs() <= 1.0, "{hz} Hz: {length} samples");
+        }
+    }
+}
+
+#[test]
+fn direct_voltage_has_periods_of_20_ms() {
+    let mut clock = PeriodClock::new(RATE, 24.0);
+    let found: Vec<u32> = (0..10_000).filter_map(|_| clock.process(24.0)).collect();
+    assert_eq!(found.len(), 49);
+    assert!(found.iter().all(|n| *n == 200));
+}
+
+#[test]
+fn features_of_a_motor_that_draws_a_tenth_less_than_the_model() {
+    let mut sums = Sums::default();
+    for n in 0..200 {
+        let i = 5.0 * (TAU * n as f32 / 200.0).sin();
+        let measured = State { current: i, speed: 1000.0 };
+        let modelled = State { current: i / 0.9, speed: 1000.0 };
+        sums.add(&Point { voltage: 100.0, measured, modelled, high: 0.02, validity: 1.0 });
+    }
+    let f = sums.finish();
+    // e = i/0.9 − i, so √(⟨e²⟩/⟨i²⟩) = 1/0.9 − 1, and −⟨e î⟩/⟨î²⟩ = −0.1.
+    assert!((f.current - 0.111_111).abs() < 1e-5, "{f:?}");
+    assert!((f.current_deviation + 0.1).abs() < 1e-5, "{f:?}");
+    assert!(f.speed == 0.0 && f.speed_deviation == 0.0);
+    assert!((f.voltage_rms - 100.0).abs() < 1e-3 && (f.sparking - 0.02).abs() < 1e-6);
+    assert!((f.current_rms - 5.0 / 2f32.sqrt()).abs() < 1e-4);
+}
+
+#[test]
+fn sparks_at_the_peaks_of_the_current_show_in_the_phase() {
+    let mut sums = Sums::default();
+    let mut period = |high: &dyn Fn(f32) -> f32| {
+        for n in 0..200 {
+            let i = 5.0 * (TAU * n as f32 / 200.0).sin();
+            let state = State { current: i, speed: 1000.0 };
+            sums.add(&Point { voltage: 100.0, measured: state, modelled: state, high: high(i), validity: 1.0 });
+        }
+        sums.finish()
+    };
+    period(&|_| 0.01);
+    // |sin| exceeds its mean 2/π between 39.5° and 140.5°: 56 % of the time.
+    assert!((period(&|_| 0.01).sparking_phase - 0.56).abs() < 0.02);
+    assert_eq!(period(&|i| if i.abs() > 4.5 { 0.1 } else { 0.0 }).sparking_phase, 1.0);
+}
+
+#[test]
+fn fast_detector_needs_several_periods_and_lets_go_below_its_release() {
+    let mut watch = Fast::new(2.0);
+    for _ in 1..CONFIRM {
+        assert_eq!(watch.process(3.0), None);
+    }
+    assert_eq!(watch.process(3.0), Some(1.5));
+    // Between release and limit it goes on calling.
+    for _ in 0..10 {
+        assert!(watch.process(2.0 * (RELEASE + 0.05)).is_some());
+    }
+    for _ in 1..CONFIRM {
+        assert!(watch.process(0.0).is_some());
+    }
+    assert_eq!(watch.process(0.0), None);
+    assert_eq!(Fast::new(0.0).process(1e9), None, "without a limit it never calls");
+}
+
+#[test]
+fn one_bad_period_calls_nothing() {
+    let mut watch = Fast::new(1.0);
+    for n in 0..100 {
+        assert_eq!(watch.process(if n % CONFIRM == 0 { 50.0 } else { 0.5 }), None);
+    }
+}
+
+#[test]
+fn cumulative_sum_calls_after_the_time_that_the_excess_says() {
+    for excess in [0.1f32, 0.5, 1.0, 4.0] {
+        let mut sum = Cumulative::new(Tolerance { centre: 0.02, half_width: 0.05 });
+        let deviation = 0.02 - 0.05 * (1.0 + excess);
+        let calls = (1..1000).find(|_| sum.process(deviation).is_some()).unwrap();
+        let expected = THRESHOLD / excess;
+        assert!((calls as f32 - expected).abs() <= 1.0 + 0.01 * expected, "{excess}: {calls} against {expected}");
+    }
+    let mut healthy = Cumulative::new(Tolerance { centre: 0.02, half_width: 0.05 });
+    assert!((0..10_000).all(|n| healthy.process(if n % 2 == 0 { 0.069 } else { -0.029 }).is_none()));
+}
+
+#[test]
+fn a_step_is_a_jump_and_what_stays_is_none() {
+    let mut jump = Jump::default();
+    assert!((0..100).all(|_| jump.process(0.07) == 0.0), "what differs from motor to motor drops out");
+    assert!((jump.process(0.09) - 0.02).abs() < 1e-6);
+    let later = (0..500).map(|_| jump.process(0.09)).last().unwrap();
+    assert!(later.abs() < 1e-5);
+}
+
+#[test]
+fn faults_are_located_by_the_signs_of_the_deviations() {
+    let cases = [
+        ((-0.02, -0.02), Kind::Electrical),
+        ((0.04, -0.02), Kind::Mechanical),
+        ((-0.04, 0.02), Kind::Mechanical),
+        ((0.03, 0.03), Kind::Electrical),
+        ((0.1, 0.001), Kind::Sensor),
+        ((0.0, -0.1), Kind::Sensor),
+    ];
+    for ((current, speed), kind) in cases {
+        assert_eq!(locate(current, speed), kind, "{current} {speed}");
+    }
+}
+
+fn settings() -> Settings {
+    Settings {
+        sample_rate_hz: RATE,
+        nominal_voltage: 230.0,
+        least_voltage: 0.3,
+        most_voltage: 1.1,
+        least_speed: 100.0,
+        blanking_s: 0.5,
+        fewest_periods: 20,
+        limits: Limits { current: 0.05, ..Limits::default() },
+    }
+}
+
+/// A run whose modelled current is `factor` times the measured one.
+fn run(settings: Settings, seconds: f32, voltage: f32, factor: f32) -> (Verdict, u32) {
+    let mut detector = settings.build().unwrap();
+    for n in 0..(seconds * RATE) as u32 {
+        let s = (TAU * 50.0 * n as f32 / RATE).sin();
+        let sample = Sample {
+            voltage: Volts(voltage * 2f32.sqrt() * s),
+            current: Amperes(5.0 * s),
+            speed: RadiansPerSecond(1000.0),
+        };
+        let output = Output {
+            measured: State { current: 5.0 * s, speed: 1000.0 },
+            modelled: State { current: factor * 5.0 * s, speed: 1000.0 },
+            validity: 1.0,
+        };
+        detector.process(&sample, &output);
+    }
+    (detector.verdict(), detector.periods().1)
+}
+
+#[test]
+fn verdicts() {
+    assert_eq!(run(settings(), 2.0, 230.0, 1.0).0, Verdict::Pass);
+    assert_eq!(run(settings(), 2.0, 230.0, 1.1).0, Verdict::Fail);
+    assert_eq!(run(settings(), 0.7, 230.0, 1.0).0, Verdict::CannotJudge, "too short");
+    assert_eq!(run(settings(), 2.0, 60.0, 1.1), (Verdict::CannotJudge, 0), "too little voltage");
+    assert_eq!(run(settings(), 2.0, 260.0, 1.1), (Verdict::CannotJudge, 0), "too much voltage");
+    let slow = Settings { least_speed: 2000.0, ..settings() };
+    assert_eq!(run(slow, 2.0, 230.0, 1.1), (Verdict::CannotJudge, 0), "too slow");
+}
+
+#[test]
+fn the_start_is_not_judged() {
+    let (_, judged) = run(settings(), 2.0, 230.0, 1.0);
+    // 1.5 s of 50 Hz less what the first crossing takes.
+    assert!((73..=75).contains(&judged), "{judged}");
+}
+
+#[test]
+fn settings_that_make_no_detector_are_refused() {
+    let of = |s: Settings| s.build().map(|_| ()).unwrap_err();
+    assert_eq!(of(Settings { sample_rate_hz: 2000.0, ..settings() }), SettingsError::SampleRate);
+    assert_eq!(of(Settings { sample_rate_hz: f32::NAN, ..settings() }), SettingsError::SampleRate);
+    assert_eq!(of(Settings { nominal_voltage: 0.0, ..settings() }), SettingsError::Voltage);
+    assert_eq!(of(Settings { blanking_s: -1.0, ..settings() }), SettingsError::Negative);
+    let limits = Limits { speed_deviation: [0.0, f32::NAN], ..Limits::default() };
+    assert_eq!(of(Settings { limits, ..settings() }), SettingsError::Limit);
+}

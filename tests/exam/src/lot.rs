@@ -1,0 +1,123 @@
+//! A production lot at the station: healthy motors that must pass, and faults from slight to gross that must not.
+//!
+//! Ten motors teach the limits; others, which nobody has seen, are judged. The type's model is identified on one motor, in three
+//! stages: physics alone, with the learned correction, and with the physical effects added before the correction.
+
+use std::ops::ControlFlow;
+
+use greyrig_host::anfis::{Method, Settings as Training};
+use greyrig_host::error::Result;
+use greyrig_host::hybrid;
+use greyrig_host::identify::{Settings, identify};
+use greyrig_host::model::{Kind, Model};
+use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::test::{Test, test};
+use greyrig_host::recording::Recording;
+use greyrig_host::rig::{Motor, Setup};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// What all motors of the type have.
+pub const EFFECTS: [&str; 3] = ["saturation=0.25", "hysteresis=0.1", "brush_arcing=0.02"];
+/// Relative scatter of the parameters.
+pub const SPREAD: f64 = 0.03;
+/// Motors that teach the limits.
+pub const TEACHERS: u64 = 10;
+/// Length of a test, s.
+pub const TEST_S: f64 = 7.0;
+/// Begin that is not judged, s: the motor runs up.
+const BLANKING_S: f64 = 3.0;
+/// Faults begin at a random time between these, s.
+const ONSET_S: (f64, f64) = (4.2, 5.2);
+
+/// A fault with its sizes from slight to gross, and where it sits.
+pub struct Fault {
+    /// Identifier.
+    pub id: &'static str,
+    /// Where it sits.
+    pub kind: &'static str,
+    /// Sizes.
+    pub sizes: &'static [f64],
+}
+
+/// The faults that are asked for.
+pub const FAULTS: &[Fault] = &[
+    Fault { id: "resistance_up", kind: "electrical", sizes: &[0.05, 0.1, 0.2, 0.4] },
+    Fault { id: "sparking", kind: "electrical", sizes: &[0.02, 0.05, 0.1, 0.3] },
+    Fault { id: "bearing_friction", kind: "mechanical", sizes: &[0.1, 0.2, 0.5, 1.0] },
+    Fault { id: "fan_load", kind: "mechanical", sizes: &[-0.02, -0.05, -0.1, -0.3] },
+    Fault { id: "current_sensor", kind: "sensor", sizes: &[0.005, 0.01, 0.02, 0.1] },
+    Fault { id: "speed_sensor", kind: "sensor", sizes: &[-0.005, -0.01, -0.02, -0.1] },
+];
+
+/// A model of the type with the station's limits.
+pub struct Station {
+    /// What it is.
+    pub name: &'static str,
+    model: Model,
+}
+
+fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
+    let mut setup = Setup::new(Kind::Universal).profile(profile)?.seconds(seconds).seed(seed);
+    for effect in EFFECTS {
+        setup = setup.effect(effect)?;
+    }
+    Ok(setup)
+}
+
+/// The test of a motor of the lot, with a fault from a random time on.
+///
+/// # Errors
+/// An interrupt.
+pub fn motor(seed: u64, fault: Option<(&str, f64)>) -> Result<(Recording, f64)> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let onset = ONSET_S.0 + random.random::<f64>() * (ONSET_S.1 - ONSET_S.0);
+    let mut setup =
+        rig("steady", TEST_S, seed)?.motor(Motor::sample_from_population(&Motor::universal(), SPREAD, seed));
+    if let Some((id, size)) = fault {
+        setup = setup.fault(&format!("{id}={size}@{onset}"))?;
+    }
+    Ok((setup.run()?.recording, onset))
+}
+
+/// The three stations.
+///
+/// # Errors
+/// An interrupt.
+pub fn stations() -> Result<Vec<Station>> {
+    let training = [rig("staircase", 12.0, 1)?.run()?.recording];
+    let teachers: Vec<Recording> =
+        (1..=TEACHERS).map(|seed| Ok(motor(1_000_000 + seed, None)?.0)).collect::<Result<_>>()?;
+    let named = |effects: &[&str]| Settings {
+        effects: effects.iter().map(|id| (*id).to_owned()).collect(),
+        ..Settings::new(Kind::Universal)
+    };
+    let bare = identify(&training, &named(&[]))?.model;
+    let physics = identify(&training, &named(&["saturation", "hysteresis"]))?.model;
+    let corrected = |model: &Model| -> Result<Model> {
+        let settings = Training { threads: 0, ..Training::new(Method::Varpro, 3, 60) };
+        Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)
+    };
+    let stages = [
+        ("physical model alone", bare.clone()),
+        ("with the learned correction", corrected(&bare)?),
+        ("with effects and correction", corrected(&physics)?),
+    ];
+    stages
+        .into_iter()
+        .map(|(name, model)| {
+            let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &mut || ())?;
+            Ok(Station { name, model: Model { detector: Some(detector), ..model } })
+        })
+        .collect()
+}
+
+impl Station {
+    /// Tests a motor.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn test(&self, recording: &Recording) -> Result<Option<Test>> {
+        self.model.detector.as_ref().map(|detector| test(&self.model, detector, recording)).transpose()
+    }
+}

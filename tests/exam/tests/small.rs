@@ -1,0 +1,64 @@
+//! A small examination: the figures of docs/exam.md are those of many more cases.
+
+use greyrig_exam::cases::{Case, Excitation, Question};
+use greyrig_exam::lot::{motor, stations};
+use greyrig_exam::score::{Outcome, Share, run};
+use greyrig_host::diagnose::VerdictKind;
+use greyrig_host::monitor::test::Outcome as Judged;
+use rayon::prelude::*;
+
+fn ask(question: Question, seeds: std::ops::Range<u64>) -> Vec<Outcome> {
+    seeds.into_par_iter().map(|seed| run(&Case::new(question, Excitation::Ac, 1.0, seed)).unwrap()).collect()
+}
+
+/// Error-to-signal ratios of a healthy motor on this excitation, current and speed: three times these stand out.
+const HEALTHY: [f64; 2] = [0.0006, 0.0002];
+
+#[test]
+fn one_hidden_effect_is_named() {
+    let outcomes = ask(Question::One, 9_001..9_013);
+    let out: Vec<&Outcome> = outcomes.iter().filter(|o| o.stands_out(HEALTHY)).collect();
+    assert!(out.len() >= 6, "only {} stand out", out.len());
+    for o in out {
+        // The aim is 97 %; of a dozen cases none may fail.
+        assert!(o.first_right(), "{:?}: {:?} {:?}", o.effects, o.kind, o.named);
+    }
+}
+
+#[test]
+fn healthy_motors_are_not_accused() {
+    for o in ask(Question::None, 9_101..9_109) {
+        assert_eq!(o.kind, VerdictKind::None, "seed {}: {:?}", o.seed, o.named);
+    }
+}
+
+#[test]
+fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
+    let outcomes = ask(Question::Withheld, 9_201..9_209);
+    let wrong: Vec<_> =
+        outcomes.iter().filter(|o| o.stands_out(HEALTHY) && o.kind == VerdictKind::MissingEffect).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn wilson_intervals_are_those_of_the_tables() {
+    // R. G. Newcombe, Statistics in Medicine 17 (1998) 857-872, table I, method 3: 81/263 and 0/20.
+    let [low, high] = Share { hits: 81, cases: 263 }.wilson();
+    assert!((low - 0.2553).abs() < 1e-4 && (high - 0.3662).abs() < 1e-4, "{low} {high}");
+    let [low, high] = Share { hits: 0, cases: 20 }.wilson();
+    assert!(low.abs() < 1e-4 && (high - 0.1611).abs() < 1e-4, "{low} {high}");
+}
+
+#[test]
+fn a_lot_passes_and_its_gross_faults_fail() {
+    let stations = stations().unwrap();
+    let last = stations.last().unwrap();
+    (0..8u64).into_par_iter().for_each(|seed| {
+        let test = last.test(&motor(seed, None).unwrap().0).unwrap().unwrap();
+        assert_eq!(test.verdict, Judged::Pass, "motor {seed}: {:?}", test.alarms);
+    });
+    for (id, size) in [("sparking", 0.1), ("resistance_up", 0.2), ("fan_load", -0.1)] {
+        let test = last.test(&motor(3_000_000, Some((id, size))).unwrap().0).unwrap().unwrap();
+        assert_eq!(test.verdict, Judged::Fail, "{id}");
+    }
+}
