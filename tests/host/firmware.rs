@@ -17,7 +17,7 @@ use tempfile::TempDir;
 use crate::bad_input;
 
 /// What xtask/src/size.rs allows, bytes.
-const MOST_STACK: u64 = 36_000;
+const MOST_STACK: u64 = 48_000;
 
 /// Builds the firmware once and gives the path to it.
 fn image() -> &'static Path {
