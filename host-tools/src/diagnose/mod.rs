@@ -152,6 +152,8 @@ pub fn diagnose(
     let full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
     let mut findings = samples::look(recordings, &full, settings.kind);
     findings.retain(|f| !excluded(f.id) && !settings.effects.iter().any(|e| e == f.id));
+    // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
+    let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = identify::build_space(settings)?;
     if let Err(error) = identifiability::check_excitation(&full) {
@@ -201,7 +203,11 @@ pub fn diagnose(
     };
     progress(Progress::Doing("candidates"));
     let candidates = describe_candidates(&ladder, free_run.as_ref(), options, recordings)?;
-    let verdict = verdict::judge(&ladder, &findings, &lead, sizes, holds);
+    let alone = ladder.found.is_empty() && findings.is_empty();
+    let mut verdict = verdict::judge(&ladder, if alone { &lines } else { &findings }, &lead, sizes, holds);
+    if !alone {
+        lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
+    }
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
     Ok(Diagnosis {
         verdict,

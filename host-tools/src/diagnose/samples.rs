@@ -30,6 +30,13 @@ pub struct Finding {
     pub text: String,
 }
 
+impl Finding {
+    /// Whether it is a line that follows the rotor.
+    pub fn is_line(&self) -> bool {
+        matches!(self.id, "torque_ripple" | "imbalance" | "speed_ripple")
+    }
+}
+
 /// Recordings whose clipped samples do not count (reading a file has seen to that already).
 pub fn without_clipped(recordings: &[Recording]) -> Vec<Recording> {
     let mut clean = recordings.to_vec();
