@@ -198,7 +198,7 @@ impl From<&Recording> for Origin {
 }
 
 /// Thresholds of the detector, learnt from healthy motors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectorEntry {
     /// Nominal voltage, RMS, V.

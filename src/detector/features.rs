@@ -14,10 +14,12 @@
 //!
 //! Half of white noise is where |i| is above its mean or a little less; sparks need a current.
 
+use serde::Serialize;
+
 use crate::motor::State;
 
 /// The features of a period.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Features {
     /// Error of the current.
     pub current: f32,
@@ -39,6 +41,41 @@ pub struct Features {
     pub speed_mean: f32,
     /// Share of the samples at which the correction was within what it has been trained on.
     pub validity: f32,
+}
+
+impl Features {
+    /// The mean of each over periods; zero without any.
+    pub fn mean<'a>(periods: impl Iterator<Item = &'a Self>) -> Self {
+        let (mut sum, mut count) = (Self::default(), 0.0f32);
+        for period in periods {
+            count += 1.0;
+            // A running mean: no sum to grow out of single precision.
+            for (mean, value) in sum.each_mut().into_iter().zip(period.each()) {
+                *mean += (value - *mean) / count;
+            }
+        }
+        sum
+    }
+
+    fn each(&self) -> [f32; 10] {
+        let mut copy = *self;
+        copy.each_mut().map(|x| *x)
+    }
+
+    fn each_mut(&mut self) -> [&mut f32; 10] {
+        [
+            &mut self.current,
+            &mut self.speed,
+            &mut self.current_deviation,
+            &mut self.speed_deviation,
+            &mut self.sparking,
+            &mut self.sparking_phase,
+            &mut self.voltage_rms,
+            &mut self.current_rms,
+            &mut self.speed_mean,
+            &mut self.validity,
+        ]
+    }
 }
 
 /// Sums over a period.

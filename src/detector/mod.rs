@@ -184,8 +184,7 @@ pub struct Detector {
     started: bool,
     blank: u32,
     judged: u32,
-    seen: u32,
-    latched: Option<Alarm>,
+    called: bool,
 }
 
 impl Settings {
@@ -231,8 +230,7 @@ impl Settings {
             started: false,
             blank: (self.blanking_s * self.sample_rate_hz) as u32,
             judged: 0,
-            seen: 0,
-            latched: None,
+            called: false,
             settings: self,
         })
     }
@@ -261,7 +259,6 @@ impl Detector {
 
     fn end_of_period(&mut self) -> Period {
         let features = self.sums.finish();
-        self.seen += 1;
         let s = &self.settings;
         let judged = self.blank == 0
             && features.voltage_rms >= s.least_voltage * s.nominal_voltage
@@ -276,9 +273,7 @@ impl Detector {
         let jumps =
             [self.jumps[0].process(features.current_deviation), self.jumps[1].process(features.speed_deviation)];
         let alarm = self.watch(&features, jumps);
-        if self.latched.is_none_or(|l| alarm.is_some_and(|a| a.ratio > l.ratio)) {
-            self.latched = alarm.or(self.latched);
-        }
+        self.called |= alarm.is_some();
         Period { features, jumps, judged, alarm }
     }
 
@@ -317,29 +312,14 @@ impl Detector {
         strongest
     }
 
-    /// The strongest alarm of the run, kept until [`Detector::reset`].
-    pub fn latched(&self) -> Option<Alarm> {
-        self.latched
-    }
-
-    /// Periods seen, and how many of them were judged.
-    pub fn periods(&self) -> (u32, u32) {
-        (self.seen, self.judged)
-    }
-
-    /// The verdict so far.
+    /// The verdict so far; once a motor has failed it stays so.
     pub fn verdict(&self) -> Verdict {
-        match self.latched {
-            Some(_) => Verdict::Fail,
-            None if self.judged >= self.settings.fewest_periods => Verdict::Pass,
-            None => Verdict::CannotJudge,
-        }
-    }
-
-    /// A new run.
-    pub fn reset(&mut self) {
-        if let Ok(new) = self.settings.build() {
-            *self = new;
+        if self.called {
+            Verdict::Fail
+        } else if self.judged >= self.settings.fewest_periods {
+            Verdict::Pass
+        } else {
+            Verdict::CannotJudge
         }
     }
 }

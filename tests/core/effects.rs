@@ -1,6 +1,7 @@
 //! Every effect of the catalogue: absent at size zero, accurate at the rig's step and in its precision, and of the size
 //! that its equation gives by hand.
 
+use crate::stepper::UNIVERSAL;
 use std::collections::BTreeSet;
 use std::f64::consts::{E, PI, TAU};
 
@@ -12,22 +13,10 @@ use greyrig::effects::{
     SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset, TorqueRipple,
     TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
-use greyrig::motor::{Constraints, FluxLaw, Memories, Motor, OperatingPoint, Parameters, State, Stepper};
+use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, Parameters, State, Stepper};
 use greyrig::scalar::Scalar;
 
 const H: f64 = 1e-4;
-
-/// The 1.4 kW vacuum-cleaner motor.
-const UNIVERSAL: Parameters<f64> = Parameters {
-    flux_law: FluxLaw::Series,
-    resistance: 2.2,
-    inductance: 20e-3,
-    flux_coefficient: 9.45e-3,
-    inertia: 1.8e-4,
-    dry_friction: 0.015,
-    viscous_friction: 8e-6,
-    turbulent_friction: 2.98e-8,
-};
 
 /// A drive by what start values are relative to: largest current (A), voltage (V), speed (rad/s) and a tenth of the
 /// largest driving torque (N m).

@@ -1,24 +1,15 @@
 //! The correction beside the model: what it may see, and what it may not.
 
 use greyrig::anfis::{Anfis3x3, Firing, Premise, Settings3x3, Shape};
+use greyrig::app::bench::MOTOR;
 use greyrig::butterworth::Settings;
-use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
+use greyrig::motor::{Constraints, Motor, Stepper};
 use greyrig::tick::Tick;
 use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
 use proptest::prelude::*;
 
 fn stepper() -> Stepper<f32> {
-    let parameters = Parameters {
-        flux_law: FluxLaw::Series,
-        resistance: 2.2,
-        inductance: 20e-3,
-        flux_coefficient: 9.45e-3,
-        inertia: 1.8e-4,
-        dry_friction: 0.015,
-        viscous_friction: 8e-6,
-        turbulent_friction: 2.98e-8,
-    };
-    Stepper::build(Motor::build(parameters, &[]).unwrap(), 1e-4).unwrap()
+    Stepper::build(Motor::build(MOTOR, &[]).unwrap(), 1e-4).unwrap()
 }
 
 /// A correction of 0.1 A for each ampere that the model has, and of 1 mA for each volt.

@@ -1,10 +1,11 @@
 //! What is in a block: every value comes back, and nothing that cannot be gets through.
 
 use greyrig::anfis::{Firing, Premise, Settings3x3, Shape};
+use greyrig::app::bench::MOTOR;
 use greyrig::butterworth;
 use greyrig::detector;
 use greyrig::effects::{BrushDrop, Effect, MAX_EFFECTS, Saturation};
-use greyrig::motor::{FluxLaw, ParameterError, Parameters};
+use greyrig::motor::ParameterError;
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::section::{Tag, decode, encode};
 use greyrig::parameters::{Error, Settings};
@@ -21,16 +22,7 @@ pub fn settings() -> Settings {
             ..CalibrationSettings::default()
         },
         filter: butterworth::Settings { order: 5, cutoff_hz: 333.3, sample_rate_hz: 10_000.0 },
-        motor: Parameters {
-            flux_law: FluxLaw::Series,
-            resistance: 2.2,
-            inductance: 20e-3,
-            flux_coefficient: 9.45e-3,
-            inertia: 1.8e-4,
-            dry_friction: 0.015,
-            viscous_friction: 8e-6,
-            turbulent_friction: 2.98e-8,
-        },
+        motor: MOTOR,
         ..Settings::default()
     };
     let saturation = Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 };

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 const H: f64 = 1e-4;
 
 /// The 1.4 kW vacuum-cleaner motor.
-const UNIVERSAL: Parameters<f64> = Parameters {
+pub const UNIVERSAL: Parameters<f64> = Parameters {
     flux_law: FluxLaw::Series,
     resistance: 2.2,
     inductance: 20e-3,

@@ -1,22 +1,13 @@
 //! One tick, seen from outside.
 
+use greyrig::app::bench::MOTOR;
 use greyrig::butterworth::Settings;
-use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
+use greyrig::motor::{Constraints, Motor, State, Stepper};
 use greyrig::tick::Tick;
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Scale, Volts};
 
 fn stepper() -> Stepper<f32> {
-    let parameters = Parameters {
-        flux_law: FluxLaw::Series,
-        resistance: 2.2,
-        inductance: 20e-3,
-        flux_coefficient: 9.45e-3,
-        inertia: 1.8e-4,
-        dry_friction: 0.015,
-        viscous_friction: 8e-6,
-        turbulent_friction: 2.98e-8,
-    };
-    Stepper::build(Motor::build(parameters, &[]).unwrap(), 1e-4).unwrap()
+    Stepper::build(Motor::build(MOTOR, &[]).unwrap(), 1e-4).unwrap()
 }
 
 fn tick() -> Tick {

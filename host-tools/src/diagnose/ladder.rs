@@ -195,12 +195,48 @@ impl<'a> Climb<'a> {
             found.push(id);
             // To its end, or the next candidates would be praised for what more steps alone bring.
             fit = minimise(&next.space, &self.problem, THOROUGH, Some(next.rms), &mut || ())?;
+            if found.len() > 1 {
+                self.better_forms(&mut fit, &mut found, &mut steps, progress)?;
+            }
         }
         self.look_back(&mut fit, &mut found, progress)?;
         let rivals = self.rivals(&fit, &found, &steps, progress)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
         Ok(Ladder { steps, found, rivals, fit, before, after, floor })
+    }
+
+    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
+    /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
+    fn better_forms(
+        &self,
+        fit: &mut Refined,
+        found: &mut [&'static str],
+        steps: &mut [Step],
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<()> {
+        for present in found {
+            for other in classes::class_of(present).unwrap_or(&[]).iter().copied() {
+                if other == *present {
+                    continue;
+                }
+                let Some(step) = steps.iter_mut().find(|s| s.winner == Some(*present)) else { continue };
+                let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
+                progress(Progress::Doing(other));
+                let scales = Scales::of(&fit.space, self.experiments);
+                let mut space = fit.space.without_effect(present).with_effect(other, &scales);
+                for entry in tried.fit.space.free().filter(|e| is_parameter_of(other, &e.name)) {
+                    space.start(&entry.name, entry.value);
+                }
+                let exchanged = minimise(&space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+                if self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN {
+                    step.winner = Some(other);
+                    *fit = exchanged;
+                    *present = other;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// What does not repeat.
@@ -398,6 +434,11 @@ fn winner(tried: &[Tried]) -> Option<&Tried> {
 /// Number of parameters of an effect.
 fn parameters_of(id: &str) -> usize {
     greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or(0, |d| d.parameters.len())
+}
+
+fn is_parameter_of(id: &str, name: &str) -> bool {
+    let description = greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
+    description.is_some_and(|d| d.parameters.iter().any(|p| p.name == name))
 }
 
 /// Name of the size of an effect.

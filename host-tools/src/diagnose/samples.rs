@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use greyrig::effects::{Effect, Seen};
+
 use super::orders;
 use crate::experiment::Experiment;
 use crate::model::Kind;
@@ -33,7 +35,7 @@ pub struct Finding {
 impl Finding {
     /// Whether it is a line that follows the rotor.
     pub fn is_line(&self) -> bool {
-        matches!(self.id, "torque_ripple" | "imbalance" | "speed_ripple")
+        Effect::<f64>::CATALOGUE.iter().any(|d| d.id == self.id && d.seen == Seen::Orders)
     }
 }
 

@@ -5,7 +5,7 @@
 //! are tolerance limits of these values over the motors: lognormal for errors and noise, normal for deviations. Seven values
 //! are watched, so each limit holds all but a seventh of the false alarms that are allowed.
 
-use greyrig::detector::{self, CONFIRM, Limits};
+use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
@@ -51,20 +51,6 @@ pub struct Shown {
     pub speed_deviation: [f64; 2],
 }
 
-/// Settings that judge nothing: for looking at healthy motors.
-fn blank(blanking_s: f64, nominal_voltage: f64, least_speed: f64) -> impl Fn(f64) -> detector::Settings {
-    move |interval_s| detector::Settings {
-        sample_rate_hz: (1.0 / interval_s) as f32,
-        nominal_voltage: nominal_voltage as f32,
-        least_voltage: LEAST_VOLTAGE as f32,
-        most_voltage: MOST_VOLTAGE as f32,
-        least_speed: least_speed as f32,
-        blanking_s: blanking_s as f32,
-        fewest_periods: FEWEST_PERIODS,
-        limits: Limits::default(),
-    }
-}
-
 /// The values of a run. `None` if nothing in it could be judged.
 pub fn shown(replay: &Replay) -> Option<Shown> {
     let judged: Vec<&Row> = replay.judged().collect();
@@ -105,19 +91,27 @@ pub fn calibrate(
             format!("give runs of at least {FEWEST} healthy motors; ten are usual"),
         ));
     }
-    let any = blank(blanking_s, 1.0, 0.0);
-    let first: Vec<Replay> = recordings
-        .iter()
-        .map(|r| replay(model, r, &|interval| detector::Settings { most_voltage: f32::MAX, ..any(interval) }))
-        .collect::<Result<_>>()?;
+    // Without limits it looks and calls nothing; at first at any voltage and speed, to learn which are usual.
+    let mut entry = DetectorEntry {
+        nominal_voltage: 1.0,
+        least_voltage: LEAST_VOLTAGE,
+        most_voltage: f64::from(f32::MAX),
+        blanking_s,
+        fewest_periods: FEWEST_PERIODS,
+        runs: recordings.len(),
+        holds: [HOLDS, CONFIDENCE],
+        ..DetectorEntry::default()
+    };
+    let look = |entry: &DetectorEntry, r: &Recording| replay(model, r, &|interval| entry.settings(interval));
+    let first: Vec<Replay> = recordings.iter().map(|r| look(&entry, r)).collect::<Result<_>>()?;
     let rows = || first.iter().flat_map(|r| &r.rows);
-    let nominal = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
-    let fastest = rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
-    let least_speed = LEAST_SPEED * fastest;
+    entry.nominal_voltage = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
+    entry.most_voltage = MOST_VOLTAGE;
+    entry.least_speed = LEAST_SPEED * rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
     let mut all = Vec::new();
     for recording in recordings {
         output::check_interrupt()?;
-        let run = replay(model, recording, &blank(blanking_s, nominal, least_speed))?;
+        let run = look(&entry, recording)?;
         all.push(shown(&run).ok_or_else(|| {
             Error::usage(
                 format!("in {} less than half a second can be judged", recording.path.display()),
@@ -135,13 +129,7 @@ pub fn calibrate(
         [0.5 * (low + high), 0.5 * (high - low)]
     };
     let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
-    let entry = DetectorEntry {
-        nominal_voltage: nominal,
-        least_voltage: LEAST_VOLTAGE,
-        most_voltage: MOST_VOLTAGE,
-        least_speed,
-        blanking_s,
-        fewest_periods: FEWEST_PERIODS,
+    entry = DetectorEntry {
         current: limit(of(&|s| s.current), true),
         speed: limit(of(&|s| s.speed), true),
         sparking: limit(of(&|s| s.sparking), true),
@@ -149,10 +137,9 @@ pub fn calibrate(
         speed_jump: limit(of(&|s| s.speed_jump), true),
         current_deviation: band(&|s| s.current_deviation),
         speed_deviation: band(&|s| s.speed_deviation),
-        runs: recordings.len(),
-        holds: [HOLDS, CONFIDENCE],
         temperature_c: (!temperatures.is_empty())
             .then(|| temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)])),
+        ..entry
     };
     Ok((entry, all))
 }

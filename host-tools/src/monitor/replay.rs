@@ -30,8 +30,6 @@ pub struct Row {
 pub struct Replay {
     /// Period by period.
     pub rows: Vec<Row>,
-    /// The strongest alarm.
-    pub latched: Option<Alarm>,
     /// The verdict.
     pub verdict: Verdict,
     /// Highest temperature that the recording tells, °C.
@@ -89,5 +87,5 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
         .iter()
         .find(|o| o.name == "temp_c")
         .map(|o| o.values.iter().copied().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max));
-    Ok(Replay { rows, latched: detector.latched(), verdict: detector.verdict(), temperature })
+    Ok(Replay { rows, verdict: detector.verdict(), temperature })
 }

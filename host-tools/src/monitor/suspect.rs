@@ -7,6 +7,7 @@
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
+use greyrig::anfis::Anfis3x3;
 use greyrig::motor::{Constraints, State, Stepper};
 use serde::Serialize;
 
@@ -120,6 +121,13 @@ pub fn suspects(
         return Ok(Vec::new());
     }
     let begin = if abrupt { run.rows[judged[onset]].t_s } else { f64::NEG_INFINITY };
+    let station = Station {
+        model,
+        detector,
+        recording,
+        experiment: Experiment::new(recording, &model.filter)?,
+        correction: model.correction()?,
+    };
     let mut all = Vec::new();
     for cause in CAUSES {
         crate::output::check_interrupt()?;
@@ -127,7 +135,7 @@ pub fn suspects(
         let mut made: Deviations = vec![[0.0; 2]; measured.len()];
         for step in 0..STEPS {
             let trial = if step == 0 { FIRST } else { size };
-            let Some(there) = response(model, detector, cause, trial, recording, begin)? else { break };
+            let Some(there) = response(&station, cause, trial, begin)? else { break };
             made = deviations(&there.rows, [0.0; 2]);
             let product: f64 = measured.iter().zip(&made).map(|(m, d)| m[0] * d[0] + m[1] * d[1]).sum();
             let length = square(&made);
@@ -160,19 +168,21 @@ fn square(deviations: &[[f64; 2]]) -> f64 {
     deviations.iter().map(|d| d[0] * d[0] + d[1] * d[1]).sum()
 }
 
+/// What a cause is put into.
+struct Station<'a> {
+    model: &'a Model,
+    detector: &'a DetectorEntry,
+    recording: &'a Recording,
+    experiment: Experiment,
+    correction: Option<Anfis3x3>,
+}
+
 /// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is nothing to
 /// this motor.
-fn response(
-    model: &Model,
-    detector: &DetectorEntry,
-    cause: &Cause,
-    size: f64,
-    recording: &Recording,
-    begin_s: f64,
-) -> Result<Option<Replay>> {
-    let e = Experiment::new(recording, &model.filter)?;
+fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Result<Option<Replay>> {
+    let Station { model, detector, recording, experiment: e, correction } = station;
     let onset = (0..e.len()).find(|n| recording.start_s + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
-    let mut changed = model.clone();
+    let mut changed: Model = (*model).clone();
     match &cause.change {
         Change::Parameter(name) => {
             let Some(p) = changed.parameters.get_mut(*name).filter(|p| p.value != 0.0) else { return Ok(None) };
@@ -192,7 +202,6 @@ fn response(
     let Ok(other) = changed.motor::<f32>() else { return Ok(None) };
     let mut next = Some(Stepper::build(other, interval).map_err(refused)?);
     stepper.set_state(State { current: e.start.current as f32, speed: e.start.speed as f32 });
-    let correction = model.correction()?;
     let gain = |channel: Channel, n: usize| match cause.change {
         Change::Gain(c) if c == channel && n >= onset => 1.0 + size as f32,
         _ => 1.0,
@@ -212,13 +221,13 @@ fn response(
             stepper.step(volts(n - 1), volts(n), constraints);
         }
         let mut shown = stepper.reading();
-        if let Some(correction) = &correction {
+        if let Some(correction) = correction {
             shown = greyrig::hybrid::corrected(correction, volts(n), shown, constraints).0;
         }
         current.push(f64::from(shown.current * gain(Channel::Current, n)));
         speed.push(f64::from(shown.speed * gain(Channel::Speed, n)));
     }
-    let mut made = recording.clone();
+    let mut made: Recording = (*recording).clone();
     made.metadata.retain(|key, _| !key.starts_with("skew_"));
     made.channels.insert(Channel::Current, current);
     made.channels.insert(Channel::Speed, speed);

@@ -1,6 +1,6 @@
 //! The test of a motor: one run, one verdict, and why.
 
-use greyrig::detector::{Cause, Kind, Verdict};
+use greyrig::detector::{Cause, Features, Kind, Verdict};
 use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
@@ -72,6 +72,8 @@ pub struct Test {
     pub suspects: Vec<Suspect>,
     /// Periods that were judged, and all.
     pub periods: [usize; 2],
+    /// Mean of what was watched, over the judged periods.
+    pub features: Features,
     /// The periods.
     #[serde(skip)]
     pub replay: Replay,
@@ -109,6 +111,7 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
         alarms,
         suspects,
         periods: [run.judged().count(), run.rows.len()],
+        features: Features::mean(run.judged().map(|r| &r.features)),
         replay: run,
     })
 }

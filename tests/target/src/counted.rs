@@ -3,6 +3,7 @@
 use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
+use greyrig::app::bench::MOTOR;
 use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
@@ -59,7 +60,7 @@ pub fn all(counter: &mut impl Counter) {
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {
-        let Some(stepper) = scenarios::stepper(scenarios::UNIVERSAL, effects) else { return };
+        let Some(stepper) = scenarios::stepper(MOTOR, effects) else { return };
         counter.count(name, stepper, |stepper| {
             black_box(stepper.step(black_box(200.0), black_box(230.0), Constraints::FREE));
         });

@@ -1,7 +1,7 @@
 //! What has to come out the same on the host and on the microcontroller.
 
 use greyrig::anfis::{self, Anfis3x3, Firing, Premise, Settings3x3, Shape};
-use greyrig::app::bench::{self, Bench};
+use greyrig::app::bench::{Bench, MOTOR};
 use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{self, Settings, fixed};
 use greyrig::detector;
@@ -145,18 +145,6 @@ fn scalar_functions(outputs: &mut Outputs) {
     }
 }
 
-/// The 1.4 kW vacuum-cleaner motor on the virtual rig.
-pub const UNIVERSAL: Parameters<f32> = Parameters {
-    flux_law: FluxLaw::Series,
-    resistance: 2.2,
-    inductance: 20e-3,
-    flux_coefficient: 9.45e-3,
-    inertia: 1.8e-4,
-    dry_friction: 0.015,
-    viscous_friction: 8e-6,
-    turbulent_friction: 2.98e-8,
-};
-
 /// A small motor with magnets, so stiff that it is stepped four times a sample.
 const MAGNET: Parameters<f32> = Parameters {
     flux_law: FluxLaw::PermanentMagnet,
@@ -218,7 +206,7 @@ fn motor(parameters: Parameters<f32>, effects: &[Effect<f32>], outputs: &mut Out
 }
 
 fn motor_universal(outputs: &mut Outputs) {
-    motor(UNIVERSAL, &OFFSET, outputs);
+    motor(MOTOR, &OFFSET, outputs);
 }
 
 fn motor_magnet(outputs: &mut Outputs) {
@@ -226,11 +214,11 @@ fn motor_magnet(outputs: &mut Outputs) {
 }
 
 fn motor_effects(outputs: &mut Outputs) {
-    motor(UNIVERSAL, &EFFECTS, outputs);
+    motor(MOTOR, &EFFECTS, outputs);
 }
 
 fn motor_chain(outputs: &mut Outputs) {
-    motor(UNIVERSAL, &CHAIN, outputs);
+    motor(MOTOR, &CHAIN, outputs);
 }
 
 /// Every effect of the catalogue by itself, with values that are small in whatever unit they have, from a speed at which
@@ -243,7 +231,7 @@ fn motor_each_effect(outputs: &mut Outputs) {
             *value = parameter.start.clamp(least, greatest) as f32;
         }
         let Some(effect) = Effect::from_id(description.id, &values) else { return };
-        let Some(mut stepper) = stepper(UNIVERSAL, &[effect]) else { return };
+        let Some(mut stepper) = stepper(MOTOR, &[effect]) else { return };
         stepper.set_state(State { current: 0.5, speed: 2_000.0 });
         let mut noise = Noise(9);
         let mut last = 0.0;
@@ -260,7 +248,7 @@ fn motor_each_effect(outputs: &mut Outputs) {
 
 /// A tick as the rig has it.
 pub fn tick() -> Option<Tick> {
-    Some(Tick::new(stepper(UNIVERSAL, &OFFSET)?, Settings::default().build().ok()?))
+    Some(Tick::new(stepper(MOTOR, &OFFSET)?, Settings::default().build().ok()?))
 }
 
 fn write(outputs: &mut Outputs, output: Output) {
@@ -305,8 +293,7 @@ pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
         Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
     ];
     let filter = Settings::default().build().ok()?;
-    let tick =
-        Tick::new(stepper(UNIVERSAL, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
+    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
     let detector = detector::Settings {
         sample_rate_hz: 10_000.0,
         nominal_voltage: 230.0,
@@ -446,7 +433,7 @@ fn parameters() -> Option<Parameterised> {
     let term = Term::build(Target::Torque, &ops, [1e-3, 0.0, 0.0, 0.0]).ok()?;
     Some(Parameterised {
         motor_type: "VC-1400".try_into().ok()?,
-        motor: bench::MOTOR,
+        motor: MOTOR,
         effects: heapless::Vec::from_slice(&EFFECTS).ok()?,
         terms: heapless::Vec::from_slice(&[term]).ok()?,
         ..Parameterised::default()
