@@ -245,7 +245,7 @@ impl<'a> Rig<'a> {
             .collect();
         let fit = climb(&coarse, &candidates)?.fit(&start)?;
         let mut unconfirmed = Vec::new();
-        while let Some(id) = climb(&coarse, &candidates)?.first_step(&fit)?.winner {
+        while let Some(id) = climb(&coarse, &candidates)?.first_step(&fit)?.winners.first().copied() {
             unconfirmed.push(id);
             candidates.retain(|d| d.id != id);
         }
@@ -359,7 +359,7 @@ fn free_run(e: &Experiment, motor: &Motor<f64>, plain: &Motor<f64>) -> Option<Fr
 }
 
 fn answer(step: &Step, id: &'static str) -> Answer {
-    match step.winner {
+    match step.winners.first().copied() {
         Some(winner) if classes::same(winner, id) => Answer::Revealed,
         named => {
             let own = step.tried.iter().find(|t| classes::same(t.id, id));

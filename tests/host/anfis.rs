@@ -137,8 +137,8 @@ fn hybrid_reproduces_matlab_to_six_digits() {
 
 #[test]
 fn step_size_follows_matlabs_log() {
-    // A published log of MATLAB's anfis: errors that fall for 23 epochs and then go up and down raise the step after epochs
-    // 5, 9, 13, 17, 21 and lower it after 27, 31, 35.
+    // A published log of MATLAB's anfis raises the step after epochs 5, 9, 13, 17, 21 and lowers it after 27, 31, 35. Its errors
+    // fall for 23 epochs and then go up and down; these are made up so.
     let mut errors = Vec::new();
     let mut rule = StepSize::new(1.0);
     let (mut raised, mut lowered) = (Vec::new(), Vec::new());

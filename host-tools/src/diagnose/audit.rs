@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 
+use super::blocks::{self, held_out};
+use super::completeness::{Completeness, Floor};
 use super::ladder::{SMALLEST_GAIN, SMALLEST_SHARE, size_of};
 use super::screening::{Complement, log_fall};
 use crate::error::Result;
@@ -22,6 +24,9 @@ const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_
 /// The free run of a set of recordings.
 pub struct Audit<'a> {
     problem: OutputError<'a>,
+    times: Vec<(usize, f64)>,
+    blocks: Vec<usize>,
+    period_s: f64,
 }
 
 impl<'a> Audit<'a> {
@@ -32,7 +37,10 @@ impl<'a> Audit<'a> {
     pub fn new(experiments: &'a [Experiment], space: &Space) -> Result<Self> {
         let substeps = |e: &Experiment| space.motor().ok().and_then(|m| e.substeps(&m).ok()).unwrap_or(1);
         let rows = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
-        Ok(Self { problem: OutputError::new(rows)? })
+        let problem = OutputError::new(rows)?;
+        let times = problem.times();
+        let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
+        Ok(Self { blocks: blocks::blocks(&times), times, problem, period_s })
     }
 
     /// Fits a model by output error.
@@ -57,19 +65,24 @@ impl<'a> Audit<'a> {
     /// An interrupt.
     pub fn keep_earners(&self, base: &Refined, fit: Refined, found: &mut Vec<&'static str>) -> Result<Refined> {
         let mut fit = fit;
-        while !found.is_empty() {
-            let total: f64 = (0..2).map(|g| (base.rms[g] / fit.rms[g]).ln()).sum();
-            let least = found
-                .iter()
-                .enumerate()
-                .map(|(k, id)| (k, self.earns(&fit, id)))
+        let mut proved: Vec<&'static str> = Vec::new();
+        loop {
+            let smallest = SMALLEST_GAIN.max(SMALLEST_SHARE * self.fall(base, &fit));
+            let least = (0..found.len())
+                .filter(|k| !proved.contains(&found[*k]))
+                .map(|k| (k, self.earns(&fit, found[k])))
                 .min_by(|a, b| a.1.total_cmp(&b.1))
-                .filter(|(_, gain)| *gain < SMALLEST_GAIN.max(SMALLEST_SHARE * total));
-            let Some((k, _)) = least else { break };
-            let id = found.remove(k);
-            fit = self.fit(&fit.space.without_effect(id))?;
+                .filter(|(_, gain)| *gain < smallest);
+            let Some((k, _)) = least else { return Ok(fit) };
+            // Over a long way the others only seem to be able to take its part.
+            let without = self.fit(&fit.space.without_effect(found[k]))?;
+            if self.fall(&without, &fit) < smallest {
+                found.remove(k);
+                fit = without;
+            } else {
+                proved.push(found[k]);
+            }
         }
-        Ok(fit)
     }
 
     /// By how much the error would rise without an effect: sum of the logarithms of both signals' RMS.
@@ -82,6 +95,24 @@ impl<'a> Audit<'a> {
         let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
         let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
         log_fall(&Complement::of(&rest).project(&without), &fit.residuals, self.problem.groups())
+    }
+
+    /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
+    pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
+        let floor = Floor::of(best, &self.problem, &self.times, self.period_s);
+        let over = Completeness::of(fit, &floor);
+        [over.electrical.ln(), over.mechanical.ln()]
+    }
+
+    /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
+    pub fn fall(&self, before: &Refined, after: &Refined) -> f64 {
+        (0..2).filter(|g| self.has()[*g]).map(|g| (before.rms[g] / after.rms[g]).ln()).sum()
+    }
+
+    /// Fall of the error on blocks of time held out, from one fit to another: sum of the logarithms of both signals.
+    pub fn held_out_fall(&self, before: &Refined, after: &Refined) -> f64 {
+        let of = |fit| held_out(fit, self.problem.groups(), &self.blocks).log_error();
+        of(before) - of(after)
     }
 
     /// 95 % intervals of the free parameters of a fit, by name.

@@ -42,6 +42,8 @@ const BEYOND_DOUBT: f64 = 1.0;
 pub const LEAST_INDEPENDENT: f64 = 0.01;
 /// Held-out errors within this of each other are the same.
 const SAME_ERROR: f64 = 0.04;
+/// Pairs that are fitted where one effect at a time leaves structure.
+const PAIRS: usize = 4;
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
@@ -78,6 +80,11 @@ impl Objection {
             Self::NotIndependent => "looks like the supply or the base model here",
         }
     }
+
+    /// Whether it is that too little is gained.
+    pub fn is_of_size(self) -> bool {
+        matches!(self, Self::TooSmall | Self::NotSignificant)
+    }
 }
 
 /// A candidate that was fitted.
@@ -104,8 +111,10 @@ pub struct Step {
     pub promises: Vec<(&'static str, f64)>,
     /// Those that were fitted, best first.
     pub tried: Vec<Tried>,
-    /// The one that was added.
-    pub winner: Option<&'static str>,
+    /// Those that were added.
+    pub winners: Vec<&'static str>,
+    /// Whether these were tried together only.
+    pub together: bool,
     /// Best gain of a decoy.
     pub decoy_gain: f64,
     /// Decoys tried, and how many of them gain enough, significantly, to be accepted if they were effects.
@@ -129,6 +138,13 @@ pub struct Ladder {
     pub after: Completeness,
     /// What does not repeat.
     pub floor: Floor,
+}
+
+impl Ladder {
+    /// Whether nothing is left to explain, or nearly nothing of what there was.
+    pub fn is_explained(&self) -> bool {
+        self.after.is_complete() || (!self.found.is_empty() && self.after.explains(&self.before))
+    }
 }
 
 /// The data and the settings of a climb.
@@ -173,7 +189,7 @@ impl<'a> Climb<'a> {
     /// An interrupt.
     pub fn first_step(&self, fit: &Refined) -> Result<Step> {
         let mut step = self.step(fit, 0.0, &mut |_| ())?;
-        step.winner = winner(&step.tried).map(|t| t.id);
+        step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
     }
 
@@ -182,14 +198,23 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Ladder> {
-        let mut fit = base.clone();
-        let mut found: Vec<&'static str> = Vec::new();
-        let mut steps = Vec::new();
+        self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
+    }
+
+    /// Climbs on from a fit that holds the effects found in earlier steps.
+    pub(super) fn climb_on(
+        &self,
+        base: &Refined,
+        mut fit: Refined,
+        mut found: Vec<&'static str>,
+        mut steps: Vec<Step>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Ladder> {
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
             let mut step = self.step(&fit, gained, progress)?;
             let winner = winner(&step.tried).map(|t| (t.id, t.fit.clone()));
-            step.winner = winner.as_ref().map(|w| w.0);
+            step.winners = winner.iter().map(|w| w.0).collect();
             steps.push(step);
             let Some((id, next)) = winner else { break };
             found.push(id);
@@ -220,23 +245,79 @@ impl<'a> Climb<'a> {
                 if other == *present {
                     continue;
                 }
-                let Some(step) = steps.iter_mut().find(|s| s.winner == Some(*present)) else { continue };
+                let Some(step) = steps.iter_mut().find(|s| s.winners.contains(present)) else { continue };
                 let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
                 progress(Progress::Doing(other));
                 let scales = Scales::of(&fit.space, self.experiments);
                 let mut space = fit.space.without_effect(present).with_effect(other, &scales);
-                for entry in tried.fit.space.free().filter(|e| is_parameter_of(other, &e.name)) {
-                    space.start(&entry.name, entry.value);
-                }
+                space.start_from(&tried.fit.space, other);
                 let exchanged = minimise(&space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
                 if self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN {
-                    step.winner = Some(other);
+                    step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
                     *fit = exchanged;
                     *present = other;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Takes in an effect of the last step that gains by another measure than the balances, and climbs no further.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn accept(&self, ladder: &mut Ladder, id: &'static str, space: &Space, gain: f64) -> Result<()> {
+        if let Some(step) = ladder.steps.last_mut() {
+            step.winners.push(id);
+            if let Some(tried) = step.tried.iter_mut().find(|t| t.id == id) {
+                tried.gain = gain;
+                tried.objection = None;
+            }
+        }
+        ladder.found.push(id);
+        ladder.rivals.push(Vec::new());
+        let mut more = ladder.fit.space.with_effect(id, &Scales::of(&ladder.fit.space, self.experiments));
+        more.start_from(space, id);
+        ladder.fit = minimise(&more, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
+        Ok(())
+    }
+
+    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb_by_two(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+        let promises = self.screen(base);
+        let scales = Scales::of(&base.space, self.experiments);
+        let mut begun = Vec::new();
+        for pair in screening::pairs(base, &self.problem, &scales, &promises).into_iter().take(PAIRS) {
+            progress(Progress::Doing(pair.ids[0]));
+            let fit = minimise(&pair.space, &self.problem, EFFORT, Some(base.rms), &mut || ())?;
+            begun.push((self.held_out(&fit), pair.ids, fit));
+        }
+        let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
+        let Some((held_out, winners, fit)) = best else { return Ok(None) };
+        let gain = self.held_out(base).log_error() - held_out.log_error();
+        let parameters = fit.space.free().count() - base.space.free().count();
+        let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
+        let p_value = (p * (self.candidates.len() * self.candidates.len()) as f64).min(1.0);
+        let tried = |id| Tried { id, fit: fit.clone(), held_out: held_out.clone(), gain, p_value, objection: None };
+        let step = Step {
+            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+            tried: winners.map(tried).to_vec(),
+            winners: winners.to_vec(),
+            together: true,
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        };
+        let fit = minimise(&fit.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+        self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
+    }
+
+    /// The recordings.
+    pub fn experiments(&self) -> &[Experiment] {
+        self.experiments
     }
 
     /// What does not repeat.
@@ -355,7 +436,7 @@ impl<'a> Climb<'a> {
             tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
         }
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Ok(Step { promises: ranking, tried, winner: None, decoy_gain, decoys: accepted })
+        Ok(Step { promises: ranking, tried, winners: Vec::new(), together: false, decoy_gain, decoys: accepted })
     }
 
     /// Drops effects that the later ones have made superfluous.
@@ -391,7 +472,7 @@ impl<'a> Climb<'a> {
         let mut all = Vec::new();
         for id in found {
             let mut rivals = Vec::new();
-            let step = steps.iter().find(|s| s.winner == Some(*id));
+            let step = steps.iter().find(|s| s.winners.contains(id));
             let tried: &[Tried] = step.map_or(&[], |s| &s.tried);
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
             // With more parameters it is no rival: a law that has to be bent to look like another one.
@@ -434,11 +515,6 @@ fn winner(tried: &[Tried]) -> Option<&Tried> {
 /// Number of parameters of an effect.
 fn parameters_of(id: &str) -> usize {
     greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or(0, |d| d.parameters.len())
-}
-
-fn is_parameter_of(id: &str, name: &str) -> bool {
-    let description = greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
-    description.is_some_and(|d| d.parameters.iter().any(|p| p.name == name))
 }
 
 /// Name of the size of an effect.

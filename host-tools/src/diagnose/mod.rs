@@ -7,7 +7,8 @@
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back; rivals by swapping.
 //! 5. All that was found once more in the free run, where each effect has to earn its place ([`audit`]).
-//! 6. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
+//! 6. A second look at what single steps miss ([`second_look`]).
+//! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
 pub mod audit;
 pub mod blocks;
@@ -19,6 +20,7 @@ pub mod lead;
 pub mod orders;
 pub mod samples;
 pub mod screening;
+pub mod second_look;
 pub mod shape;
 mod verdict;
 
@@ -178,17 +180,23 @@ pub fn diagnose(
     let mut fitted = None;
     if let Some(audit) = &free_run {
         let before = audit.fit(&base.space)?;
-        esr = [ratio(audit, &before); 2];
+        let mut kept = before.clone();
         if !ladder.found.is_empty() {
             let all = audit.fit(&ladder.fit.space)?;
             let found = ladder.found.clone();
-            let kept = audit.keep_earners(&before, all, &mut ladder.found)?;
+            kept = audit.keep_earners(&before, all, &mut ladder.found)?;
             if ladder.found != found {
                 climb.narrow(&mut ladder, &found)?;
             }
-            esr[1] = ratio(audit, &kept);
-            fitted = Some(kept);
         }
+        second_look::singles(&climb, audit, &mut ladder, &mut kept, progress)?;
+        if !ladder.is_explained()
+            && let Some((other, fit)) = second_look::pairs(&climb, audit, &base, &before, &kept, progress)?
+        {
+            (ladder, kept) = (other, fit);
+        }
+        esr = [&before, &kept].map(|fit| ratio(audit, fit));
+        fitted = (!ladder.found.is_empty()).then_some(kept);
     }
     if ladder.found.is_empty()
         && findings.is_empty()

@@ -5,7 +5,7 @@
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
 use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use crate::experiment::{Drive, Experiment};
@@ -16,6 +16,8 @@ use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
+/// Largest size that a linearisation suggests, in typical sizes.
+const FARTHEST: f64 = 1.5;
 /// Factor to the neighbouring shapes.
 const NEIGHBOUR: f64 = 2.0;
 
@@ -176,12 +178,58 @@ fn promise(
         let gain = log_fall(left, &(left + &orthogonal * sizes), problem.groups());
         if best.as_ref().is_none_or(|b| gain > b.gain) {
             let entry = shaped.get_mut(d.parameters[0].name)?;
-            // A long way from here the linearisation does not hold; the fit goes on by itself.
-            entry.value = value.clamp(-1.5 * entry.scale, 1.5 * entry.scale).clamp(allowed.0, allowed.1);
+            entry.value = start_size(value, entry.scale).clamp(allowed.0, allowed.1);
             best = Some(Promise { id: d.id, gain, space: shaped, independent, column });
         }
     }
     best
+}
+
+/// Two candidates and what they promise together.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// The effects.
+    pub ids: [&'static str; 2],
+    /// Fall of the error that the linearisation predicts for both.
+    pub gain: f64,
+    /// The model with both, at the sizes that the linearisation suggests.
+    pub space: Space,
+}
+
+/// Tries the candidates of a screening two at a time, most promising first.
+pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+    let complement = Complement::of(&fit.jacobian);
+    let left = complement.project(&fit.residuals);
+    let columns: Vec<DVector<f64>> = promises.par_iter().map(|p| complement.project(&p.column)).collect();
+    let places: Vec<(usize, usize)> =
+        (0..promises.len()).flat_map(|a| (a + 1..promises.len()).map(move |b| (a, b))).collect();
+    let together = |(a, b): &(usize, usize)| {
+        let (one, other) = (&columns[*a], &columns[*b]);
+        let normal = Matrix2::new(one.norm_squared(), one.dot(other), one.dot(other), other.norm_squared());
+        let sizes = -(normal.try_inverse()? * Vector2::new(one.dot(&left), other.dot(&left)));
+        let ids = [promises[*a].id, promises[*b].id];
+        let mut space = fit.space.with_effect(ids[0], scales).with_effect(ids[1], scales);
+        for (promise, size) in [&promises[*a], &promises[*b]].into_iter().zip(sizes.iter()) {
+            space.start_from(&promise.space, promise.id);
+            let size_of = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == promise.id)?.parameters[0];
+            let scale = space.get(size_of.name)?.scale;
+            let (low, high) = size_of.range;
+            if size * scale < low {
+                return None;
+            }
+            space.get_mut(size_of.name)?.value = start_size(size * scale, scale).clamp(low, high);
+        }
+        let gain = log_fall(&left, &(&left + one * sizes[0] + other * sizes[1]), problem.groups());
+        Some(Pair { ids, gain, space })
+    };
+    let mut pairs: Vec<Pair> = places.par_iter().filter_map(together).collect();
+    pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    pairs
+}
+
+/// A long way from the linearisation it does not hold; the fit goes on by itself.
+fn start_size(value: f64, scale: f64) -> f64 {
+    value.clamp(-FARTHEST * scale, FARTHEST * scale)
 }
 
 /// Sum over both balances of the logarithm by which the RMS falls.

@@ -80,7 +80,7 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
     let mut classes: Vec<Vec<&'static str>> =
         ladder.found.iter().filter_map(|id| class_of(id)).map(<[_]>::to_vec).collect();
     classes.dedup();
-    let complete = ladder.after.is_complete() || (!ladder.found.is_empty() && ladder.after.explains(&ladder.before));
+    let complete = ladder.is_explained();
     let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
     let offsets = OFFSETS.iter().filter(|id| ladder.found.contains(id)).count();
     if offsets >= 2 && !holds.standstill {
@@ -219,7 +219,7 @@ fn outside(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>
 /// Why an effect is named.
 fn reasons(id: &str, ladder: &Ladder, place: usize) -> String {
     let Some(d) = description(id) else { return id.to_owned() };
-    let step = ladder.steps.iter().find(|s| s.winner == Some(id));
+    let step = ladder.steps.iter().find(|s| s.winners.contains(&id));
     let side = match d.acts {
         Acts::Electrical => "in the voltage balance",
         Acts::Mechanical => "in the torque balance",
@@ -230,8 +230,11 @@ fn reasons(id: &str, ladder: &Ladder, place: usize) -> String {
     if let Some(step) = step
         && let Some(own) = step.tried.iter().find(|t| t.id == id)
     {
-        text += &format!("; the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
-        if let Some(next) = step.tried.iter().find(|t| t.id != id) {
+        let other = step.winners.iter().find(|w| step.together && **w != id);
+        let with = other.map_or_else(String::new, |other| format!("with {} ", name(other)));
+        text +=
+            &format!("; {with}the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
+        if let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) {
             text += &format!(
                 ", with the next best, {}, by {:.0} %",
                 name(next.id),

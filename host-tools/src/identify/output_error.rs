@@ -138,6 +138,16 @@ impl<'a> OutputError<'a> {
         Ok(Self { rows, groups, sizes })
     }
 
+    /// Recording and time, s, of each row.
+    pub fn times(&self) -> Vec<(usize, f64)> {
+        let of = |(recording, rows): (usize, &Rows<'a>)| {
+            let interval_s = rows.experiment.interval_s;
+            let samples = rows.observations.iter().flat_map(|o| o.samples.iter().copied());
+            samples.map(move |n| (recording, n as f64 * interval_s)).collect::<Vec<_>>()
+        };
+        self.rows.iter().enumerate().flat_map(of).collect()
+    }
+
     /// The rows of each recording.
     pub fn rows(&self) -> &[Rows<'a>] {
         &self.rows

@@ -292,6 +292,16 @@ impl Space {
         }
     }
 
+    /// Takes the values of an effect's parameters over from another space.
+    pub fn start_from(&mut self, other: &Self, effect: &str) {
+        let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == effect) else { return };
+        for p in d.parameters {
+            if let Some(entry) = other.get(p.name) {
+                self.start(p.name, entry.value);
+            }
+        }
+    }
+
     /// Free parameters, as the optimiser counts them.
     pub fn free(&self) -> impl Iterator<Item = &Entry> {
         self.entries.iter().filter(|e| matches!(e.freedom, Freedom::Free(_)))
