@@ -134,6 +134,19 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
         Self::lift(S::constant(value))
     }
     #[inline(always)]
+    fn times(self, factor: S) -> Self {
+        self.through(self.value * factor, factor)
+    }
+    #[inline(always)]
+    fn plus(self, term: S) -> Self {
+        Self { value: self.value + term, ..self }
+    }
+    #[inline(always)]
+    fn inverse(self) -> Self {
+        let value = S::ONE / self.value;
+        self.through(value, -(value * value))
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         if self.value < S::ZERO { -self } else { self }
     }

@@ -35,6 +35,12 @@ pub trait Scalar:
     const ONE: Self;
     /// The nearest number to a constant.
     fn constant(value: f64) -> Self;
+    /// This number times a plain one.
+    fn times(self, factor: Self::Base) -> Self;
+    /// This number and a plain one.
+    fn plus(self, term: Self::Base) -> Self;
+    /// One by this number.
+    fn inverse(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// Square root.
@@ -74,6 +80,18 @@ macro_rules! scalar {
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 value as $type
+            }
+            #[inline(always)]
+            fn times(self, factor: Self) -> Self {
+                self * factor
+            }
+            #[inline(always)]
+            fn plus(self, term: Self) -> Self {
+                self + term
+            }
+            #[inline(always)]
+            fn inverse(self) -> Self {
+                1.0 / self
             }
             #[inline(always)]
             fn abs(self) -> Self {
