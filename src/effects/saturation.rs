@@ -18,7 +18,7 @@
 //! to 4 to about 0.1 % of the flux.
 //!
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
-//! n = 4 blended under the root, which needs square roots alone.
+//! n = 4 blended under the root, which needs a fourth root alone.
 
 use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
 use crate::motor::{Balance, OperatingPoint};
@@ -93,7 +93,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
         let square = z * z;
         let soft = square.times(self.softness);
         let q = (soft + square * square).plus(S::ONE);
-        let g = q.sqrt().sqrt().inverse();
+        let g = q.inverse_fourth_root();
         let left = S::ONE - self.depth;
         let slope = (g * soft.plus(S::constant(2.0)) / q).times(S::constant(0.5) * self.depth).plus(left);
         balance.flux = balance.flux * g.times(self.depth).plus(left);

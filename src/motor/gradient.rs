@@ -156,6 +156,12 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
         self.through(root, S::constant(0.5) / root)
     }
     #[inline]
+    fn inverse_fourth_root(self) -> Self {
+        let root = self.value.inverse_fourth_root();
+        let square = root * root;
+        self.through(root, S::constant(-0.25) * root * (square * square))
+    }
+    #[inline]
     fn exp(self) -> Self {
         let value = self.value.exp();
         self.through(value, value)
