@@ -287,13 +287,13 @@ fn tick_bad_samples(outputs: &mut Outputs) {
 }
 
 /// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
-pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
+pub fn full_sampler(shared: &Shared, b: Option<f64>) -> Option<Sampler<'_>> {
     let effects = [
         Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
         Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
     ];
     let filter = Settings::default().build().ok()?;
-    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
+    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, b, Firing::Product));
     let detector = detector::Settings {
         sample_rate_hz: 10_000.0,
         nominal_voltage: 230.0,
