@@ -17,7 +17,7 @@ use crate::scenarios;
 const RUNS: usize = 16;
 
 /// Samples within which the detector comes to the end of a period and judges it.
-const PERIODS: usize = 512;
+const PERIODS: usize = 2_000;
 
 /// Counts instructions, or on the host merely runs what would be counted.
 pub trait Counter {
@@ -71,8 +71,11 @@ pub fn all(counter: &mut impl Counter) {
         });
     }
     let Some(sampler) = scenarios::full_sampler(&shared, Some(2.0)) else { return };
-    counter.count_runs("interrupt_full_bell_2_end_of_period", PERIODS, sampler, |sampler| {
-        let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+    // A square wave of 50 Hz.
+    counter.count_runs("interrupt_full_bell_2_end_of_period", PERIODS, (sampler, 0), |(sampler, n)| {
+        *n += 1;
+        let voltage = if *n % 200 < 100 { 3_225 } else { 870 };
+        let counts = black_box(Counts { voltage, current: 2_380, speed: 2_785 });
         black_box(sampler.sample(counts, 0));
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];

@@ -300,7 +300,7 @@ pub fn full_sampler(shared: &Shared, b: Option<f64>) -> Option<Sampler<'_>> {
         least_voltage: 0.3,
         most_voltage: 1.1,
         least_speed: 600.0,
-        blanking_s: 1.0,
+        blanking_s: 0.0,
         fewest_periods: 50,
         limits: detector::Limits { current: 0.05, speed: 0.02, sparking: 0.05, ..detector::Limits::default() },
     };
