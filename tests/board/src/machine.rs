@@ -382,9 +382,9 @@ impl Machine {
         if !self.rcc.enabled(base) {
             return (name, Err(Trouble::used(format!("{address:#010x} is written while its clock is off"))));
         }
-        let narrow = name != "processor" && (bytes != 4 || !address.is_multiple_of(4));
-        // Registers for data may be written in part (USART: section 37.8.12).
-        if narrow && !(name == "USART2" && offset == 0x28) {
+        // Half words: timers (section 29.5) and the data registers of the USART (section 37.8.12).
+        let narrow = matches!(name, "TIM2" | "TIM15" | "USART2") && address.is_multiple_of(4);
+        if name != "processor" && !narrow && (bytes != 4 || !address.is_multiple_of(4)) {
             return (name, Err(Trouble::used(format!("{bytes} bytes are written to {address:#010x}"))));
         }
         let answer = match name {

@@ -4,7 +4,8 @@
 //!   exception follows. Interrupts are therefore taken between blocks, a few instructions late at most.
 //! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8. With a floating-point context the extended frame is stacked at
 //!   once (eagerly, as with FPCCR.LSPEN = 0); what a program can see of lazy stacking is that it is faster.
-//! - **Return** is a jump to 0xFFFF_FFxx; a page is mapped there, and the hook stops at it.
+//! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there, at which the
+//!   hook stops.
 //! - **Sleep.** The emulator reports WFE as an invalid instruction with the program counter behind it, and halts at WFI. The
 //!   event register is set by SEV (seen when its block begins), by entry and return, and by SEVONPEND.
 
@@ -507,6 +508,7 @@ fn hook(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Re
         let shared = &mut *own.borrow_mut();
         match number {
             SWI => stop(emulator, shared, Why::Call),
+            EXCEPTION_EXIT => stop(emulator, shared, Why::Return),
             _ => {
                 let pc = emulator.reg_read(R::PC).unwrap_or_default() as u32;
                 let what = format!("the emulator's exception {number}");
@@ -536,6 +538,8 @@ fn hook(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Re
 const WFE: u16 = 0xBF20;
 /// The emulator's number for SVC.
 const SWI: u32 = 2;
+/// The emulator's number for a return from an exception, where it notices one itself.
+const EXCEPTION_EXIT: u32 = 8;
 
 /// At the begin of a block of instructions.
 #[inline]

@@ -124,8 +124,9 @@ impl Dma {
             Register::Peripheral => channel.peripheral = value,
             Register::Memory => channel.memory = value,
             Register::Request => {
-                if value & !0x7F != 0 {
-                    return Err(Trouble::used("synchronisation and events of the multiplexer are not modelled"));
+                // EGE (bit 9) makes an event of a transfer, to which nobody listens.
+                if value & !(0x7F | 1 << 9) != 0 {
+                    return Err(Trouble::used("synchronisation in the multiplexer is not modelled"));
                 }
                 channel.request = value;
             }

@@ -1,4 +1,4 @@
-//! USART2 (RM0440, section 37): asynchronous, 8 bits without parity, without FIFO, with requests to the DMA.
+//! USART2 (RM0440, section 37): asynchronous, 8 bits without parity, with FIFOs, with requests to the DMA.
 //!
 //! Bits are whole or not there: the line has no noise and both ends have the same rate.
 
@@ -10,13 +10,18 @@ use crate::fault::Trouble;
 const UE: u32 = 0;
 const RE: u32 = 2;
 const TE: u32 = 3;
+const FIFOEN: u32 = 29;
+/// Bytes in a FIFO (section 37.5.4).
+const FIFO: usize = 8;
 /// Start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
 
 const ORE: u32 = 1 << 3;
 const IDLE: u32 = 1 << 4;
+/// RXNE; RXFNE with FIFOs.
 const RXNE: u32 = 1 << 5;
 const TC: u32 = 1 << 6;
+/// TXE; TXFNF with FIFOs.
 const TXE: u32 = 1 << 7;
 
 /// The transceiver with its line.
@@ -26,9 +31,10 @@ pub struct Usart {
     brr: u32,
     presc: u32,
     isr: u32,
-    received: u8,
-    /// TDR, if it is full.
-    waiting: Option<u8>,
+    /// RDR and what is behind it.
+    received: VecDeque<u8>,
+    /// TDR and what is behind it.
+    waiting: VecDeque<u8>,
     /// What leaves at present, and when its stop bit ends.
     leaving: Option<(u8, u64)>,
     /// When the stop bit of the next byte from the host ends, if one is on its way.
@@ -49,9 +55,9 @@ impl Default for Usart {
             cr: [0; 3],
             brr: 0,
             presc: 0,
-            isr: TC | TXE,
-            received: 0,
-            waiting: None,
+            isr: TC,
+            received: VecDeque::new(),
+            waiting: VecDeque::new(),
             leaving: None,
             arriving: NEVER,
             idle: NEVER,
@@ -106,11 +112,8 @@ impl Usart {
         {
             self.to_host.push(byte);
             self.leaving = None;
-            match self.waiting.take() {
-                Some(next) => {
-                    self.leaving = Some((next, at + self.byte()));
-                    self.isr |= TXE;
-                }
+            match self.waiting.pop_front() {
+                Some(next) => self.leaving = Some((next, at + self.byte())),
                 None => self.isr |= TC,
             }
         }
@@ -118,12 +121,11 @@ impl Usart {
             let at = self.arriving;
             self.arriving = NEVER;
             if let Some(byte) = self.from_host.pop_front() {
-                if self.isr & RXNE != 0 {
+                if self.received.len() < self.room() {
+                    self.received.push_back(byte);
+                } else {
                     self.isr |= ORE;
                     self.lost += 1;
-                } else {
-                    self.received = byte;
-                    self.isr |= RXNE;
                 }
             }
             if self.from_host.is_empty() {
@@ -140,18 +142,34 @@ impl Usart {
 
     /// Whether it asks the DMA to take a received byte.
     pub fn wants_read(&self) -> bool {
-        bit(self.cr[2], 6) && self.isr & RXNE != 0
+        bit(self.cr[2], 6) && !self.received.is_empty()
     }
 
     /// Whether it asks the DMA for a byte to send.
     pub fn wants_write(&self) -> bool {
-        bit(self.cr[2], 7) && self.sends() && self.isr & TXE != 0
+        bit(self.cr[2], 7) && self.sends() && self.waiting.len() < self.room()
     }
 
-    /// RDR, which clears RXNE.
+    fn room(&self) -> usize {
+        if bit(self.cr[0], FIFOEN) { FIFO } else { 1 }
+    }
+
+    /// ISR; TXFE (23) and RXFF (24) with FIFOs; TEACK (21) and REACK (22) follow TE and RE.
+    fn flags(&self) -> u32 {
+        let fifos = bit(self.cr[0], FIFOEN);
+        let flag = |set: bool, place: u32| u32::from(set) << place;
+        self.isr
+            | if self.received.is_empty() { 0 } else { RXNE }
+            | if self.waiting.len() < self.room() { TXE } else { 0 }
+            | flag(self.sends(), 21)
+            | flag(self.listens(), 22)
+            | flag(fifos && self.waiting.is_empty(), 23)
+            | flag(fifos && self.received.len() == FIFO, 24)
+    }
+
+    /// Reads RDR.
     pub fn take(&mut self) -> u8 {
-        self.isr &= !RXNE;
-        self.received
+        self.received.pop_front().unwrap_or_default()
     }
 
     /// TDR.
@@ -159,8 +177,7 @@ impl Usart {
         if self.leaving.is_none() && self.sends() {
             self.leaving = Some((byte, now + self.byte()));
         } else {
-            self.waiting = Some(byte);
-            self.isr &= !TXE;
+            self.waiting.push_back(byte);
         }
         self.isr &= !TC;
     }
@@ -169,7 +186,7 @@ impl Usart {
     pub fn interrupts(&self) -> bool {
         let [cr1, _, cr3] = self.cr;
         // IDLEIE 4, RXNEIE 5, TCIE 6, TXEIE 7 stand where their flags do; EIE is for overruns with the DMA.
-        self.isr & cr1 & 0xF0 != 0 || (self.isr & ORE != 0 && (bit(cr1, 5) || bit(cr3, 0)))
+        self.flags() & cr1 & 0xF0 != 0 || (self.isr & ORE != 0 && (bit(cr1, 5) || bit(cr3, 0)))
     }
 
     /// Bytes that the receiver has lost.
@@ -185,11 +202,7 @@ impl Usart {
         Ok(match offset {
             0x00..=0x08 => self.cr[offset as usize / 4],
             0x0C => self.brr,
-            // TEACK and REACK follow TE and RE.
-            0x1C => {
-                let acknowledged = u32::from(self.sends()) << 21 | u32::from(self.listens()) << 22;
-                self.isr | acknowledged
-            }
+            0x1C => self.flags(),
             0x24 => self.take().into(),
             0x2C => self.presc,
             _ => return Err(Trouble::Register),
@@ -206,8 +219,8 @@ impl Usart {
         };
         match offset {
             0x00 => {
-                // UE, RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE, PEIE.
-                mode(0b1_1111_1101)?;
+                // UE, RE, TE, IDLEIE, RXNEIE, TCIE, TXEIE, PEIE, FIFOEN.
+                mode(0b1_1111_1101 | 1 << FIFOEN)?;
                 self.cr[0] = value;
             }
             0x04 => {
@@ -224,7 +237,7 @@ impl Usart {
             // RQR: RXFRQ drops what was received.
             0x18 => {
                 if bit(value, 3) {
-                    self.isr &= !RXNE;
+                    self.received.clear();
                 }
             }
             0x20 => self.isr &= !(value & (ORE | IDLE | TC)),
