@@ -1,7 +1,10 @@
 //! The number type of the model: `f32` on the microcontroller, `f64` where the host fits parameters.
 //!
-//! All functions are those of the pure-Rust `libm`, so that the same input gives the same bits on every machine.
-//! `f32::exp` and its kin of the standard library call the system's C library and are not used anywhere in the core.
+//! The exponential is our own (`exponential.rs`), all other functions are those of the pure-Rust `libm`, so that the same input
+//! gives the same bits on every machine. `f32::exp` and its kin of the standard library call the system's C library and are not
+//! used anywhere in the core.
+
+mod exponential;
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -82,7 +85,7 @@ macro_rules! scalar {
             }
             #[inline]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                exponential::$exp(self)
             }
             #[inline]
             fn ln(self) -> Self {
@@ -116,5 +119,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, sqrtf, expf, logf, tanhf, atanf, cosf, sinf, roundf);
-scalar!(f64, sqrt, exp, log, tanh, atan, cos, sin, round);
+scalar!(f32, sqrtf, single, logf, tanhf, atanf, cosf, sinf, roundf);
+scalar!(f64, sqrt, double, log, tanh, atan, cos, sin, round);
