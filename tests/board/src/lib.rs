@@ -13,10 +13,12 @@ pub mod blocks;
 pub mod board;
 pub mod exceptions;
 pub mod fault;
+pub mod host;
 pub mod image;
 pub mod machine;
 pub mod peripherals;
 pub mod processor;
+pub mod rig;
 
 pub use analog::Analog;
 pub use board::Board;
