@@ -4,7 +4,7 @@
 //! told that time has passed when the first of them wants to be, and before each access to a register.
 
 use crate::analog::Analog;
-use crate::exceptions::{Exceptions, NMI, SYS_TICK};
+use crate::exceptions::{EXTERNAL, Exceptions, NMI, SYS_TICK};
 use crate::fault::{Fault, Trouble};
 use crate::peripherals::NEVER;
 use crate::peripherals::adc::{Adc, Clocks};
@@ -98,6 +98,8 @@ pub struct Machine {
     pub event: bool,
     /// The trigger of the converter has come off (a test's doing).
     pub trigger_cut: bool,
+    /// The longest time from the end of a sequence to the begin of its interrupt's handler since the reset, cycles.
+    pub latest: u64,
 }
 
 impl Machine {
@@ -128,6 +130,7 @@ impl Machine {
             reset: None,
             event: false,
             trigger_cut: false,
+            latest: 0,
         }
     }
 
@@ -270,6 +273,14 @@ impl Machine {
         self.exceptions.line(irq::USART2, self.usart2.interrupts());
         self.event |= self.system.event_on_pending && !before && self.exceptions.any_pending();
         self.next = self.first_event().min(self.limit);
+    }
+
+    /// A handler has been entered.
+    pub fn entered(&mut self, number: usize) {
+        self.exceptions.enter(number);
+        if number == EXTERNAL + irq::ADC1_2 {
+            self.latest = self.latest.max(self.now - self.adc.ended());
+        }
     }
 
     /// The host has sent something.

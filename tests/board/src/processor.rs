@@ -327,9 +327,9 @@ impl Processor {
         let handler = handler.ok_or_else(|| Fault::Processor { pc, what: format!("exception {number} has no handler") })?;
         self.set(R::PC, handler);
         let machine = &mut self.shared.borrow_mut().machine;
-        machine.exceptions.enter(number);
         machine.event = true;
         machine.now += ENTRY_CYCLES;
+        machine.entered(number);
         Ok(())
     }
 

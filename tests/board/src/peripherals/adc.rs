@@ -50,8 +50,8 @@ pub struct Adc {
     calibrated: u64,
     on: u64,
     converted: u64,
-    /// Whether it was ever calibrated for single-ended inputs.
-    has_calibration: bool,
+    /// When the last sequence ended.
+    ended: u64,
     /// Sequences since the reset.
     sequences: u64,
     /// Triggers that came while a sequence was running, and were ignored.
@@ -75,7 +75,7 @@ impl Default for Adc {
             calibrated: NEVER,
             on: NEVER,
             converted: NEVER,
-            has_calibration: false,
+            ended: 0,
             sequences: 0,
             ignored: 0,
         }
@@ -108,6 +108,7 @@ impl Adc {
             self.isr |= ADRDY;
         }
         if now >= self.converted {
+            self.ended = self.converted;
             self.converted = NEVER;
             self.jdr = self.coming;
             self.isr |= JEOC | JEOS;
@@ -118,6 +119,16 @@ impl Adc {
     /// Whether its interrupt's line is high.
     pub fn interrupts(&self) -> bool {
         self.isr & self.ier != 0
+    }
+
+    /// When the last sequence ended.
+    pub fn ended(&self) -> u64 {
+        self.ended
+    }
+
+    /// Triggers that came during a sequence and were ignored.
+    pub fn ignored(&self) -> u64 {
+        self.ignored
     }
 
     /// Sequences converted since the reset.
@@ -235,7 +246,6 @@ impl Adc {
                 return Err(Trouble::used("a calibration before the regulator is ready, or with the converter on"));
             }
             self.calibrated = now + self.cycles(2 * CALIBRATION, clocks)?;
-            self.has_calibration |= !bit(value, 30);
         }
         if rises(ADEN) {
             if !regulated || bit(self.cr, ADCAL) || bit(value, ADCAL) {

@@ -1,0 +1,58 @@
+//! Power cuts while parameters are written: the old block or the new one, whenever.
+
+use greyrig::link::message::Mode;
+use greyrig::parameters::block::payload_crc;
+use greyrig_board::board::CLOCK_HZ;
+use greyrig_board::host::{Host, commit};
+
+use crate::{board, chance, payload};
+
+/// Cuts.
+const CUTS: usize = 200;
+
+#[test]
+fn every_cut_leaves_the_old_or_the_new_block() {
+    let (mut board, mut host) = (board(), Host::default());
+    // Both slots are used: the one that is written anew holds a block.
+    let old = payload("old");
+    let new = payload("a new one, with a longer name");
+    host.flash(&mut board, &payload("older")).unwrap();
+    host.flash(&mut board, &old).unwrap();
+    host.bring(&mut board, &new).unwrap();
+
+    // How long it takes, undisturbed.
+    let begin = board.moment().unwrap();
+    let from = board.machine().now;
+    host.commit(&mut board, &new).unwrap();
+    let length = board.machine().now - from;
+    // A page's erasure alone takes 22 ms.
+    assert!(length > CLOCK_HZ * 22 / 1000, "{length} cycles");
+
+    let mut chance = chance(7);
+    let (mut olds, mut news, mut unreadable) = (0, 0, 0);
+    for n in 0..CUTS {
+        board.go_back(&begin).unwrap();
+        let mut host = host.clone();
+        host.send(&mut board, commit(&new));
+        // Half of them in the last part, in which words are programmed; the erasure takes nearly all of the time.
+        let share = if n % 2 == 0 { length } else { length * 3 / 10 };
+        let at = from + length - share + u64::from(chance()) * share / (1 << 32);
+        board.run_until(at).unwrap();
+        board.cut_power(&mut chance).unwrap();
+        unreadable += usize::from(!board.machine().flash.contents.unreadable.is_empty());
+        board.run(0.05).unwrap();
+        let status = host.status(&mut board).unwrap();
+        let block = status.in_force.unwrap_or_else(|| panic!("no block after a cut at {at}"));
+        assert_eq!(status.mode, Mode::Running);
+        match block.crc {
+            crc if crc == payload_crc(&old) => olds += 1,
+            crc if crc == payload_crc(&new) => news += 1,
+            _ => panic!("another block after a cut at {at}: {block:?}"),
+        }
+        // What the cut has left can be written over.
+        let block = host.bring(&mut board, &new).and_then(|()| host.commit(&mut board, &new)).unwrap();
+        assert_eq!(block.crc, payload_crc(&new));
+    }
+    println!("{CUTS} cuts in {:.1} ms: {olds} old, {news} new, {unreadable} left unreadable words", 1e3 * length as f64 / CLOCK_HZ as f64);
+    assert!(olds > 0 && news > 0 && unreadable > 0, "{olds} {news} {unreadable}");
+}
