@@ -12,6 +12,8 @@ use crate::fault::Fault;
 
 /// How long the host waits for an answer, s: `greyrig` waits so long, too.
 const PATIENCE_S: f64 = 0.5;
+/// How often it asks, as `greyrig` does.
+const ATTEMPTS: usize = 4;
 /// How finely it looks, s.
 const GLANCE_S: f64 = 0.5e-3;
 
@@ -82,13 +84,15 @@ impl Host {
         request: Request,
         mut take: impl FnMut(&Reply) -> Option<T>,
     ) -> Result<T, NoAnswer> {
-        self.send(board, request);
-        let deadline = board.seconds() + PATIENCE_S;
-        while board.seconds() < deadline {
-            board.run(GLANCE_S)?;
-            let answer = self.look(board, |reply| take(reply).ok_or_else(|| NoAnswer::Other(format!("{reply:?}"))));
-            if let Some(answer) = answer {
-                return answer;
+        for _ in 0..ATTEMPTS {
+            self.send(board, request);
+            let deadline = board.seconds() + PATIENCE_S;
+            while board.seconds() < deadline {
+                board.run(GLANCE_S)?;
+                let answer = self.look(board, |reply| take(reply).ok_or_else(|| NoAnswer::Other(format!("{reply:?}"))));
+                if let Some(answer) = answer {
+                    return answer;
+                }
             }
         }
         Err(NoAnswer::Silence)

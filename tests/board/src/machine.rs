@@ -157,6 +157,7 @@ impl Machine {
             Trouble::Register => Fault::Register { peripheral, address, access, pc },
             Trouble::Use(what) => Fault::Use { peripheral, what, pc },
         });
+        self.next = 0;
     }
 
     fn clocks(&self) -> Result<Clocks, Trouble> {
@@ -272,7 +273,7 @@ impl Machine {
         self.exceptions.line(irq::TIM2, self.tim2.interrupts());
         self.exceptions.line(irq::USART2, self.usart2.interrupts());
         self.event |= self.system.event_on_pending && !before && self.exceptions.any_pending();
-        self.next = self.first_event().min(self.limit);
+        self.plan();
     }
 
     /// A handler has been entered.
@@ -287,13 +288,23 @@ impl Machine {
     pub fn receive(&mut self, bytes: &[u8]) {
         self.usart2.from_host.extend(bytes);
         self.usart2.look_at_line(self.now);
-        self.next = self.first_event().min(self.limit);
+        self.plan();
+    }
+
+    fn plan(&mut self) {
+        let at_once = self.fault.is_some() || self.reset.is_some();
+        self.next = if at_once { 0 } else { self.first_event().min(self.limit) };
+    }
+
+    /// Whether the program must not go on: the end of the run, a reset, a fault.
+    pub fn is_over(&self) -> bool {
+        self.now >= self.limit || self.reset.is_some() || self.fault.is_some()
     }
 
     /// Recomputes when the run has to be interrupted.
     pub fn set_limit(&mut self, limit: u64) {
         self.limit = limit;
-        self.next = self.first_event().min(limit);
+        self.plan();
     }
 
     /// A read by the processor.

@@ -1,7 +1,8 @@
 //! The processor: Unicorn executes instructions; exceptions, sleep and virtual time are added here.
 //!
 //! - **Time.** A hook at the begin of each block counts its instructions and stops the emulator when a peripheral is due and an
-//!   exception follows. Interrupts are therefore taken between blocks, a few instructions late at most.
+//!   exception follows. Interrupts are therefore taken between blocks, a few instructions late at most. Nothing else may stop it:
+//!   an emulator that is stopped by an access to a device executes the instruction once more.
 //! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8. With a floating-point context the extended frame is stacked at
 //!   once (eagerly, as with FPCCR.LSPEN = 0); what a program can see of lazy stacking is that it is faster.
 //! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there, at which the
@@ -448,29 +449,15 @@ fn map(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Res
         let (reader, writer) = (Rc::clone(shared), Rc::clone(shared));
         let read = move |emulator: &mut Unicorn<'_, ()>, offset: u64, bytes: usize| {
             let shared = &mut *reader.borrow_mut();
-            let value = shared.machine.read(base + offset as u32, bytes, emulator, &mut *shared.analog);
-            stop_if_due(emulator, shared);
-            value.into()
+            shared.machine.read(base + offset as u32, bytes, emulator, &mut *shared.analog).into()
         };
         let write = move |emulator: &mut Unicorn<'_, ()>, offset: u64, bytes: usize, value: u64| {
             let shared = &mut *writer.borrow_mut();
             shared.machine.write(base + offset as u32, bytes, value as u32, emulator, &mut *shared.analog);
-            stop_if_due(emulator, shared);
         };
         emulator.mmio_map(base.into(), length, Some(read), Some(write))?;
     }
     Ok(())
-}
-
-/// Stops the emulator at the end of the block if something has to be done that is not the program's.
-fn stop_if_due(emulator: &mut Unicorn<'_, ()>, shared: &mut Shared) {
-    let machine = &shared.machine;
-    let due = machine.fault.is_some()
-        || machine.reset.is_some()
-        || (machine.exceptions.knocks() && machine.exceptions.due(masks(emulator)).is_some());
-    if due {
-        stop(emulator, shared, Why::Due);
-    }
 }
 
 fn stop(emulator: &mut Unicorn<'_, ()>, shared: &mut Shared, why: Why) {
@@ -555,7 +542,7 @@ fn begin_block(emulator: &mut Unicorn<'_, ()>, shared: &mut Shared, address: u32
     machine.pc = address;
     if machine.now >= machine.next {
         machine.advance(emulator, &mut *shared.analog);
-        if machine.now >= machine.limit || machine.reset.is_some() || machine.fault.is_some() {
+        if machine.is_over() {
             stop(emulator, shared, Why::Due);
             return;
         }

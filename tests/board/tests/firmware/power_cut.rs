@@ -41,7 +41,7 @@ fn every_cut_leaves_the_old_or_the_new_block() {
         board.cut_power(&mut chance).unwrap();
         unreadable += usize::from(!board.machine().flash.contents.unreadable.is_empty());
         board.run(0.05).unwrap();
-        let status = host.status(&mut board).unwrap();
+        let status = host.status(&mut board).unwrap_or_else(|e| panic!("{e} after cut {n} at {} of {length}, {} unreadable, {:?}, pc {:#x}", at - from, board.machine().flash.contents.unreadable.len(), board.machine().rcc, board.machine().pc));
         let block = status.in_force.unwrap_or_else(|| panic!("no block after a cut at {at}"));
         assert_eq!(status.mode, Mode::Running);
         match block.crc {

