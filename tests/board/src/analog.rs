@@ -2,6 +2,8 @@
 
 /// Voltages at the pins, as the converter's counts.
 pub trait Analog {
+    /// The processor starts, or starts again.
+    fn start(&mut self) {}
     /// A sequence of conversions begins, so many seconds after the start of the board.
     fn begin(&mut self, seconds: f64);
     /// What an ADC1 input gives in the present sequence, 0 to 4095; none if nothing is connected to it.

@@ -19,6 +19,8 @@ pub mod machine;
 pub mod peripherals;
 pub mod processor;
 pub mod rig;
+#[cfg(unix)]
+pub mod terminal;
 
 pub use analog::Analog;
 pub use board::Board;

@@ -202,7 +202,11 @@ impl Processor {
         self.shared.borrow_mut().machine.set_limit(until);
         loop {
             if let Some(reset) = self.look_after()? {
-                self.shared.borrow_mut().machine.restart(reset);
+                {
+                    let shared = &mut *self.shared.borrow_mut();
+                    shared.machine.restart(reset);
+                    shared.analog.start();
+                }
                 self.reset()?;
                 continue;
             }

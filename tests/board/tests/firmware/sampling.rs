@@ -1,5 +1,7 @@
 //! Ten thousand samples a second, whatever else happens.
 
+use std::time::Instant;
+
 use greyrig::faults::Fault;
 use greyrig::link::message::Request;
 use greyrig_board::board::CLOCK_HZ;
@@ -31,7 +33,7 @@ fn samples_go_on(cycles_per_instruction: f64) {
     host.flash(&mut board, full).unwrap();
     host.tell(&mut board, Request::ClearFaults).unwrap();
     host.tell(&mut board, Request::StartTelemetry { every: 100 }).unwrap();
-    let (begin, mut n) = (board.seconds(), 0_u32);
+    let (started, begin, mut n) = (Instant::now(), board.seconds(), 0_u32);
     while board.seconds() < begin + seconds() {
         let payload = if n % 2 == 0 { payload("one") } else { full.clone() };
         host.bring(&mut board, &payload).unwrap();
@@ -50,16 +52,18 @@ fn samples_go_on(cycles_per_instruction: f64) {
         assert_eq!(count(&status, fault), 0, "{fault:?}");
     }
     assert_eq!(machine.adc.ignored(), 0);
-    assert!(u64::from(status.cycles[1]) < PERIOD, "the longest tick took {} cycles", status.cycles[1]);
-    // What the firmware takes for late: a fiftieth of the interval (src/app/grid.rs).
-    assert!(machine.latest < PERIOD / 50, "an interrupt came {} cycles late", machine.latest);
+    // What the thread keeps interrupts off for, and the longest tick after that: before the next sample.
+    let worst = machine.latest + u64::from(status.cycles[1]);
+    assert!(worst < PERIOD, "an interrupt came {} cycles late, a tick took {}", machine.latest, status.cycles[1]);
     // Every hundredth sample ends a report; those of the first and the last are under way.
     let expected = (seconds() * 100.0) as usize;
     assert!(host.reports.len() >= expected, "{} reports", host.reports.len());
     assert!(host.reports.windows(2).all(|pair| pair[1].sample == pair[0].sample + 100));
     println!(
-        "{} s, {n} blocks written, longest tick {} cycles of {PERIOD}, latest interrupt {} cycles",
+        "{cycles_per_instruction} cycles per instruction, {:.2} s in {:.2} s, {n} blocks written, longest tick {} cycles of {PERIOD}, \
+         latest interrupt {} cycles",
         board.seconds() - begin,
+        started.elapsed().as_secs_f64(),
         status.cycles[1],
         machine.latest
     );

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use greyrig_board::analog::Analog;
-use greyrig_board::rig::{Rig, calibration};
+use greyrig_board::rig::Rig;
 use greyrig_host::anfis::{Method, Settings as Training};
 use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
@@ -12,7 +12,7 @@ use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::calibrate;
 use greyrig_host::recording::Recording;
-use greyrig_host::rig::{ChainSetup, Motor, Setup};
+use greyrig_host::rig::{Motor, Setup};
 
 /// What all motors of the type have.
 const EFFECTS: [&str; 3] = ["saturation=0.25", "hysteresis=0.1", "brush_arcing=0.02"];
@@ -38,7 +38,7 @@ fn motor(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Setup {
 
 /// A motor of the type at the pins.
 pub fn rig(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Box<dyn Analog> {
-    Box::new(Rig::new(motor(profile, seconds, seed, fault).start().unwrap()))
+    Box::new(Rig::new(motor(profile, seconds, seed, fault)).unwrap())
 }
 
 /// The type with its model, trained on one motor, and limits from ten.
@@ -53,7 +53,7 @@ pub fn station() -> &'static Station {
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
         let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();
         let model = Model { detector: Some(detector), ..model };
-        let calibration = calibration(&ChainSetup::for_motor(&Motor::universal(), false));
+        let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
         let settings = parameters::settings(&model, path, calibration, "virtual").unwrap();
         Station { payload: parameters::payload(&settings, path).unwrap() }

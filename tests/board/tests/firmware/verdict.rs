@@ -13,14 +13,14 @@ use crate::station::{rig, station};
 /// Length of a test, s; a fault begins within it, after the motor has run up.
 const TEST_S: f64 = 7.0;
 
-/// Flashes a board, connects a motor, presses reset, lets the test run; gives the verdict and the pins for pass, alarm, status.
+/// Flashes a board, presses reset, lets the test run; gives the verdict and the pins for pass, alarm, status.
 fn verdict(seed: u64, fault: Option<&str>) -> (Verdict, [bool; 3]) {
     let mut host = Host::default();
     let mut board =
         Board::new(image(), Contents::default(), rig("steady", TEST_S, seed, fault), Pace::ONE).unwrap();
     let status = host.flash(&mut board, &station().payload).unwrap();
     assert_eq!(status.mode, Mode::Running);
-    board.connect(rig("steady", TEST_S, seed, fault));
+    // The motor has started with the processor.
     board.press_reset();
     board.run(TEST_S - 0.1).unwrap();
     let status = host.status(&mut board).unwrap();
