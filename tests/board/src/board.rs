@@ -88,6 +88,11 @@ impl Board {
         }
     }
 
+    /// A word of flash's bank 1, RAM or CCM-SRAM; none where there is no memory.
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.processor.word(address)
+    }
+
     /// The reset button.
     pub fn press_reset(&mut self) {
         self.machine_mut().reset = Some(Reset::Pin);

@@ -139,7 +139,15 @@ impl Machine {
         let flash = self.flash.cut(|| 2);
         let line = std::mem::take(&mut self.usart2).reset();
         let Self { now, fraction, limit, trigger_cut, .. } = *self;
-        *self = Self { now, fraction, limit, trigger_cut, rcc: Rcc::new(reset), usart2: line, ..Self::new(self.pace, flash) };
+        *self = Self {
+            now,
+            fraction,
+            limit,
+            trigger_cut,
+            rcc: Rcc::new(reset),
+            usart2: line,
+            ..Self::new(self.pace, flash)
+        };
     }
 
     /// Instructions have been executed.
@@ -375,14 +383,7 @@ impl Machine {
     }
 
     /// A write by the processor.
-    pub fn write(
-        &mut self,
-        address: u32,
-        bytes: usize,
-        value: u32,
-        memory: &mut dyn Memory,
-        analog: &mut dyn Analog,
-    ) {
+    pub fn write(&mut self, address: u32, bytes: usize, value: u32, memory: &mut dyn Memory, analog: &mut dyn Analog) {
         self.advance(memory, analog);
         let hclk_hz = self.rcc.hclk_hz();
         let (name, answer) = if let BANK_2..0x0808_0000 = address {

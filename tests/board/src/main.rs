@@ -96,7 +96,10 @@ fn run(args: &Args) -> Result<(), Failure> {
     // A second handler could only be this one.
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
     if args.json {
-        println!("{}", serde_json::json!({ "schema": 1, "command": "board", "recordings": [], "port": terminal.name() }));
+        println!(
+            "{}",
+            serde_json::json!({ "schema": 1, "command": "board", "recordings": [], "port": terminal.name() })
+        );
     } else {
         println!("a virtual NUCLEO-G474RE on {}, until Ctrl-C", terminal.name());
     }
@@ -122,7 +125,10 @@ fn serve(board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
         let pins = ["PB10", "PB5"].map(|pin| board.is_high(pin));
         if pins != shown {
             shown = pins;
-            eprintln!("{}", ["no verdict", "PB10 is high: the motor passes", "PB5 is high: the motor fails"][pin(pins)]);
+            eprintln!(
+                "{}",
+                ["no verdict", "PB10 is high: the motor passes", "PB5 is high: the motor fails"][pin(pins)]
+            );
         }
         let ahead = (begin + Duration::from_secs_f64(board.seconds() - begin_s)).checked_duration_since(Instant::now());
         match ahead {
@@ -130,7 +136,9 @@ fn serve(board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
             None if begin.elapsed().as_secs_f64() > board.seconds() - begin_s + BEHIND.as_secs_f64() => {
                 let speed = (board.seconds() - begin_s) / begin.elapsed().as_secs_f64();
                 if !warned {
-                    eprintln!("greyrig board: runs at {speed:.2} times real time; close other programs if requests time out");
+                    eprintln!(
+                        "greyrig board: runs at {speed:.2} times real time; close other programs if requests time out"
+                    );
                     warned = true;
                 }
                 (begin, begin_s) = (Instant::now(), board.seconds());
@@ -166,12 +174,13 @@ fn setup(args: &Args) -> greyrig_host::error::Result<Setup> {
 
 /// The image that is given, or the one beside this program in Cargo's folder.
 fn image(given: Option<&Path>) -> Result<Image, Failure> {
-    let built = std::env::current_exe().ok().and_then(|program| {
-        Some(program.parent()?.parent()?.join("thumbv7em-none-eabihf/firmware/nucleo-g474re"))
-    });
+    let built = std::env::current_exe()
+        .ok()
+        .and_then(|program| Some(program.parent()?.parent()?.join("thumbv7em-none-eabihf/firmware/nucleo-g474re")));
     let path = given.map(Path::to_owned).or(built).unwrap_or_default();
     let bytes = std::fs::read(&path).map_err(|e| {
-        let sentence = format!("{}: {e}; build the firmware with `cargo fw`, or name an image with --image", path.display());
+        let sentence =
+            format!("{}: {e}; build the firmware with `cargo fw`, or name an image with --image", path.display());
         (sentence, EXIT_BAD_INPUT)
     })?;
     Image::parse(&bytes).map_err(|e| (format!("{}: {e}", path.display()), EXIT_BAD_INPUT))
@@ -182,7 +191,8 @@ fn contents(path: Option<&Path>) -> Result<Contents, Failure> {
     let Some(path) = path.filter(|path| path.exists()) else { return Ok(Contents::default()) };
     let bytes = std::fs::read(path).map_err(|e| file(path, &e))?;
     if bytes.len() != BANK_LENGTH {
-        let sentence = format!("{} has {} bytes instead of {BANK_LENGTH}; give another file", path.display(), bytes.len());
+        let sentence =
+            format!("{} has {} bytes instead of {BANK_LENGTH}; give another file", path.display(), bytes.len());
         return Err((sentence, EXIT_BAD_INPUT));
     }
     Ok(Contents { bytes, ..Contents::default() })

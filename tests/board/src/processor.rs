@@ -121,11 +121,14 @@ impl Processor {
     /// An image that is not within bank 1.
     pub fn new(image: &Image, machine: Machine, analog: Box<dyn Analog>) -> Result<Self, Fault> {
         let mut emulator = Unicorn::new(Arch::ARM, Mode::THUMB | Mode::MCLASS).map_err(broken("no emulator"))?;
-        emulator
-            .ctl_set_cpu_model(unicorn_engine::ArmCpuModel::CORTEX_M4 as i32)
-            .map_err(broken("no Cortex-M4"))?;
-        let shared =
-            Rc::new(RefCell::new(Shared { machine, analog, blocks: Blocks::default(), stopping: false, why: Why::Due }));
+        emulator.ctl_set_cpu_model(unicorn_engine::ArmCpuModel::CORTEX_M4 as i32).map_err(broken("no Cortex-M4"))?;
+        let shared = Rc::new(RefCell::new(Shared {
+            machine,
+            analog,
+            blocks: Blocks::default(),
+            stopping: false,
+            why: Why::Due,
+        }));
         map(&mut emulator, &shared).map_err(broken("memory cannot be mapped"))?;
         hook(&mut emulator, &shared).map_err(broken("a hook cannot be set"))?;
         for (address, bytes) in &image.segments {
@@ -177,7 +180,9 @@ impl Processor {
     fn reset(&mut self) -> Result<(), Fault> {
         self.set(R::CONTROL, 0);
         self.set(R::IPSR, 0);
-        for (register, value) in [(R::PRIMASK, 0), (R::FAULTMASK, 0), (R::BASEPRI, 0), (R::FPSCR, 0), (R::EPSR, 1 << 24)] {
+        for (register, value) in
+            [(R::PRIMASK, 0), (R::FAULTMASK, 0), (R::BASEPRI, 0), (R::FPSCR, 0), (R::EPSR, 1 << 24)]
+        {
             self.set(register, value);
         }
         let (Some(stack), Some(begin)) = (self.vector(0), self.vector(1)) else {
@@ -313,9 +318,11 @@ impl Processor {
         }
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let pc = self.get(R::PC);
-        self.emulator
-            .mem_write(frame.into(), &bytes)
-            .map_err(|_| Fault::Memory { address: frame, access: "stacking", pc })?;
+        self.emulator.mem_write(frame.into(), &bytes).map_err(|_| Fault::Memory {
+            address: frame,
+            access: "stacking",
+            pc,
+        })?;
         self.set(R::SP, frame);
         // The handler runs on the main stack, without a floating-point context of its own yet.
         self.set(R::CONTROL, control & 1);
@@ -329,7 +336,8 @@ impl Processor {
         let ret = 0xFFFF_FFE0 | kind | if with_floats { 0 } else { 0x10 };
         self.set(R::LR, ret);
         let handler = self.vector(number).filter(|address| address & 1 == 1);
-        let handler = handler.ok_or_else(|| Fault::Processor { pc, what: format!("exception {number} has no handler") })?;
+        let handler =
+            handler.ok_or_else(|| Fault::Processor { pc, what: format!("exception {number} has no handler") })?;
         self.set(R::PC, handler);
         let machine = &mut self.shared.borrow_mut().machine;
         machine.event = true;
@@ -362,11 +370,12 @@ impl Processor {
         let frame = self.get(R::SP);
         let length = if with_floats { 0x68 } else { 0x20 };
         let mut bytes = vec![0; length];
-        self.emulator
-            .mem_read(frame.into(), &mut bytes)
-            .map_err(|_| Fault::Memory { address: frame, access: "unstacking", pc: value })?;
-        let words: Vec<u32> =
-            bytes.as_chunks::<4>().0.iter().map(|&word| u32::from_le_bytes(word)).collect();
+        self.emulator.mem_read(frame.into(), &mut bytes).map_err(|_| Fault::Memory {
+            address: frame,
+            access: "unstacking",
+            pc: value,
+        })?;
+        let words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|&word| u32::from_le_bytes(word)).collect();
         for (register, &word) in [R::R0, R::R1, R::R2, R::R3, R::R12, R::LR].into_iter().zip(&words) {
             self.set(register, word);
         }
@@ -432,7 +441,22 @@ impl Processor {
 /// A single-precision register.
 fn single(n: usize) -> R {
     const ALL: [R; 16] = [
-        R::S0, R::S1, R::S2, R::S3, R::S4, R::S5, R::S6, R::S7, R::S8, R::S9, R::S10, R::S11, R::S12, R::S13, R::S14, R::S15,
+        R::S0,
+        R::S1,
+        R::S2,
+        R::S3,
+        R::S4,
+        R::S5,
+        R::S6,
+        R::S7,
+        R::S8,
+        R::S9,
+        R::S10,
+        R::S11,
+        R::S12,
+        R::S13,
+        R::S14,
+        R::S15,
     ];
     ALL[n % 16]
 }
@@ -472,7 +496,9 @@ fn stop(emulator: &mut Unicorn<'_, ()>, shared: &mut Shared, why: Why) {
 
 fn hook(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Result<(), unicorn_engine::uc_error> {
     let own = Rc::clone(shared);
-    emulator.add_block_hook(1, 0, move |emulator, address, bytes| begin_block(emulator, &mut own.borrow_mut(), address as u32, bytes))?;
+    emulator.add_block_hook(1, 0, move |emulator, address, bytes| {
+        begin_block(emulator, &mut own.borrow_mut(), address as u32, bytes)
+    })?;
 
     let own = Rc::clone(shared);
     emulator.add_insn_invalid_hook(move |emulator| {

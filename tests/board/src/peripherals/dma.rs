@@ -113,7 +113,10 @@ impl Dma {
             Register::Control => {
                 // EN, TCIE, HTIE, TEIE, DIR, CIRC, MINC, PL: sizes of a byte.
                 if bit(value, 0) && value & !(0xBF | 3 << 12) != 0 {
-                    return Err(Trouble::used(format!("channel {}: {value:#x} asks for a mode that is not modelled", n + 1)));
+                    return Err(Trouble::used(format!(
+                        "channel {}: {value:#x} asks for a mode that is not modelled",
+                        n + 1
+                    )));
                 }
                 if bit(value, 0) && !bit(channel.ccr, 0) {
                     (channel.all, channel.done) = (channel.count, 0);

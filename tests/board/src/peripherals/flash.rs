@@ -154,7 +154,9 @@ impl Flash {
     /// A read while the bank is at work: the processor would stand still for that time, its interrupts included.
     pub fn read_bank(&mut self, offset: usize, bytes: usize) -> Answer<(u32, bool)> {
         if self.is_busy() {
-            return Err(Trouble::used("bank 2 is read while it is programmed or erased: the processor would stand still"));
+            return Err(Trouble::used(
+                "bank 2 is read while it is programmed or erased: the processor would stand still",
+            ));
         }
         let mut value = [0; 4];
         value[..bytes].copy_from_slice(&self.contents.bytes[offset..offset + bytes]);

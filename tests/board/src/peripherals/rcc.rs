@@ -41,8 +41,8 @@ const CCIPR2: u32 = 0x9C;
 
 /// Registers that only keep what is written: enable bits, resets, clocks in sleep, choices of clocks.
 const PLAIN: [u32; 27] = [
-    0x04, 0x18, 0x28, 0x2C, 0x30, 0x38, 0x3C, 0x40, 0x48, 0x4C, 0x50, 0x58, 0x5C, 0x60, 0x68, 0x6C, 0x70, 0x78, 0x7C, 0x80,
-    CFGR, PLLCFGR, CCIPR, CCIPR2, BDCR, CRRCR, CR,
+    0x04, 0x18, 0x28, 0x2C, 0x30, 0x38, 0x3C, 0x40, 0x48, 0x4C, 0x50, 0x58, 0x5C, 0x60, 0x68, 0x6C, 0x70, 0x78, 0x7C,
+    0x80, CFGR, PLLCFGR, CCIPR, CCIPR2, BDCR, CRRCR, CR,
 ];
 
 /// The registers.
@@ -84,7 +84,8 @@ impl Rcc {
     /// # Errors
     /// One that is not modelled.
     pub fn read(&self, offset: u32) -> Answer<u32> {
-        let value = if PLAIN.contains(&offset) || offset == CSR { self.get(offset) } else { return Err(Trouble::Register) };
+        let value =
+            if PLAIN.contains(&offset) || offset == CSR { self.get(offset) } else { return Err(Trouble::Register) };
         Ok(match offset {
             CR => value | ready(value),
             // SWS follows SW.

@@ -96,14 +96,26 @@ impl System {
     pub fn read(&mut self, offset: u32, now: u64, exceptions: &Exceptions, active: u32) -> Answer<u32> {
         Ok(match offset {
             0x1000 => self.dwt,
-            0x1004 => if self.counts() { (now - self.counted_from) as u32 } else { self.counted_from as u32 },
+            0x1004 => {
+                if self.counts() {
+                    (now - self.counted_from) as u32
+                } else {
+                    self.counted_from as u32
+                }
+            }
             0xE010 => {
                 let value = self.systick.csr;
                 self.systick.csr &= !(1 << 16);
                 value
             }
             0xE014 => self.systick.reload,
-            0xE018 => if self.systick.zero == NEVER { 0 } else { (self.systick.zero - now) as u32 },
+            0xE018 => {
+                if self.systick.zero == NEVER {
+                    0
+                } else {
+                    (self.systick.zero - now) as u32
+                }
+            }
             0xE100..0xE500 => exceptions.read(offset - 0xE100).ok_or(Trouble::Register)?,
             0xED00 => CPUID,
             0xED04 => exceptions.icsr() | active,
@@ -140,7 +152,14 @@ impl System {
     ///
     /// # Errors
     /// One that is not modelled, what is forbidden.
-    pub fn write(&mut self, offset: u32, bytes: usize, value: u32, now: u64, exceptions: &mut Exceptions) -> Answer<Wish> {
+    pub fn write(
+        &mut self,
+        offset: u32,
+        bytes: usize,
+        value: u32,
+        now: u64,
+        exceptions: &mut Exceptions,
+    ) -> Answer<Wish> {
         match offset {
             0xE100..0xE500 => exceptions.write(offset - 0xE100, bytes, value).ok_or(Trouble::Register)?,
             0xED18..0xED24 => exceptions.set_priorities((offset - 0xED18) as usize + 4, bytes, value),

@@ -215,7 +215,11 @@ impl Usart {
     /// One that is not modelled, a mode that is not.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Answer<()> {
         let mode = |allowed: u32| {
-            if value & !allowed == 0 { Ok(()) } else { Err(Trouble::used(format!("{value:#x} asks for a mode that is not modelled"))) }
+            if value & !allowed == 0 {
+                Ok(())
+            } else {
+                Err(Trouble::used(format!("{value:#x} asks for a mode that is not modelled")))
+            }
         };
         match offset {
             0x00 => {

@@ -1,16 +1,16 @@
 //! What the firmware computes is what the host computes, to the bit.
 
-use greyrig::app::{Shared, Window};
 use greyrig::app::sampler::Sampler;
+use greyrig::app::{Shared, Window};
 use greyrig::link::message::{Report, Request};
 use greyrig::parameters::section;
 use greyrig::tick::Output;
 use greyrig::units::{Counts, Volts};
 use greyrig_board::Board;
+use greyrig_board::analog;
 use greyrig_board::host::Host;
 use greyrig_board::machine::Pace;
 use greyrig_board::peripherals::flash::Contents;
-use greyrig_board::analog;
 use greyrig_host::model::Kind;
 use greyrig_host::rig::Setup;
 

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
+use greyrig::app::bench::Bench;
 use greyrig::faults::Fault;
 use greyrig::link::message::Request;
+use greyrig_board::Board;
 use greyrig_board::board::CLOCK_HZ;
 use greyrig_board::host::Host;
 use greyrig_board::machine::Pace;
 use greyrig_board::peripherals::flash::Contents;
-use greyrig_board::Board;
-use greyrig::app::bench::Bench;
 
 use crate::station::{rig, station};
 use crate::{board, count, image, payload};
@@ -28,7 +28,8 @@ fn seconds() -> f64 {
 fn samples_go_on(cycles_per_instruction: f64) {
     let mut host = Host::default();
     let mut board =
-        Board::new(image(), Contents::default(), rig("steady", 7.0, 1, None), Pace::new(cycles_per_instruction)).unwrap();
+        Board::new(image(), Contents::default(), rig("steady", 7.0, 1, None), Pace::new(cycles_per_instruction))
+            .unwrap();
     let full = &station().payload;
     host.flash(&mut board, full).unwrap();
     host.tell(&mut board, Request::ClearFaults).unwrap();
@@ -48,7 +49,8 @@ fn samples_go_on(cycles_per_instruction: f64) {
     // A sample may be converted while the answer is on its way: 20 ms at most.
     let missing = machine.adc.sequences() - u64::from(status.samples);
     assert!(missing < 200, "{missing} samples were not taken");
-    for fault in [Fault::TickOverrun, Fault::TelemetryLost, Fault::FlashWrite, Fault::FlashUnreadable, Fault::BadFrame] {
+    for fault in [Fault::TickOverrun, Fault::TelemetryLost, Fault::FlashWrite, Fault::FlashUnreadable, Fault::BadFrame]
+    {
         assert_eq!(count(&status, fault), 0, "{fault:?}");
     }
     assert_eq!(machine.adc.ignored(), 0);

@@ -31,8 +31,7 @@ fn setup(profile: &str, seconds: f64, seed: u64) -> Setup {
 }
 
 fn motor(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Setup {
-    let setup =
-        setup(profile, seconds, seed).motor(Motor::sample_from_population(&Motor::universal(), 0.03, seed));
+    let setup = setup(profile, seconds, seed).motor(Motor::sample_from_population(&Motor::universal(), 0.03, seed));
     fault.into_iter().fold(setup, |setup, fault| setup.fault(fault).unwrap())
 }
 

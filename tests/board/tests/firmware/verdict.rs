@@ -16,8 +16,7 @@ const TEST_S: f64 = 7.0;
 /// Flashes a board, presses reset, lets the test run; gives the verdict and the pins for pass, alarm, status.
 fn verdict(seed: u64, fault: Option<&str>) -> (Verdict, [bool; 3]) {
     let mut host = Host::default();
-    let mut board =
-        Board::new(image(), Contents::default(), rig("steady", TEST_S, seed, fault), Pace::ONE).unwrap();
+    let mut board = Board::new(image(), Contents::default(), rig("steady", TEST_S, seed, fault), Pace::ONE).unwrap();
     let status = host.flash(&mut board, &station().payload).unwrap();
     assert_eq!(status.mode, Mode::Running);
     // The motor has started with the processor.
