@@ -28,6 +28,20 @@ fn the_exponential_in_double_precision() {
 }
 
 #[test]
+fn the_inverse_fourth_root() {
+    // Every 997th of the positive normal numbers.
+    for bits in (f32::MIN_POSITIVE.to_bits()..f32::INFINITY.to_bits()).step_by(997) {
+        let x = f32::from_bits(bits);
+        let (expected, found) = (f64::from(x).powf(-0.25) as f32, x.inverse_fourth_root());
+        assert!(u64::from(found.to_bits().abs_diff(expected.to_bits())) <= ULPS, "{x:e}: {found:e}, not {expected:e}");
+        let double = f64::from(x).inverse_fourth_root();
+        assert!((double / f64::from(x).powf(-0.25) - 1.0).abs() < 4.0 * f64::EPSILON, "{x:e}: {double:e}");
+    }
+    assert_eq!(f32::INFINITY.inverse_fourth_root(), 0.0);
+    assert!(f32::NAN.inverse_fourth_root().is_nan());
+}
+
+#[test]
 fn the_ends_of_the_numbers() {
     assert!(Scalar::exp(f64::NAN).is_nan() && Scalar::exp(f32::NAN).is_nan());
     assert_eq!((Scalar::exp(f64::INFINITY), Scalar::exp(f32::INFINITY)), (f64::INFINITY, f32::INFINITY));
