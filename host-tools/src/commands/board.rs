@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
-use crate::error::{EXIT_HARDWARE, Error, Result};
+use crate::error::{Error, Result};
 
 /// Name of the program.
 const PROGRAM: &str = "greyrig-board";
@@ -30,12 +30,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let program = own.with_file_name(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX));
         program.is_file().then_some(program)
     });
-    let program = beside.unwrap_or_else(|| PathBuf::from(PROGRAM));
-    let status = Command::new(program).args(&args.arguments).status().map_err(|_| {
+    let mut command = Command::new(beside.unwrap_or_else(|| PathBuf::from(PROGRAM)));
+    start(command.args(&args.arguments)).map_err(|_| {
         Error::usage(
             "the virtual board is not built",
             "build it with `cargo build --release --package greyrig-board` (needs cmake and libclang), and run this again",
         )
-    })?;
-    Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(EXIT_HARDWARE)))
+    })
+}
+
+/// The program takes the place of this one, and so gets its signals.
+#[cfg(unix)]
+fn start(command: &mut Command) -> std::io::Result<ExitCode> {
+    Err(std::os::unix::process::CommandExt::exec(command))
+}
+
+#[cfg(not(unix))]
+fn start(command: &mut Command) -> std::io::Result<ExitCode> {
+    let status = command.status()?;
+    Ok(ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(crate::error::EXIT_HARDWARE)))
 }

@@ -80,7 +80,7 @@ impl Board {
 
     /// Whether a pin is driven high, by its name, such as `PB10`.
     pub fn is_high(&self, pin: &str) -> bool {
-        let port = pin.bytes().nth(1).map(|letter| usize::from(letter.wrapping_sub(b'A')));
+        let port = pin.as_bytes().get(1).map(|letter| usize::from(letter.wrapping_sub(b'A')));
         let number = pin.get(2..).and_then(|number| number.parse().ok());
         match (port, number) {
             (Some(port), Some(number)) => self.machine().ports.get(port).is_some_and(|port| port.is_high(number)),

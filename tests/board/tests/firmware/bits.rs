@@ -46,7 +46,7 @@ fn reports_are_equal_in_bits() {
     host.look(&mut board, |_| ());
 
     let active = section::decode(payload).unwrap().build().unwrap();
-    let calibration = active.calibration.clone();
+    let calibration = active.calibration;
     let shared = Shared::new();
     let mut sampler = Sampler::new(Some(active), &shared);
     let outputs: Vec<(Volts, Output)> = samples
