@@ -159,8 +159,8 @@ impl Machine {
     }
 
     /// Something has gone wrong; the first time counts.
-    pub fn fail(&mut self, peripheral: &'static str, address: u32, access: String, trouble: Trouble) {
-        let pc = self.pc;
+    fn fail(&mut self, device: Device, address: u32, access: String, trouble: Trouble) {
+        let (pc, peripheral) = (self.pc, device.name());
         self.fault.get_or_insert(match trouble {
             Trouble::Register => Fault::Register { peripheral, address, access, pc },
             Trouble::Use(what) => Fault::Use { peripheral, what, pc },
@@ -213,7 +213,7 @@ impl Machine {
                 self.adc.trigger(at, clocks, analog)
             });
             if let Err(trouble) = done {
-                self.fail("ADC1", 0x5000_0000, String::new(), trouble);
+                self.fail(Device::Adc1, 0x5000_0000, String::new(), trouble);
             }
         }
         self.tim15.advance(now);
@@ -250,7 +250,7 @@ impl Machine {
         {
             let byte = self.usart2.take();
             if !memory.store(transfer.memory, byte) {
-                self.fail("DMA1", transfer.memory, String::new(), Trouble::used("it writes where no memory is"));
+                self.fail(Device::Dma1, transfer.memory, String::new(), Trouble::used("it writes where no memory is"));
                 return;
             }
             self.dma1.complete(transfer);
@@ -259,7 +259,7 @@ impl Machine {
             && let Some(transfer) = self.dma1.serve(USART2_TX)
         {
             let Some(byte) = memory.load(transfer.memory) else {
-                self.fail("DMA1", transfer.memory, String::new(), Trouble::used("it reads where no memory is"));
+                self.fail(Device::Dma1, transfer.memory, String::new(), Trouble::used("it reads where no memory is"));
                 return;
             };
             self.usart2.put(byte, now);
@@ -333,13 +333,13 @@ impl Machine {
                     value
                 }
                 Err(trouble) => {
-                    self.fail("FLASH", address, String::new(), trouble);
+                    self.fail(Device::Flash, address, String::new(), trouble);
                     0
                 }
             };
         }
         let (word, shift) = (address & !3, 8 * (address & 3));
-        let (name, answer) = self.read_word(word);
+        let (device, answer) = self.read_word(word);
         match answer {
             Ok(value) => {
                 let value = value >> shift;
@@ -350,87 +350,87 @@ impl Machine {
                 if bytes == 4 { value } else { value & ((1 << (8 * bytes)) - 1) }
             }
             Err(trouble) => {
-                self.fail(name, address, format!("read of {bytes} bytes"), trouble);
+                self.fail(device, address, format!("read of {bytes} bytes"), trouble);
                 0
             }
         }
     }
 
-    fn read_word(&mut self, address: u32) -> (&'static str, Result<u32, Trouble>) {
-        let (name, base) = place(address);
+    fn read_word(&mut self, address: u32) -> (Device, Result<u32, Trouble>) {
+        let (device, base) = place(address);
         let offset = address - base;
         if !self.rcc.enabled(base) {
-            return (name, Err(Trouble::used(format!("{address:#010x} is read while its clock is off"))));
+            return (device, Err(Trouble::used(format!("{address:#010x} is read while its clock is off"))));
         }
-        let answer = match name {
-            "TIM2" => self.tim2.read(offset),
-            "IWDG" => self.iwdg.read(offset),
-            "USART2" => self.usart2.read(offset),
-            "PWR" => self.pwr.read(offset),
-            "SYSCFG" => self.syscfg.read(offset),
-            "TIM15" => self.tim15.read(offset),
-            "DMA1" => self.dma1.read(offset),
-            "RCC" => self.rcc.read(offset),
-            "FLASH" => self.flash.read(offset),
-            "GPIO" => self.ports[((base - 0x4800_0000) / 0x400) as usize].read(offset),
-            "ADC1" => self.adc.read(offset),
-            "DBGMCU" => self.dbgmcu.read(offset),
-            "processor" => self.system.read(offset, self.now, &self.exceptions, 0),
-            "UID" => UID.get(offset as usize / 4).copied().ok_or(Trouble::Register),
+        let answer = match device {
+            Device::Tim2 => self.tim2.read(offset),
+            Device::Iwdg => self.iwdg.read(offset),
+            Device::Usart2 => self.usart2.read(offset),
+            Device::Pwr => self.pwr.read(offset),
+            Device::Syscfg => self.syscfg.read(offset),
+            Device::Tim15 => self.tim15.read(offset),
+            Device::Dma1 => self.dma1.read(offset),
+            Device::Rcc => self.rcc.read(offset),
+            Device::Flash => self.flash.read(offset),
+            Device::Gpio => self.ports[((base - 0x4800_0000) / 0x400) as usize].read(offset),
+            Device::Adc1 => self.adc.read(offset),
+            Device::Dbgmcu => self.dbgmcu.read(offset),
+            Device::Processor => self.system.read(offset, self.now, &self.exceptions, 0),
+            Device::Uid => UID.get(offset as usize / 4).copied().ok_or(Trouble::Register),
             _ => Err(Trouble::Register),
         };
-        (name, answer)
+        (device, answer)
     }
 
     /// A write by the processor.
     pub fn write(&mut self, address: u32, bytes: usize, value: u32, memory: &mut dyn Memory, analog: &mut dyn Analog) {
         self.advance(memory, analog);
         let hclk_hz = self.rcc.hclk_hz();
-        let (name, answer) = if let BANK_2..0x0808_0000 = address {
+        let (device, answer) = if let BANK_2..0x0808_0000 = address {
             let offset = (address - BANK_2) as usize;
-            ("FLASH", self.flash.write_bank(offset, bytes, value, self.now, hclk_hz))
+            (Device::Flash, self.flash.write_bank(offset, bytes, value, self.now, hclk_hz))
         } else {
             self.write_word(address, bytes, value)
         };
         if let Err(trouble) = answer {
-            self.fail(name, address, format!("write of {value:#x}, {bytes} bytes"), trouble);
+            self.fail(device, address, format!("write of {value:#x}, {bytes} bytes"), trouble);
         }
         // An update event that the program made triggers, too.
         self.advance(memory, analog);
     }
 
-    fn write_word(&mut self, address: u32, bytes: usize, value: u32) -> (&'static str, Result<(), Trouble>) {
-        let (name, base) = place(address);
+    fn write_word(&mut self, address: u32, bytes: usize, value: u32) -> (Device, Result<(), Trouble>) {
+        let (device, base) = place(address);
         let (offset, now, hclk_hz) = (address - base, self.now, self.rcc.hclk_hz());
         if !self.rcc.enabled(base) {
-            return (name, Err(Trouble::used(format!("{address:#010x} is written while its clock is off"))));
+            return (device, Err(Trouble::used(format!("{address:#010x} is written while its clock is off"))));
         }
         // Half words: timers (section 29.5) and the data registers of the USART (section 37.8.12).
-        let narrow = matches!(name, "TIM2" | "TIM15" | "USART2") && address.is_multiple_of(4);
-        if name != "processor" && !narrow && (bytes != 4 || !address.is_multiple_of(4)) {
-            return (name, Err(Trouble::used(format!("{bytes} bytes are written to {address:#010x}"))));
+        let narrow = matches!(device, Device::Tim2 | Device::Tim15 | Device::Usart2) && address.is_multiple_of(4);
+        if device != Device::Processor && !narrow && (bytes != 4 || !address.is_multiple_of(4)) {
+            return (device, Err(Trouble::used(format!("{bytes} bytes are written to {address:#010x}"))));
         }
-        let answer = match name {
-            "TIM2" => self.tim2.write(offset, value, now),
-            "IWDG" => self.iwdg.write(offset, value, now, hclk_hz),
-            "USART2" => self.usart2.write(offset, value, now),
-            "PWR" => self.pwr.write(offset, value),
-            "SYSCFG" => self.syscfg.write(offset, value),
-            "TIM15" => self.tim15.write(offset, value, now),
-            "DMA1" => self.dma1.write(offset, value),
-            "RCC" => self.rcc.write(offset, value).and_then(|()| self.enough_wait_states()),
-            "FLASH" => self.flash.write(offset, value, now, hclk_hz),
-            "GPIO" => self.ports[((base - 0x4800_0000) / 0x400) as usize].write(offset, value),
-            "ADC1" => self.clocks().and_then(|clocks| self.adc.write(offset, value, now, clocks)),
-            "DBGMCU" => self.dbgmcu.write(offset, value),
-            "processor" => self.system.write(offset, bytes, value, now, &mut self.exceptions).map(|wish| {
+        let answer = match device {
+            Device::Tim2 => self.tim2.write(offset, value, now),
+            Device::Iwdg => self.iwdg.write(offset, value, now, hclk_hz),
+            Device::Usart2 => self.usart2.write(offset, value, now),
+            Device::Pwr => self.pwr.write(offset, value),
+            Device::Syscfg => self.syscfg.write(offset, value),
+            Device::Tim15 => self.tim15.write(offset, value, now),
+            Device::Dma1 => self.dma1.write(offset, value),
+            Device::Rcc => self.rcc.write(offset, value).and_then(|()| self.enough_wait_states()),
+            Device::Flash => self.flash.write(offset, value, now, hclk_hz),
+            Device::Gpio => self.ports[((base - 0x4800_0000) / 0x400) as usize].write(offset, value),
+            Device::Adc1 => self.clocks().and_then(|clocks| self.adc.write(offset, value, now, clocks)),
+            Device::Dbgmcu => self.dbgmcu.write(offset, value),
+            Device::Processor => self.system.write(offset, bytes, value, now, &mut self.exceptions).map(|wish| {
                 if wish == Wish::Reset {
                     self.reset = Some(Reset::Software);
                 }
             }),
             _ => Err(Trouble::Register),
         };
-        (name, answer)
+        (device, answer)
     }
 
     /// A wait state for each 34 MHz in range 1 boost mode (RM0440, section 5.3.3).
@@ -443,26 +443,67 @@ impl Machine {
     }
 }
 
-/// Name and first address of the peripheral at an address.
-fn place(address: u32) -> (&'static str, u32) {
-    let (name, base) = match address {
-        0x1FFF_7590..0x1FFF_759C => ("UID", 0x1FFF_7590),
-        0x4000_0000..0x4000_0400 => ("TIM2", 0x4000_0000),
-        0x4000_3000..0x4000_3400 => ("IWDG", 0x4000_3000),
-        0x4000_4400..0x4000_4800 => ("USART2", 0x4000_4400),
-        0x4000_7000..0x4000_7400 => ("PWR", 0x4000_7000),
-        0x4001_0000..0x4001_0030 => ("SYSCFG", 0x4001_0000),
-        0x4001_4000..0x4001_4400 => ("TIM15", 0x4001_4000),
-        0x4002_0000..0x4002_0400 => ("DMA1", 0x4002_0000),
+/// A peripheral.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Device {
+    Uid,
+    Tim2,
+    Iwdg,
+    Usart2,
+    Pwr,
+    Syscfg,
+    Tim15,
+    Dma1,
+    Rcc,
+    Flash,
+    Gpio,
+    Adc1,
+    Dbgmcu,
+    Processor,
+    Nothing,
+}
+
+impl Device {
+    /// As the reference manual calls it.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Uid => "UID",
+            Self::Tim2 => "TIM2",
+            Self::Iwdg => "IWDG",
+            Self::Usart2 => "USART2",
+            Self::Pwr => "PWR",
+            Self::Syscfg => "SYSCFG",
+            Self::Tim15 => "TIM15",
+            Self::Dma1 => "DMA1",
+            Self::Rcc => "RCC",
+            Self::Flash => "FLASH",
+            Self::Gpio => "GPIO",
+            Self::Adc1 => "ADC1",
+            Self::Dbgmcu => "DBGMCU",
+            Self::Processor => "processor",
+            Self::Nothing => "no peripheral",
+        }
+    }
+}
+
+/// The peripheral at an address, and its first address (RM0440, memory map).
+fn place(address: u32) -> (Device, u32) {
+    match address {
+        0x1FFF_7590..0x1FFF_759C => (Device::Uid, 0x1FFF_7590),
+        0x4000_0000..0x4000_0400 => (Device::Tim2, 0x4000_0000),
+        0x4000_3000..0x4000_3400 => (Device::Iwdg, 0x4000_3000),
+        0x4000_4400..0x4000_4800 => (Device::Usart2, 0x4000_4400),
+        0x4000_7000..0x4000_7400 => (Device::Pwr, 0x4000_7000),
+        0x4001_0000..0x4001_0030 => (Device::Syscfg, 0x4001_0000),
+        0x4001_4000..0x4001_4400 => (Device::Tim15, 0x4001_4000),
         // The multiplexer's first eight channels are those of DMA1.
-        0x4002_0800..0x4002_0820 => ("DMA1", 0x4002_0000),
-        0x4002_1000..0x4002_1400 => ("RCC", 0x4002_1000),
-        0x4002_2000..0x4002_2400 => ("FLASH", 0x4002_2000),
-        0x4800_0000..0x4800_1C00 => ("GPIO", address & !0x3FF),
-        0x5000_0000..0x5000_0100 | 0x5000_0300..0x5000_0400 => ("ADC1", 0x5000_0000),
-        0xE004_2000..0xE004_2400 => ("DBGMCU", 0xE004_2000),
-        0xE000_0000..0xE001_0000 => ("processor", 0xE000_0000),
-        _ => ("nothing", address & !0x3FF),
-    };
-    (name, base)
+        0x4002_0000..0x4002_0400 | 0x4002_0800..0x4002_0820 => (Device::Dma1, 0x4002_0000),
+        0x4002_1000..0x4002_1400 => (Device::Rcc, 0x4002_1000),
+        0x4002_2000..0x4002_2400 => (Device::Flash, 0x4002_2000),
+        0x4800_0000..0x4800_1C00 => (Device::Gpio, address & !0x3FF),
+        0x5000_0000..0x5000_0100 | 0x5000_0300..0x5000_0400 => (Device::Adc1, 0x5000_0000),
+        0xE004_2000..0xE004_2400 => (Device::Dbgmcu, 0xE004_2000),
+        0xE000_0000..0xE001_0000 => (Device::Processor, 0xE000_0000),
+        _ => (Device::Nothing, address & !0x3FF),
+    }
 }

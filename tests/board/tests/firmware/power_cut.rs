@@ -1,11 +1,12 @@
 //! Power cuts while parameters are written: the old block or the new one, whenever.
 
+use greyrig::faults::Fault;
 use greyrig::link::message::Mode;
 use greyrig::parameters::block::payload_crc;
 use greyrig_board::board::CLOCK_HZ;
 use greyrig_board::host::{Host, commit};
 
-use crate::{board, chance, payload};
+use crate::{board, chance, count, payload};
 
 /// Cuts.
 const CUTS: usize = 200;
@@ -29,7 +30,7 @@ fn every_cut_leaves_the_old_or_the_new_block() {
     assert!(length > CLOCK_HZ * 22 / 1000, "{length} cycles");
 
     let mut chance = chance(7);
-    let (mut olds, mut news, mut unreadable) = (0, 0, 0);
+    let (mut olds, mut news, mut unreadable, mut told) = (0, 0, 0, 0);
     for n in 0..CUTS {
         board.go_back(&begin).unwrap();
         let mut host = host.clone();
@@ -44,6 +45,7 @@ fn every_cut_leaves_the_old_or_the_new_block() {
         let status = host.status(&mut board).unwrap_or_else(|e| panic!("{e} after cut {n} at cycle {at}"));
         let block = status.in_force.unwrap_or_else(|| panic!("no block after a cut at {at}"));
         assert_eq!(status.mode, Mode::Running);
+        told += usize::from(count(&status, Fault::FlashUnreadable) > 0);
         match block.crc {
             crc if crc == payload_crc(&old) => olds += 1,
             crc if crc == payload_crc(&new) => news += 1,
@@ -56,8 +58,9 @@ fn every_cut_leaves_the_old_or_the_new_block() {
         }
     }
     println!(
-        "{CUTS} cuts in {:.1} ms: {olds} old, {news} new, {unreadable} left unreadable words",
+        "{CUTS} cuts in {:.1} ms: {olds} old, {news} new, {unreadable} left unreadable words, {told} met one",
         1e3 * length as f64 / CLOCK_HZ as f64
     );
-    assert!(olds > 0 && news > 0 && unreadable > 0, "{olds} {news} {unreadable}");
+    // The handler of the non-maskable interrupt has been at work, too.
+    assert!(olds > 0 && news > 0 && unreadable > 0 && told > 0, "{olds} {news} {unreadable} {told}");
 }
