@@ -1,7 +1,7 @@
 //! Exceptions: what is pending, what is active, who comes first (ARMv7-M ARM, sections B1.5 and B3.4).
 //!
 //! Stacking and return are the [processor](crate::processor)'s. The STM32G474 has four bits of priority (RM0440, NVIC) and
-//! 102 interrupts; without groups (AIRCR.PRIGROUP is kept, and one other than 0 to 3 is refused).
+//! 102 interrupts; there are no groups of priorities.
 
 /// Number of the first external interrupt among the exceptions.
 pub const EXTERNAL: usize = 16;

@@ -283,11 +283,15 @@ impl Processor {
                 Ok(())
             }
             (Ok(()), Why::Undefined) => {
+                let masks = self.masks();
                 let machine = &mut self.shared.borrow_mut().machine;
                 // UNDEFINSTR, escalated (FORCED): usage faults of their own are not modelled.
                 machine.system.cfsr |= 1 << 16;
                 machine.system.hfsr |= 1 << 30;
                 machine.exceptions.pend(HARD_FAULT);
+                if machine.exceptions.due(masks) != Some(HARD_FAULT) {
+                    return Err(Fault::Processor { pc, what: "lockup: a fault in the handler of faults".to_owned() });
+                }
                 Ok(())
             }
             (Ok(()), Why::Due) if stopped => Ok(()),

@@ -69,6 +69,24 @@ fn instructions_are_counted() {
     assert!((999..=1001).contains(&rounds), "{rounds}");
 }
 
+/// An undefined instruction leads to the hard fault, one in its handler to lockup (ARMv7-M ARM, section B1.5.15).
+#[test]
+fn faults_are_not_lost() {
+    let program = [0xDE00];
+    let vectors_alone = board(&program, &[]).run(1e-4).unwrap_err().to_string();
+    assert!(vectors_alone.contains("exception 3 has no handler"), "{vectors_alone}");
+    let mut vectors = vec![0_u32; 16];
+    (vectors[0], vectors[1], vectors[3]) = (RAM + 0x1000, FLASH + PROGRAM + 1, FLASH + PROGRAM + 1);
+    let segments = vec![
+        (FLASH, vectors.iter().flat_map(|word| word.to_le_bytes()).collect()),
+        (FLASH + PROGRAM, program.iter().flat_map(|half: &u16| half.to_le_bytes()).collect()),
+    ];
+    let pins = Box::new(Counts::new(std::iter::empty()));
+    let mut board = Board::new(&Image { segments }, Contents::default(), pins, Pace::ONE).unwrap();
+    let lockup = board.run(1e-4).unwrap_err().to_string();
+    assert!(lockup.contains("lockup"), "{lockup}");
+}
+
 /// ldr r0, [r1]; then for ever.
 fn reads(address: u32) -> String {
     let immediate = |value: u32, high: bool| {

@@ -255,7 +255,7 @@ impl Adc {
             self.on = now + self.cycles(2 * CONVERSION, clocks)?;
         }
         if rises(JADSTART) {
-            if self.isr & ADRDY == 0 && !bit(self.cr, ADEN) {
+            if !bit(self.cr, ADEN) || self.on != NEVER {
                 return Err(Trouble::used("JADSTART before the converter is on"));
             }
             if self.jsqr >> 7 & 3 == 0 {
@@ -267,7 +267,7 @@ impl Adc {
         }
         // DEEPPWD and ADVREGEN can be cleared by the program; the others only set.
         let free = 1 << DEEPPWD | 1 << ADVREGEN | 1 << 30;
-        self.cr = self.cr & !free | value & (free | 1 << ADCAL | 1 << ADEN | 1 << JADSTART) | self.cr & !free;
+        self.cr = self.cr & !free | value & (free | 1 << ADCAL | 1 << ADEN | 1 << JADSTART);
         if bit(value, ADDIS) {
             self.cr &= !(1 << ADEN);
         }

@@ -81,7 +81,9 @@ impl Timer {
 
     /// Cycles until the count is `count` next, from `since` on; it takes a whole period to come back to where it is.
     fn until(&self, count: u32) -> u64 {
-        let period = u64::from(self.period[1]) + 1;
+        // A count beyond a period that was shortened runs to the widest first.
+        let last = if self.count > self.period[1] { self.widest } else { self.period[1] };
+        let period = u64::from(last) + 1;
         let ahead = if count > self.count {
             u64::from(count - self.count)
         } else {
@@ -123,7 +125,7 @@ impl Timer {
             let before = self.count;
             let wraps = passed * self.step() == wrap;
             // Reached in this stretch: counts above the one it began with, or zero at its end.
-            let last = if wraps { self.period[1] } else { before + passed as u32 };
+            let last = if wraps { self.period[1].max(before) } else { before + passed as u32 };
             for n in 0..self.channels {
                 let at = self.ccr[n];
                 if (at > before && at <= last) || (wraps && at == 0) {
