@@ -177,7 +177,7 @@ fn tests(packages: &[&str]) -> Result<Tally, String> {
 /// Lints and tests the virtual board, in the profile of the tests.
 fn board() -> Result<Tally, String> {
     let package = ["--package", BOARD, "--release", "--features", "greyrig-host/full", "--locked"];
-    cargo(&[&["clippy", "--all-targets"], &package[..], &["--", "--deny", "warnings"]].concat())?;
+    cargo(&[&["clippy", "--no-deps", "--all-targets"], &package[..], &["--", "--deny", "warnings"]].concat())?;
     run_command(cargo_command(&[&["doc", "--no-deps"], &package[..]].concat()).env("RUSTDOCFLAGS", "--deny warnings"))?;
     tests(&["--package", BOARD])
 }
