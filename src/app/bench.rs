@@ -27,10 +27,47 @@ const PERIOD: u32 = 200;
 /// Samples in which the amplitude rises, and then falls.
 const SWELL: u32 = 20_000;
 
+/// What can be wrong with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trouble {
+    /// Nothing.
+    #[default]
+    None,
+    /// [`SERIES_RESISTANCE`] in the supply's line.
+    Resistance,
+    /// [`MORE_LOAD`] times the fan's load.
+    Load,
+    /// A current sensor that shows [`MORE_CURRENT`] times the current.
+    CurrentSensor,
+}
+
+impl Trouble {
+    /// By its letter, as the emulated board is told: `-`, `r`, `l`, `c`.
+    pub const fn from_letter(letter: u8) -> Option<Self> {
+        match letter {
+            b'-' => Some(Self::None),
+            b'r' => Some(Self::Resistance),
+            b'l' => Some(Self::Load),
+            b'c' => Some(Self::CurrentSensor),
+            _ => None,
+        }
+    }
+}
+
+/// Resistance of a bad contact, Ω: three tenths of the motor's.
+pub const SERIES_RESISTANCE: f32 = 0.66;
+/// A blocked duct, as a factor of the fan's load.
+pub const MORE_LOAD: f32 = 1.3;
+/// A wrong gain of the current sensor.
+pub const MORE_CURRENT: f32 = 1.05;
+
 /// The motor with its supply.
 #[derive(Debug, Clone)]
 pub struct Bench {
     stepper: Stepper<f32>,
+    /// The motor under more load, which takes over where the other one is.
+    loaded: Stepper<f32>,
+    trouble: Trouble,
     sample: u32,
     last_voltage: f32,
 }
@@ -41,8 +78,19 @@ impl Bench {
     /// # Errors
     /// Never, as far as [`MOTOR`] is a motor.
     pub fn new() -> Result<Self, ParameterError> {
-        let stepper = Stepper::build(Motor::build(MOTOR, &[])?, 1e-4)?;
-        Ok(Self { stepper, sample: 0, last_voltage: 0.0 })
+        let stepper = |parameters| Stepper::build(Motor::build(parameters, &[])?, 1e-4);
+        let load = Parameters { turbulent_friction: MORE_LOAD * MOTOR.turbulent_friction, ..MOTOR };
+        Ok(Self { stepper: stepper(MOTOR)?, loaded: stepper(load)?, trouble: Trouble::None, sample: 0, last_voltage: 0.0 })
+    }
+
+    /// Something goes wrong from the next sample on, or no longer.
+    pub fn set_trouble(&mut self, trouble: Trouble) {
+        if (trouble == Trouble::Load) != (self.trouble == Trouble::Load) {
+            let state = self.stepper.state();
+            core::mem::swap(&mut self.stepper, &mut self.loaded);
+            self.stepper.set_state(state);
+        }
+        self.trouble = trouble;
     }
 
     /// The next sample. Not a part of whoever asks: the interrupt's own code is what is to be fast.
@@ -52,14 +100,16 @@ impl Bench {
         let swell = self.sample % (2 * SWELL);
         let amplitude = PEAK * swell.min(2 * SWELL - swell) as f32 / SWELL as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
-        self.stepper.step(self.last_voltage, voltage, Constraints::FREE);
-        self.last_voltage = voltage;
+        let lost = if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };
+        self.stepper.step(self.last_voltage, voltage - lost, Constraints::FREE);
+        self.last_voltage = voltage - lost;
         self.sample = self.sample.wrapping_add(1);
         let scales = CalibrationSettings::default();
         let state = self.stepper.reading();
+        let gain = if self.trouble == Trouble::CurrentSensor { MORE_CURRENT } else { 1.0 };
         Counts {
             voltage: to_counts(&scales.voltage, voltage),
-            current: to_counts(&scales.current, state.current),
+            current: to_counts(&scales.current, gain * state.current),
             speed: to_counts(&scales.speed, state.speed),
         }
     }

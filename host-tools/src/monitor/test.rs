@@ -85,9 +85,24 @@ pub struct Test {
 /// A recording that cannot be replayed, an interrupt.
 pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> Result<Test> {
     let run = replay(model, recording, &|interval| detector.settings(interval))?;
+    judge(model, detector, recording, run, true)
+}
+
+/// Makes a test of a run that the detector has seen, in a replay or on the microcontroller. Causes can be put into the
+/// recording, to find what may be broken, only if it is whole.
+///
+/// # Errors
+/// As [`test`].
+pub fn judge(
+    model: &Model,
+    detector: &DetectorEntry,
+    recording: &Recording,
+    run: Replay,
+    whole: bool,
+) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let mut suspects = Vec::new();
-    if let Some(first) = alarms.first() {
+    if let Some(first) = alarms.first().filter(|_| whole) {
         suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
         suspects.truncate(3);
         if let Some(likeliest) = suspects.first() {
