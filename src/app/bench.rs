@@ -1,6 +1,7 @@
 //! A motor in place of the converter: what the emulated board samples.
 //!
-//! A universal motor on 50 Hz mains behind a phase angle that opens and closes slowly, as counts of the usual calibration.
+//! A universal motor on 50 Hz mains that is switched on softly, runs, and is switched off, again and again, as counts of the
+//! usual calibration.
 //! It is the core's own model, so the host computes the same counts bit by bit, and a test can tell whether a recording has
 //! every sample in its place. For tests of the link and the application; it says nothing about the model.
 
@@ -24,8 +25,12 @@ pub const MOTOR: Parameters<f32> = Parameters {
 const PEAK: f32 = 325.0;
 /// Samples in a period of the mains.
 const PERIOD: u32 = 200;
-/// Samples in which the amplitude rises, and then falls.
-const SWELL: u32 = 20_000;
+/// Samples in which the amplitude rises; as many in which it falls, and for which it is off then.
+const RISE: u32 = 20_000;
+/// Samples for which it is there.
+const HOLD: u32 = 40_000;
+/// Samples from one start to the next.
+pub const CYCLE: u32 = 3 * RISE + HOLD;
 
 /// What can be wrong with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -97,8 +102,8 @@ impl Bench {
     #[inline(never)]
     pub fn counts(&mut self) -> Counts {
         let phase = (self.sample % PERIOD) as f32 / PERIOD as f32;
-        let swell = self.sample % (2 * SWELL);
-        let amplitude = PEAK * swell.min(2 * SWELL - swell) as f32 / SWELL as f32;
+        let now = self.sample % CYCLE;
+        let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
         let lost = if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };
         self.stepper.step(self.last_voltage, voltage - lost, Constraints::FREE);

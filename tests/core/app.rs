@@ -367,28 +367,32 @@ fn a_fault_raises_the_right_alarm_and_the_next_test_knows_nothing_of_it() {
             let mut bench = Bench::new().unwrap();
             assert_eq!(rig.sample(&mut bench, 10_000), [], "nobody has asked");
             assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Done);
-            let healthy = rig.sample(&mut bench, 10_000);
+            let healthy = rig.sample(&mut bench, 20_000);
             assert!(healthy.iter().all(|j| j.period.alarm.is_none() && j.test == 1 && j.first == 10_000), "{healthy:?}");
             // Periods of 200 samples; the last one ends with the next sample.
-            assert_eq!(healthy.iter().map(|j| j.index).collect::<Vec<_>>(), (0..49).collect::<Vec<_>>());
+            assert_eq!(healthy.iter().map(|j| j.index).collect::<Vec<_>>(), (0..99).collect::<Vec<_>>());
             assert_eq!(rig.test_under_way(), (1, Verdict::Pass));
 
             bench.set_trouble(trouble);
             let alarms: Vec<Judged> =
-                rig.sample(&mut bench, 2_000).into_iter().filter(|j| j.period.alarm.is_some()).collect();
+                rig.sample(&mut bench, 6_000).into_iter().filter(|j| j.period.alarm.is_some()).collect();
             let first = alarms.first().expect("an alarm");
-            // Three periods call, one is under way, and the filter settles within one.
-            assert!((20_000..21_000).contains(&first.sample), "{first:?}");
-            assert_eq!(first.period.alarm.unwrap().kind, kind, "{trouble:?}: {first:?}");
+            // Three periods call and one is under way; a load acts through the rotor, which follows within some tenths of a
+            // second.
+            assert!((30_000..32_000).contains(&first.sample), "{first:?}");
+            // Until the speed has followed, a fault looks like one of the current's sensor.
+            let told = alarms.iter().filter(|j| j.period.alarm.unwrap().kind == kind).count();
+            assert!(2 * told > alarms.len(), "{trouble:?}: {told} of {}", alarms.len());
             assert_eq!(rig.test_under_way(), (1, Verdict::Fail));
             assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Done);
             assert_eq!(rig.test_under_way(), (1, Verdict::Fail), "a repetition begins nothing");
 
             bench.set_trouble(Trouble::None);
+            rig.sample(&mut bench, bench::CYCLE as usize - 36_000);
             assert_eq!(rig.ask(Request::BeginTest { test: 2 }), Heard::Done);
             assert_eq!(rig.test_under_way(), (2, Verdict::CannotJudge));
-            let next = rig.sample(&mut bench, 10_000);
-            assert!(next.iter().all(|j| j.period.alarm.is_none() && j.test == 2 && j.first == 22_000));
+            let next = rig.sample(&mut bench, 40_000);
+            assert!(next.iter().all(|j| j.period.alarm.is_none() && j.test == 2 && j.first == bench::CYCLE));
             assert_eq!(rig.test_under_way(), (2, Verdict::Pass));
             assert_eq!(rig.ask(Request::Stop), Heard::Done);
             assert_eq!(rig.sample(&mut bench, 1_000), [], "nobody wants to know");
@@ -403,7 +407,7 @@ fn a_test_without_a_restart_is_a_test_after_a_restart() {
         run(board_with(&station()), |rig| {
             let (mut bench, mut other) = (Bench::new().unwrap(), Bench::new().unwrap());
             rig.sample(&mut bench, 7_321);
-            // Another motor, elsewhere in its swell, before the test.
+            // Another motor, elsewhere in its cycle, before the test.
             other.set_trouble(Trouble::Load);
             rig.sample(&mut other, before);
             rig.ask(Request::BeginTest { test: 5 });

@@ -23,6 +23,8 @@ pub const LONGEST_S: f64 = 1000.0;
 const ON: f32 = 0.05;
 /// Without voltage for so long a test without a given length is over, s.
 const OVER_S: f64 = 1.0;
+/// Time for the frame that the last sample is in: it takes 6.4 ms to fill.
+const LAST_FRAME: Duration = Duration::from_millis(300);
 /// Without a message for so long, something is wrong.
 const SILENCE: Duration = Duration::from_secs(3);
 
@@ -179,7 +181,22 @@ impl Session<'_> {
         came.ok_or_else(|| Error::link("nothing comes", "check that the sampling runs: its fault counters say more"))
     }
 
+    /// The samples of the last period may be in a frame that is not full yet.
+    fn wait_for_samples(&mut self) -> Result<()> {
+        let Some(end) = self.judged.last().map(|j| j.sample) else { return Ok(()) };
+        let Self { connection, capture, .. } = self;
+        connection.listen(Instant::now() + LAST_FRAME, |message| {
+            if let Message::Samples(samples) = message {
+                capture.take(samples, usize::MAX);
+            }
+            let next = capture.first.wrapping_add(capture.samples.len() as u32);
+            (next.wrapping_sub(end).cast_signed() >= 0).then_some(())
+        })?;
+        Ok(())
+    }
+
     fn finish(&mut self) -> Result<Finished> {
+        self.wait_for_samples()?;
         let status = self.connection.status()?;
         if status.test != self.test {
             return Err(Error::link("another test has been begun meanwhile", "connect one program only to the port"));

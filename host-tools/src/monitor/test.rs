@@ -131,25 +131,40 @@ pub fn judge(
     })
 }
 
-/// Periods that call, joined where they are close together.
+/// Periods that call, joined where they are close together. Where the fault sits is what most of them say: before the rotor
+/// has followed, much looks like a sensor.
 fn alarms(rows: &[Row]) -> Vec<Alarm> {
-    let mut all: Vec<Alarm> = Vec::new();
+    let mut all: Vec<(Alarm, [usize; Kind::ALL.len()])> = Vec::new();
     for row in rows {
         let Some(a) = row.alarm else { continue };
         let (t, ratio) = (row.t_s, f64::from(a.ratio));
-        match all.last_mut().filter(|last| t - last.until_s < TOGETHER_S) {
-            Some(last) => {
-                last.until_s = t;
+        let fresh = alarm(t, a.kind, a.cause, ratio);
+        match all.last_mut().filter(|(last, _)| t - last.until_s < TOGETHER_S) {
+            Some((last, kinds)) => {
+                kinds[a.kind as usize] += 1;
                 let sparks = !last.suspect.is_empty();
                 if !sparks && (ratio > last.ratio || a.cause == Cause::Sparking) {
-                    *last = Alarm { t_s: last.t_s, ..alarm(t, a.kind, a.cause, ratio.max(last.ratio)) };
+                    *last = Alarm { t_s: last.t_s, ..fresh };
                 }
-                last.ratio = last.ratio.max(ratio);
+                (last.until_s, last.ratio) = (t, last.ratio.max(ratio));
             }
-            None => all.push(alarm(t, a.kind, a.cause, ratio)),
+            None => {
+                let mut kinds = [0; Kind::ALL.len()];
+                kinds[a.kind as usize] = 1;
+                all.push((fresh, kinds));
+            }
         }
     }
-    all
+    let settled = |(mut alarm, kinds): (Alarm, [usize; Kind::ALL.len()])| {
+        // Sparks take voltage, and are electrical whatever current and speed do.
+        if alarm.suspect.is_empty()
+            && let Some((kind, _)) = Kind::ALL.into_iter().zip(kinds).max_by_key(|(_, count)| *count)
+        {
+            alarm.kind = kind.name();
+        }
+        alarm
+    };
+    all.into_iter().map(settled).collect()
 }
 
 fn alarm(t: f64, kind: Kind, cause: Cause, ratio: f64) -> Alarm {

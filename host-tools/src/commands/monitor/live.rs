@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
+use greyrig::detector::Kind;
 use greyrig::link::message::Judged as Period;
 use greyrig::parameters::{Settings, section};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -81,10 +82,18 @@ fn in_force(connection: &mut Connection, model: &Model, path: &Path, port: &str)
     Ok(settings)
 }
 
+/// Where a fault sits is told again when it has looked otherwise for so many periods in a row: at first, before the rotor
+/// has followed, much looks like a sensor.
+const STEADY_PERIODS: usize = 5;
+
 /// An alarm that calls.
 struct Calling {
     last_s: f64,
     largest: f32,
+    /// As told last.
+    kind: Kind,
+    /// Periods in a row with another kind.
+    otherwise: usize,
 }
 
 /// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a terminal.
@@ -126,9 +135,15 @@ impl Talk {
                 Some(calling) => {
                     calling.last_s = t;
                     calling.largest = calling.largest.max(alarm.ratio);
+                    calling.otherwise = if alarm.kind == calling.kind { 0 } else { calling.otherwise + 1 };
+                    if calling.otherwise >= STEADY_PERIODS {
+                        (calling.kind, calling.otherwise) = (alarm.kind, 0);
+                        let ratio = calling.largest;
+                        self.say(&format!("{t:8.2} s  it looks {}; {ratio:.1} times the limit", alarm.kind.name()));
+                    }
                 }
                 None => {
-                    self.calling = Some(Calling { last_s: t, largest: alarm.ratio });
+                    self.calling = Some(Calling { last_s: t, largest: alarm.ratio, kind: alarm.kind, otherwise: 0 });
                     let (kind, cause, ratio) = (alarm.kind.name(), alarm.cause.words(), alarm.ratio);
                     self.say(&format!("{t:8.2} s  alarm: {kind}, {cause} at {ratio:.1} times the limit"));
                 }
