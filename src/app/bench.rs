@@ -29,6 +29,8 @@ const PERIOD: u32 = 200;
 const RISE: u32 = 20_000;
 /// Samples for which it is there.
 const HOLD: u32 = 40_000;
+/// Sample of a cycle, while the voltage is there, at which a planned trouble begins.
+pub const MIDDLE: u32 = RISE + HOLD / 4;
 /// Samples from one start to the next.
 pub const CYCLE: u32 = 3 * RISE + HOLD;
 
@@ -73,6 +75,8 @@ pub struct Bench {
     /// The motor under more load, which takes over where the other one is.
     loaded: Stepper<f32>,
     trouble: Trouble,
+    /// What begins at [`MIDDLE`] of a cycle.
+    planned: Option<Trouble>,
     sample: u32,
     last_voltage: f32,
 }
@@ -85,10 +89,15 @@ impl Bench {
     pub fn new() -> Result<Self, ParameterError> {
         let stepper = |parameters| Stepper::build(Motor::build(parameters, &[])?, 1e-4);
         let load = Parameters { turbulent_friction: MORE_LOAD * MOTOR.turbulent_friction, ..MOTOR };
-        Ok(Self { stepper: stepper(MOTOR)?, loaded: stepper(load)?, trouble: Trouble::None, sample: 0, last_voltage: 0.0 })
+        Ok(Self { stepper: stepper(MOTOR)?, loaded: stepper(load)?, trouble: Trouble::None, planned: None, sample: 0, last_voltage: 0.0 })
     }
 
-    /// Something goes wrong from the next sample on, or no longer.
+    /// Something goes wrong from the next [`MIDDLE`] on: whoever asks need not be quick.
+    pub fn plan_trouble(&mut self, trouble: Trouble) {
+        self.planned = Some(trouble);
+    }
+
+    /// Something goes wrong from the next sample until the end of the cycle, or no longer.
     pub fn set_trouble(&mut self, trouble: Trouble) {
         if (trouble == Trouble::Load) != (self.trouble == Trouble::Load) {
             let state = self.stepper.state();
@@ -103,6 +112,14 @@ impl Bench {
     pub fn counts(&mut self) -> Counts {
         let phase = (self.sample % PERIOD) as f32 / PERIOD as f32;
         let now = self.sample % CYCLE;
+        if now == 0 && self.sample > 0 {
+            self.set_trouble(Trouble::None);
+        }
+        if now == MIDDLE
+            && let Some(trouble) = self.planned.take()
+        {
+            self.set_trouble(trouble);
+        }
         let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
         let lost = if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };

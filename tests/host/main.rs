@@ -8,6 +8,7 @@ mod diagnose;
 mod firmware;
 mod identify;
 mod monitor;
+mod monitor_live;
 mod plan_and_challenge;
 mod real_data;
 mod recording;

@@ -45,7 +45,7 @@ fn SysTick() {
     // SAFETY: nobody else uses what it points to, and an interrupt does not interrupt itself.
     let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
     if let Some(trouble) = sampling.knob.byte().and_then(Trouble::from_letter) {
-        sampling.bench.set_trouble(trouble);
+        sampling.bench.plan_trouble(trouble);
     }
     let counts = sampling.bench.counts();
     // The bench makes a sample when it is asked for one: none can be missed.

@@ -61,7 +61,7 @@ pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> 
         recording::write(&recording, path, args.force)?;
     }
     let more = json!({
-        "port": port, "device": device, "samples": recording.len(), "lost": lost, "unseen_periods": finished.unseen,
+        "port": port, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
         "reconnections": finished.capture.reconnections,
     });
     Ok(Judged { tests: vec![test], files: vec![Origin::from(&recording)], more })
