@@ -229,6 +229,9 @@ pub struct DetectorEntry {
     pub speed_deviation: [f64; 2],
     /// Healthy runs that they come from.
     pub runs: usize,
+    /// Motors that these runs are of; 0 in files from before it was told.
+    #[serde(default)]
+    pub motors: usize,
     /// Share of healthy motors that all limits are to hold, and the confidence in that.
     pub holds: [f64; 2],
     /// Temperatures at which they were learnt, °C, if the runs told.

@@ -89,7 +89,14 @@ impl Bench {
     pub fn new() -> Result<Self, ParameterError> {
         let stepper = |parameters| Stepper::build(Motor::build(parameters, &[])?, 1e-4);
         let load = Parameters { turbulent_friction: MORE_LOAD * MOTOR.turbulent_friction, ..MOTOR };
-        Ok(Self { stepper: stepper(MOTOR)?, loaded: stepper(load)?, trouble: Trouble::None, planned: None, sample: 0, last_voltage: 0.0 })
+        Ok(Self {
+            stepper: stepper(MOTOR)?,
+            loaded: stepper(load)?,
+            trouble: Trouble::None,
+            planned: None,
+            sample: 0,
+            last_voltage: 0.0,
+        })
     }
 
     /// Something goes wrong from the next [`MIDDLE`] on: whoever asks need not be quick.
@@ -122,7 +129,8 @@ impl Bench {
         }
         let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
-        let lost = if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };
+        let lost =
+            if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };
         self.stepper.step(self.last_voltage, voltage - lost, Constraints::FREE);
         self.last_voltage = voltage - lost;
         self.sample = self.sample.wrapping_add(1);

@@ -3,8 +3,8 @@
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
 
-use super::ring::Ring;
 use super::judged::WORDS;
+use super::ring::Ring;
 use super::{JUDGED_QUEUE, RAW_QUEUE, REPORT_QUEUE, Raw, Window};
 use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};

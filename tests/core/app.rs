@@ -51,7 +51,12 @@ impl Hardware for Board {
 /// What a received message says, without what it borrows.
 #[derive(Debug, Clone, PartialEq)]
 enum Heard {
-    Identity { protocol: u16, fingerprint: u32, board: String, chip: [u8; 12] },
+    Identity {
+        protocol: u16,
+        fingerprint: u32,
+        board: String,
+        chip: [u8; 12],
+    },
     Status {
         mode: Mode,
         in_force: Option<InForce>,
@@ -64,7 +69,10 @@ enum Heard {
     Committed(InForce),
     Done,
     Refused(Refusal),
-    Samples { first: u32, counts: Vec<Counts> },
+    Samples {
+        first: u32,
+        counts: Vec<Counts>,
+    },
     Report(greyrig::link::message::Report),
     Judged(Judged),
 }
@@ -368,7 +376,10 @@ fn a_fault_raises_the_right_alarm_and_the_next_test_knows_nothing_of_it() {
             assert_eq!(rig.sample(&mut bench, 10_000), [], "nobody has asked");
             assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Done);
             let healthy = rig.sample(&mut bench, 20_000);
-            assert!(healthy.iter().all(|j| j.period.alarm.is_none() && j.test == 1 && j.first == 10_000), "{healthy:?}");
+            assert!(
+                healthy.iter().all(|j| j.period.alarm.is_none() && j.test == 1 && j.first == 10_000),
+                "{healthy:?}"
+            );
             // Periods of 200 samples; the last one ends with the next sample.
             assert_eq!(healthy.iter().map(|j| j.index).collect::<Vec<_>>(), (0..99).collect::<Vec<_>>());
             assert_eq!(rig.test_under_way(), (1, Verdict::Pass));

@@ -7,6 +7,7 @@ mod commands;
 mod diagnose;
 mod firmware;
 mod identify;
+mod master;
 mod monitor;
 mod monitor_live;
 mod plan_and_challenge;

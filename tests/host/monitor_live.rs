@@ -40,10 +40,12 @@ fn a_fault_that_begins_during_the_test_raises_the_right_alarm_on_line() {
     let (folder, (board, mut knob)) = (station(), Board::start_with_knob());
     let (here, port) = (folder.path(), board.port.as_str());
     flash(here, port);
-    for (letter, kind, suspect) in [("r", "electrical", "resistance +"), ("c", "sensor", "gain of the current sensor +5 %")]
+    for (letter, kind, suspect) in
+        [("r", "electrical", "resistance +"), ("c", "sensor", "gain of the current sensor +5 %")]
     {
         knob.write_all(letter.as_bytes()).unwrap();
-        let arguments = ["monitor", "--port", port, "--model", "station.toml", "--serial", letter, "--results", "day.csv"];
+        let arguments =
+            ["monitor", "--port", port, "--model", "station.toml", "--serial", letter, "--results", "day.csv"];
         let more = ["--out", "run.csv", "--force", "--json"];
         let output = greyrig(here, &[&arguments[..], &more].concat());
         let talk = String::from_utf8(output.stderr).unwrap();

@@ -54,7 +54,8 @@ impl Capture {
     pub fn window(&self, first: u32, count: usize) -> Self {
         // Negative where the window begins before the capture.
         let offset = i64::from(first.wrapping_sub(self.first).cast_signed());
-        let at = |n: usize| usize::try_from(offset + n as i64).ok().and_then(|n| self.samples.get(n).copied().flatten());
+        let at =
+            |n: usize| usize::try_from(offset + n as i64).ok().and_then(|n| self.samples.get(n).copied().flatten());
         Self { first, samples: (0..count).map(at).collect(), reconnections: self.reconnections }
     }
 

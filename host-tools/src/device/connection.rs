@@ -55,7 +55,8 @@ impl Connection {
     pub fn open(name: &str) -> Result<(Self, Device)> {
         let line = line::open(name)
             .map_err(|e| Error::link(format!("the port {name} cannot be opened: {e}"), line::remedy(name, &e)))?;
-        let mut connection = Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
+        let mut connection =
+            Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
         // Ends whatever the line has carried before.
         connection.write(&[0])?;
         let (protocol, device) = connection.ask(Request::Hello, |reply| match reply {

@@ -75,21 +75,34 @@ pub fn shown(replay: &Replay) -> Option<Shown> {
     })
 }
 
-/// Learns the limits of a model's detector from runs of healthy motors, one run each.
+/// The runs of each motor, by serial number; a run without one is of a motor of its own.
+pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
+    let mut motors: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
+    for (k, recording) in recordings.iter().enumerate() {
+        let serial = recording.metadata.get("serial").map(String::as_str);
+        match motors.iter_mut().find(|(other, _)| serial.is_some() && *other == serial) {
+            Some((_, runs)) => runs.push(k),
+            None => motors.push((serial, vec![k])),
+        }
+    }
+    motors.into_iter().map(|(_, runs)| runs).collect()
+}
+
+/// Learns the limits of a model's detector from runs of healthy motors. Runs with the same serial number are of the same
+/// motor: what differs between them is the rig's own scatter.
 ///
 /// # Errors
-/// Too few runs, a run in which nothing can be judged, an interrupt.
+/// Too few motors, a run in which nothing can be judged, an interrupt.
 pub fn calibrate(
     model: &Model,
     recordings: &[Recording],
     blanking_s: f64,
     progress: &mut dyn FnMut(),
 ) -> Result<(DetectorEntry, Vec<Shown>)> {
-    if recordings.len() < FEWEST {
-        return Err(Error::usage(
-            format!("{} runs cannot tell what a healthy motor is", recordings.len()),
-            format!("give runs of at least {FEWEST} healthy motors; ten are usual"),
-        ));
+    let motors = by_motor(recordings);
+    if motors.len() < FEWEST {
+        let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
+        return Err(Error::usage(told, format!("give runs of at least {FEWEST} healthy motors; ten are usual")));
     }
     // Without limits it looks and calls nothing; at first at any voltage and speed, to learn which are usual.
     let mut entry = DetectorEntry {
@@ -99,6 +112,7 @@ pub fn calibrate(
         blanking_s,
         fewest_periods: FEWEST_PERIODS,
         runs: recordings.len(),
+        motors: motors.len(),
         holds: [HOLDS, CONFIDENCE],
         ..DetectorEntry::default()
     };
@@ -121,7 +135,10 @@ pub fn calibrate(
         progress();
     }
     let share = 1.0 - (1.0 - HOLDS) / WATCHED;
-    let limit = |values: Vec<f64>, logarithmic| upper(&values, logarithmic, share, CONFIDENCE).unwrap_or(0.0);
+    let limit = |values: Vec<f64>, logarithmic| {
+        let of_motors: Vec<Vec<f64>> = motors.iter().map(|runs| runs.iter().map(|k| values[*k]).collect()).collect();
+        upper(&of_motors, logarithmic, share, CONFIDENCE).unwrap_or(0.0)
+    };
     let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
     let band = |get: &dyn Fn(&Shown) -> [f64; 2]| {
         let high = limit(of(&|s| get(s)[1]), false);

@@ -2,6 +2,9 @@
 //! may be broken.
 
 pub mod calibrate;
+pub mod drift;
+pub mod gauge;
+pub mod golden;
 pub mod live;
 pub mod replay;
 pub mod suspect;

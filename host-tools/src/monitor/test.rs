@@ -93,13 +93,7 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
 ///
 /// # Errors
 /// As [`test`].
-pub fn judge(
-    model: &Model,
-    detector: &DetectorEntry,
-    recording: &Recording,
-    run: Replay,
-    whole: bool,
-) -> Result<Test> {
+pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run: Replay, whole: bool) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let mut suspects = Vec::new();
     if let Some(first) = alarms.first().filter(|_| whole) {

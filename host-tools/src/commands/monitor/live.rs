@@ -50,7 +50,9 @@ pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> 
     recording.path = args.out.clone().unwrap_or_else(|| port.into());
     let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
     if lost > 0 {
-        eprintln!("greyrig: {lost} samples have not arrived: the verdict stands, but what may be broken cannot be told");
+        eprintln!(
+            "greyrig: {lost} samples have not arrived: the verdict stands, but what may be broken cannot be told"
+        );
     }
     for line in faults(&finished.status) {
         eprintln!("greyrig: the microcontroller: {line}");
@@ -108,7 +110,7 @@ impl Talk {
     fn new(json: bool) -> Self {
         // Hidden by itself where stderr is no terminal.
         let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(200));
