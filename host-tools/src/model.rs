@@ -237,6 +237,12 @@ pub struct DetectorEntry {
     /// Temperatures at which they were learnt, °C, if the runs told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_c: Option<[f64; 2]>,
+    /// Highest voltage of each run, RMS, V: least and largest of all runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mains_v: Option<[f64; 2]>,
+    /// Density of the air, kg/m³: least and largest of all runs, if they told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_kg_m3: Option<[f64; 2]>,
 }
 
 /// Where the model comes from.

@@ -21,6 +21,7 @@
 //! which is how a rig gets its first parameters.
 
 pub mod bench;
+mod fresh;
 pub mod grid;
 mod hardware;
 mod judged;

@@ -1,5 +1,6 @@
 //! What the sampling interrupt does with a sample.
 
+use super::fresh::begin;
 use super::plausibility::Watch;
 use super::ring::Words;
 use super::shared::Shared;
@@ -7,10 +8,10 @@ use super::telemetry::Window;
 use crate::detector::Verdict;
 use crate::faults::Fault;
 use crate::link::message::Judged;
-use crate::motor::{Constraints, State};
+use crate::motor::Constraints;
 use crate::parameters::Active;
 use crate::tick::Output;
-use crate::units::{Counts, Sample};
+use crate::units::Counts;
 
 /// A raw sample with its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,15 +111,10 @@ impl<'a> Sampler<'a> {
         Some(output)
     }
 
-    /// Begins a test with this sample: as after a start, but that the model starts from what is measured.
-    #[inline(never)]
+    /// Begins a test with this sample.
     fn begin(&mut self, counts: Counts, number: u32) {
         self.test = Test { number: self.shared.test(), first: number, periods: 0 };
-        self.active.clone_from(&self.fresh);
-        if let Some(active) = &mut self.active {
-            let Sample { current, speed, .. } = active.calibration.sample(counts);
-            active.tick.start_from(State { current: current.0, speed: speed.0 });
-        }
+        begin(&mut self.active, &self.fresh, counts);
         self.shared.judge(Verdict::CannotJudge);
     }
 }

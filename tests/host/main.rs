@@ -4,6 +4,7 @@ mod anfis;
 mod bad_input;
 mod browser;
 mod commands;
+mod conditions;
 mod diagnose;
 mod firmware;
 mod identify;

@@ -13,12 +13,14 @@ use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::test::{Outcome, Test, test};
 use crate::output;
-use crate::recording::MapArgs;
+use crate::recording::{Extra, MapArgs, Recording};
 
 /// Exit code of a motor that fails its test.
 const FAILED: u8 = 1;
 /// Exit code where no verdict is possible.
 const NO_VERDICT: u8 = 4;
+/// Column of the motor's temperature.
+const TEMPERATURE: &str = "temp_c";
 
 /// Judges motors, on recordings of one run each or over the link: pass, fail or cannot judge.
 #[derive(Debug, clap::Args)]
@@ -49,6 +51,12 @@ pub struct Args {
     /// Model file with the detector's limits, from `greyrig calibrate`
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
+    /// Pressure of the air, hPa, where the recording does not tell it (# air_pressure_hpa:)
+    #[arg(long, value_name = "HPA")]
+    air_hpa: Option<f64>,
+    /// Temperature of the motor, °C, where the recording does not tell it (column temp_c)
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    temp_c: Option<f64>,
     /// Motor type that is being tested; a model of another type is refused
     #[arg(long = "type", value_name = "NAME")]
     motor: Option<String>,
@@ -127,7 +135,8 @@ struct Judged {
 }
 
 fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
-    let recordings = input::load(&args.recordings, &args.map)?;
+    let mut recordings = input::load(&args.recordings, &args.map)?;
+    recordings.iter_mut().for_each(|r| circumstances(args, r));
     let mut tests = Vec::new();
     for recording in &recordings {
         output::check_interrupt()?;
@@ -137,6 +146,17 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judg
         tests.push(test);
     }
     Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
+}
+
+/// Adds what the command line tells about air and temperature to a recording that does not.
+fn circumstances(args: &Args, recording: &mut Recording) {
+    if let Some(pressure) = args.air_hpa {
+        recording.metadata.entry("air_pressure_hpa".into()).or_insert_with(|| pressure.to_string());
+    }
+    if let Some(temperature) = args.temp_c.filter(|_| recording.extras.iter().all(|e| e.name != TEMPERATURE)) {
+        let values = vec![temperature; recording.len()];
+        recording.extras.push(Extra { name: TEMPERATURE.into(), values });
+    }
 }
 
 /// Adds a line to the results, if they are kept, and has it on the disk before the next motor.

@@ -8,6 +8,7 @@
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
+use super::air;
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
 use crate::error::{Error, Result};
@@ -116,16 +117,32 @@ pub fn calibrate(
         holds: [HOLDS, CONFIDENCE],
         ..DetectorEntry::default()
     };
-    let look = |entry: &DetectorEntry, r: &Recording| replay(model, r, &|interval| entry.settings(interval));
+    let range = |values: &[f64]| -> Option<[f64; 2]> {
+        let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+        (!values.is_empty()).then_some(ends)
+    };
+    let air: Vec<f64> = recordings.iter().filter_map(|r| air::density(r).transpose()).collect::<Result<_>>()?;
+    if !air.is_empty() && air.len() < recordings.len() {
+        return Err(Error::usage(
+            format!("{} of {} runs tell the pressure of the air", air.len(), recordings.len()),
+            "have all of them tell it (# air_pressure_hpa: 1003), or none",
+        ));
+    }
+    entry.air_kg_m3 = range(&air);
+    let look = |entry: &DetectorEntry, r: &Recording| {
+        let model = air::compensated(model, entry, r)?;
+        replay(&model, r, &|interval| entry.settings(interval))
+    };
     let first: Vec<Replay> = recordings.iter().map(|r| look(&entry, r)).collect::<Result<_>>()?;
     let rows = || first.iter().flat_map(|r| &r.rows);
     entry.nominal_voltage = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
     entry.most_voltage = MOST_VOLTAGE;
     entry.least_speed = LEAST_SPEED * rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
-    let mut all = Vec::new();
+    let (mut all, mut mains) = (Vec::new(), Vec::new());
     for recording in recordings {
         output::check_interrupt()?;
         let run = look(&entry, recording)?;
+        mains.extend(run.highest_voltage());
         all.push(shown(&run).ok_or_else(|| {
             Error::usage(
                 format!("in {} less than half a second can be judged", recording.path.display()),
@@ -154,8 +171,8 @@ pub fn calibrate(
         speed_jump: limit(of(&|s| s.speed_jump), true),
         current_deviation: band(&|s| s.current_deviation),
         speed_deviation: band(&|s| s.speed_deviation),
-        temperature_c: (!temperatures.is_empty())
-            .then(|| temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)])),
+        temperature_c: range(&temperatures),
+        mains_v: range(&mains),
         ..entry
     };
     Ok((entry, all))

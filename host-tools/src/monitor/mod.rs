@@ -1,6 +1,7 @@
 //! The detector on the host: recordings through the rig's own tick and detector, tests over the link, limits learnt from healthy motors, and what
 //! may be broken.
 
+pub mod air;
 pub mod calibrate;
 pub mod drift;
 pub mod gauge;

@@ -15,13 +15,17 @@ use crate::device::connection::{check_layout, faults};
 use crate::device::{Connection, parameters, recorded};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
+use crate::monitor::air;
 use crate::monitor::live::{self, Event, LONGEST_S, Plan};
-use crate::monitor::test::judge;
+use crate::monitor::replay::Replay;
+use crate::monitor::test::{Outcome, judge};
 use crate::output;
 use crate::recording;
 
 /// An alarm that has not called for so long is over, s.
 const QUIET_S: f64 = 0.5;
+/// Share by which the density of the air may differ without compensation: what weather makes.
+const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
 pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
@@ -57,7 +61,18 @@ pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> 
     for line in faults(&finished.status) {
         eprintln!("greyrig: the microcontroller: {line}");
     }
-    let test = judge(model, detector, &recording, finished.replay, lost == 0)?;
+    super::circumstances(args, &mut recording);
+    let replay = Replay { temperature: args.temp_c, ..finished.replay };
+    let mut test = judge(model, detector, &recording, replay, lost == 0)?;
+    if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)
+        && !((1.0 - WEATHER) * low..=(1.0 + WEATHER) * high).contains(&density)
+    {
+        test.verdict = Outcome::CannotJudge;
+        test.reasons.push(format!(
+            "the air weighs {density:.2} kg/m³ and not {low:.2} to {high:.2}, which the microcontroller does not compensate; record \
+             the test with --out and judge that"
+        ));
+    }
     note(args.results.as_deref(), &test)?;
     if let Some(path) = &args.out {
         recording::write(&recording, path, args.force)?;
