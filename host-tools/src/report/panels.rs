@@ -59,7 +59,7 @@ const TITLE: f64 = 24.0;
 const LEGEND: f64 = 30.0;
 /// Room that names of a vertical axis take.
 const NAMES: f64 = 90.0;
-const STYLE: &str = "text{font:12px system-ui,'Segoe UI',Roboto,sans-serif;fill:#57606a}.title{font-weight:600}\
+const STYLE: &str = ".chart{overflow:visible}text{font:12px system-ui,'Segoe UI',Roboto,sans-serif;fill:#57606a}.title{font-weight:600}\
 .grid line{stroke:#8c959f;stroke-opacity:.25}.frame{fill:none;stroke:#8c959f}path{fill:none;stroke-width:2}\
 .c0{stroke:#d55e00}.c1{stroke:#0072b2}.c2{stroke:#009e73;stroke-dasharray:6 3}.c3{stroke:#cc79a7}\
 circle.c0{fill:#d55e00}circle.c1{fill:#0072b2}circle.c2{fill:#009e73}circle.c3{fill:#cc79a7}\

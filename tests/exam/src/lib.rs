@@ -7,3 +7,4 @@ pub mod lot;
 pub mod recovery;
 pub mod roc;
 pub mod score;
+pub mod spread;

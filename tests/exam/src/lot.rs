@@ -56,11 +56,16 @@ pub const FAULTS: &[Fault] = &[
 pub struct Station {
     /// What it is.
     pub name: &'static str,
-    model: Model,
+    /// The type's model.
+    pub model: Model,
     detector: DetectorEntry,
 }
 
-fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
+/// The virtual rig with what all motors of the type have.
+///
+/// # Errors
+/// An unknown profile.
+pub fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
     let mut setup = Setup::new(Kind::Universal).profile(profile)?.seconds(seconds).seed(seed);
     for effect in EFFECTS {
         setup = setup.effect(effect)?;

@@ -6,6 +6,7 @@ use clap::Parser;
 use greyrig::detector::Verdict;
 use greyrig_exam::interval::Counted;
 use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
+use greyrig_exam::spread::{Held, held};
 use greyrig_exam::roc::{area, characteristic, size_for};
 use greyrig_host::error::Result;
 use greyrig_host::output;
@@ -31,6 +32,9 @@ struct Args {
     /// Faulty motors of each fault whose cause is looked for
     #[arg(long, default_value_t = 30)]
     isolated: u64,
+    /// Only judge the type's models on so many other motors of the type, on a ramp
+    #[arg(long)]
+    spread: Option<u64>,
     /// Folder to which the figures are written, replacing those there
     #[arg(long)]
     figures: Option<PathBuf>,
@@ -59,6 +63,9 @@ impl Seen {
 fn main() -> Result<()> {
     let args = Args::parse();
     let stations = stations()?;
+    if let Some(count) = args.spread {
+        return spread(count, &stations);
+    }
     let look = |seed: u64, fault: Option<(&str, f64)>, onset: Onset| -> Option<(f64, Vec<Glance>)> {
         let (recording, begin) = motor(seed, fault, onset).ok()?;
         Some((begin, stations.iter().map(|s| s.glance(&recording).ok()).collect::<Option<_>>()?))
@@ -110,6 +117,25 @@ fn main() -> Result<()> {
         draw(folder, &healthy, &seen, &grown, &names)?;
     }
     isolation(&args, stations.last(), &seen);
+    Ok(())
+}
+
+/// Errors of the current on other motors, against what their scatter leaves.
+fn spread(count: u64, stations: &[Station]) -> Result<()> {
+    println!("## Error of the current on a ramp, from 1 s on; motor 0 is that of the type\n");
+    println!("| motor | spread floor |{}", stations.iter().map(|s| format!(" {} |", s.name)).collect::<String>());
+    println!("| --- | --- | --- | --- | --- |");
+    let all: Vec<Held> = (0..=count).into_par_iter().map(|seed| held(seed, stations)).collect::<Result<_>>()?;
+    for (n, held) in all.iter().enumerate() {
+        let cells = held.errors.iter().map(|e| format!(" {:.2} % |", 100.0 * e));
+        println!("| {n} | {:.2} % |{}", 100.0 * held.floor, cells.collect::<String>());
+    }
+    let above = |k: usize| -> Vec<f64> { all.iter().skip(1).map(|h| h.errors[k] - h.floor).collect() };
+    let cell = |k: usize| {
+        let most = above(k).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        format!(" {:.2} %, {:.2} % |", 100.0 * median(above(k)), 100.0 * most)
+    };
+    println!("| above the floor: median, most | |{}", (0..stations.len()).map(cell).collect::<String>());
     Ok(())
 }
 
