@@ -1,5 +1,7 @@
 //! `greyrig demo`: the whole story on built-in data, without hardware.
 
+mod paper;
+
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -159,7 +161,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::write_file(path, args.force, |out| out.write_all(error_falling(&steps, floor).as_bytes()))?;
     }
     let files: Vec<Origin> = training.iter().chain(&held_out).map(Origin::from).collect();
-    Report::new("A motor with a hidden effect")
+    let [alone, with_correction] = &corrections[0].1.comparisons;
+    let page = Report::new("A motor with a hidden effect")
         .lead(format!(
             "What the physical model alone explains of a motor that hides something, where it fails, what is missing, and \
              what is left once that is in it. Verdict: {}.",
@@ -169,7 +172,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         .text("Why", diagnosis.verdict.text.clone())
         .table("Candidates", super::diagnose::candidates_in_report(&diagnosis))
         .table("A learned correction beside the model", correction_in_report(&corrections))
-        .table("Motors judged", tests_in_report(&tests))
+        .table("Motors judged", tests_in_report(&tests));
+    paper::figures(page, alone, with_correction, &tests)
         .comparison("Physical model alone", &attempts[1].held_out, &attempts[1].identification.model)
         .comparison("With what was missing", &improved.held_out, &improved.identification.model)
         .recordings(&files)
@@ -205,6 +209,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// A model with a learned correction, and what that does for the current on data held out.
 struct Corrected {
     model: Model,
+    /// Without and with it.
+    comparisons: [Comparison; 2],
     before: Option<f64>,
     after: Option<f64>,
     share: Option<f64>,
@@ -221,7 +227,13 @@ fn corrected(model: &Model, training: &[Recording], held_out: &[Recording]) -> R
     let judged: Vec<Recording> = held_out.iter().map(|r| super::train::without_start(r, BLANKING_S)).collect();
     let (before, after) = (compare(model, &judged)?, compare(&hybrid, &judged)?);
     let share = super::train::correction_share(&before, &after);
-    Ok(Corrected { model: hybrid, before: before.esr.current, after: after.esr.current, share })
+    Ok(Corrected {
+        model: hybrid,
+        before: before.esr.current,
+        after: after.esr.current,
+        share,
+        comparisons: [before, after],
+    })
 }
 
 fn correction_in_report(corrections: &[(&str, Corrected)]) -> Table {
