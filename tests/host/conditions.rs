@@ -77,9 +77,11 @@ fn the_whole_detector_works_on_direct_voltage_and_on_50_and_60_hz() {
             // Crossings lie on the grid of samples, 0.1 ms, at both ends of almost 4 s.
             assert!((mean - period_s).abs() < 1e-4 * period_s, "{kind:?} {mains_hz} Hz: {mean} s");
         }
-        for (fault, place) in
-            [("resistance_up=0.4", "electrical"), ("bearing_friction=2", "mechanical"), ("current_sensor=0.1", "sensor")]
-        {
+        for (fault, place) in [
+            ("resistance_up=0.4", "electrical"),
+            ("bearing_friction=2", "mechanical"),
+            ("current_sensor=0.1", "sensor"),
+        ] {
             let t = judge(104, Some(fault));
             assert_eq!(t.verdict, Outcome::Fail, "{kind:?} {mains_hz} Hz {fault}");
             let alarm = &t.alarms[0];

@@ -49,11 +49,7 @@ pub fn density(recording: &Recording) -> Result<Option<f64>> {
 ///
 /// # Errors
 /// As [`density`].
-pub fn compensated<'a>(
-    model: &'a Model,
-    detector: &DetectorEntry,
-    recording: &Recording,
-) -> Result<Cow<'a, Model>> {
+pub fn compensated<'a>(model: &'a Model, detector: &DetectorEntry, recording: &Recording) -> Result<Cow<'a, Model>> {
     let (Some([low, high]), Some(density)) = (detector.air_kg_m3, density(recording)?) else {
         return Ok(Cow::Borrowed(model));
     };

@@ -5,11 +5,11 @@
 
 use std::ops::ControlFlow;
 
+use greyrig::detector::{Features, Verdict};
 use greyrig_host::anfis::{Method, Settings as Training};
 use greyrig_host::error::Result;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
-use greyrig::detector::{Features, Verdict};
 use greyrig_host::model::{DetectorEntry, Kind, Model};
 use greyrig_host::monitor::calibrate::{calibrate, shown};
 use greyrig_host::monitor::replay::replay;
@@ -182,12 +182,11 @@ impl Station {
                 (s.current_jump, detector.current_jump),
                 (s.speed_jump, detector.speed_jump),
             ];
-            let beyond = [
-                (s.current_deviation, detector.current_deviation),
-                (s.speed_deviation, detector.speed_deviation),
-            ];
+            let beyond =
+                [(s.current_deviation, detector.current_deviation), (s.speed_deviation, detector.speed_deviation)];
             let ratios = over.into_iter().map(|(value, limit)| value / limit);
-            let deviations = beyond.into_iter().flat_map(|(ends, [centre, half])| ends.map(|d| (d - centre).abs() / half));
+            let deviations =
+                beyond.into_iter().flat_map(|(ends, [centre, half])| ends.map(|d| (d - centre).abs() / half));
             ratios.chain(deviations).fold(0.0, f64::max)
         });
         let alarm_s = run.rows.iter().find(|r| r.alarm.is_some()).map(|r| r.t_s);

@@ -6,8 +6,8 @@ use clap::Parser;
 use greyrig::detector::Verdict;
 use greyrig_exam::interval::Counted;
 use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
-use greyrig_exam::spread::{Held, held};
 use greyrig_exam::roc::{area, characteristic, size_for};
+use greyrig_exam::spread::{Held, held};
 use greyrig_host::error::Result;
 use greyrig_host::output;
 use greyrig_host::report::panels::{Panel, Scale, panels};
@@ -98,7 +98,9 @@ fn main() -> Result<()> {
         }
     }
     let names: Vec<&str> = stations.iter().map(|s| s.name).collect();
-    for (onset, title) in [(Onset::During, "Faults that begin during the test"), (Onset::Before, "Faults from the start")] {
+    for (onset, title) in
+        [(Onset::During, "Faults that begin during the test"), (Onset::Before, "Faults from the start")]
+    {
         println!("\n## {title}\n\n| fault | size | model | detected | median delay, s | median ratio to the limit |");
         println!("| --- | --- | --- | --- | --- | --- |");
         for s in seen.iter().filter(|s| s.onset == onset) {
@@ -165,9 +167,8 @@ fn table(seen: &Seen, names: &[&str]) {
 
 /// Characteristics at the size at which the best station detects half, and smallest sizes.
 fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>], names: &[&str]) -> Result<()> {
-    let write = |name: &str, text: &str| {
-        output::write_file(&folder.join(name), true, |out| out.write_all(text.as_bytes()))
-    };
+    let write =
+        |name: &str, text: &str| output::write_file(&folder.join(name), true, |out| out.write_all(text.as_bytes()));
     for (onset, name) in [(Onset::During, "roc-during.svg"), (Onset::Before, "roc-before.svg")] {
         let mut described = Vec::new();
         let drawn: Vec<Panel> = seen
@@ -175,7 +176,8 @@ fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>
             .filter(|s| s.onset == onset)
             .map(|s| {
                 let last = names.len() - 1;
-                let telling = s.detected(last).iter().position(|(_, share)| *share >= 0.5).unwrap_or(s.fault.sizes.len() - 1);
+                let telling =
+                    s.detected(last).iter().position(|(_, share)| *share >= 0.5).unwrap_or(s.fault.sizes.len() - 1);
                 let curves: Vec<Vec<(f64, f64)>> = (0..names.len())
                     .map(|k| {
                         let faulty: Vec<f64> = s.of(telling, k).iter().map(|(_, g)| g.score).collect();
