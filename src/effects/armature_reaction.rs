@@ -52,7 +52,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
     fields!(depth, knee);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let z = balance.magnetising * N::lift(S::ONE / self.knee);
+        let z = balance.magnetising.times(S::ONE / self.knee);
         let square = z * z;
         let inverse = N::ONE / (N::ONE + square);
         let share = square * inverse;

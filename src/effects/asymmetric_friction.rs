@@ -54,7 +54,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
     fields!(viscous, dry);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.friction += N::lift(self.viscous) * at.speed.abs();
-        balance.friction += N::lift(self.dry) * at.direction * at.direction;
+        balance.friction += at.speed.abs().times(self.viscous);
+        balance.friction = balance.friction.plus(self.dry * at.direction * at.direction);
     }
 }

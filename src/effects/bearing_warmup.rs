@@ -48,6 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
         confused_with: &["windage_exponent", "winding_temperature"],
         separated_by: "the same recording repeated warm; a coast-down at the beginning and one at the end",
         source: "viscosity of grease, one time constant",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(excess, time);

@@ -52,7 +52,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
     fields!(drop, transition);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let size = N::lift(self.drop) * (N::ONE - (-at.current.abs() * N::lift(S::ONE / self.transition)).exp());
+        let size = at.current.abs().times(-(S::ONE / self.transition)).exp().times(-self.drop).plus(self.drop);
         if at.current.value() < S::ZERO {
             balance.voltage -= size;
         } else {

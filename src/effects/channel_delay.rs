@@ -44,6 +44,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         confused_with: &["eddy_current", "transformer_emf", "hysteresis"],
         separated_by: "a resistor in place of the motor; slow DC ramps against hysteresis; the sign against eddy currents",
         source: "sampling theory",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(delay);

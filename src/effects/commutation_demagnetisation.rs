@@ -38,7 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
     fields!(slope);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let share = N::ONE - N::lift(self.slope) * at.speed.abs();
+        let share = at.speed.abs().times(-self.slope).plus(S::ONE);
         balance.flux = balance.flux * share;
         balance.flux_slope = balance.flux_slope * share;
     }

@@ -42,6 +42,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
     fields!(slope);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.resistance += N::lift(self.slope) * at.speed.abs();
+        balance.resistance += at.speed.abs().times(self.slope);
     }
 }

@@ -40,6 +40,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
     fields!(torque);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.dry_friction += N::lift(self.torque);
+        balance.dry_friction = balance.dry_friction.plus(self.torque);
     }
 }

@@ -108,6 +108,8 @@ pub struct Description {
     pub lags_flux: bool,
     /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
     pub bends_supply: bool,
+    /// Whether it remembers: whether its `advance` does anything.
+    pub remembers: bool,
     /// Its parameters.
     pub parameters: &'static [EffectParameter],
     /// What it leaves in the residual of a model without it.
@@ -131,6 +133,7 @@ impl Description {
         motors: Motors::All,
         lags_flux: false,
         bends_supply: false,
+        remembers: false,
         parameters: &[],
         signature: "",
         confused_with: &[],

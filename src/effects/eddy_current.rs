@@ -57,7 +57,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
     fields!(lag, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.flux_lag += N::lift(self.lag);
-        balance.inductance_lag += N::lift(self.lag * self.linked);
+        balance.flux_lag = balance.flux_lag.plus(self.lag);
+        balance.inductance_lag = balance.inductance_lag.plus(self.lag * self.linked);
     }
 }

@@ -49,6 +49,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
         confused_with: &["stray_load_torque", "windage_exponent", "iron_loss_drag"],
         separated_by: "steps of the voltage at full speed against a steady run; a coast-down with the duct closed",
         source: "momentum of an air column, linearised",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(share, time);

@@ -32,7 +32,7 @@ impl<S: Scalar<Base = S>> Hysteresis<S> {
     /// z and dz/di at a current, from z₀ and i₀ in the memory.
     #[inline(always)]
     fn branch<N: Scalar<Base = S>>(&self, current: N, memory: &Memory<S>) -> (N, N) {
-        let gone = current - N::lift(memory[1]);
+        let gone = current.plus(-memory[1]);
         let side = if gone.value() > S::ZERO {
             S::ONE
         } else if gone.value() < S::ZERO {
@@ -41,9 +41,8 @@ impl<S: Scalar<Base = S>> Hysteresis<S> {
             memory[2]
         };
         let steepness = S::ONE / (self.width * self.coercive + S::constant(CLOSED));
-        let (side, steepness) = (N::lift(side), N::lift(steepness));
-        let z = side - (side - N::lift(memory[0])) * (-(side * gone) * steepness).exp();
-        (z, (N::ONE - side * z) * steepness)
+        let z = gone.times(-(side * steepness)).exp().times(memory[0] - side).plus(side);
+        (z, z.times(-(side * steepness)).plus(steepness))
     }
 }
 
@@ -85,17 +84,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         confused_with: &["eddy_current", "channel_delay", "transformer_emf", "inductance_saturation"],
         separated_by: "slow DC ramps, where the loop stays and every lag in time vanishes; different amplitudes",
         source: "Duhem model; Bouc and Wen with exponent 1",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(coercive, width, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let (z, rise) = self.branch(at.current, memory);
-        let coercive = N::lift(self.coercive);
-        let slope = N::ONE - coercive * rise;
-        balance.magnetising -= coercive * z;
-        balance.flux_slope = balance.flux_slope * slope;
-        balance.inductance = balance.inductance * (N::ONE - N::lift(self.linked) * coercive * rise);
+        balance.magnetising -= z.times(self.coercive);
+        balance.flux_slope = balance.flux_slope * rise.times(-self.coercive).plus(S::ONE);
+        balance.inductance = balance.inductance * rise.times(-(self.linked * self.coercive)).plus(S::ONE);
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
         [S::ZERO, state.current, S::ONE, S::ZERO]

@@ -51,12 +51,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
         separated_by: "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out \
                        of true grows with it",
         source: "mechanics",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(cosine, sine);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
-        balance.torque += N::lift(self.cosine * memory[1] + self.sine * memory[2]);
+        balance.torque = balance.torque.plus(self.cosine * memory[1] + self.sine * memory[2]);
     }
     fn at_start(&self, _: State<S>) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)

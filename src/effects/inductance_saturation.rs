@@ -61,9 +61,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
     fields!(depth, knee, sharpness);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let z = at.current * N::lift(S::ONE / self.knee);
+        let z = at.current.times(S::ONE / self.knee);
         let square = z * z;
-        let q = square * (N::ONE + N::lift(self.sharpness) * square);
-        balance.inductance = balance.inductance * (N::ONE - N::lift(self.depth) * q / (N::ONE + q));
+        let q = square * square.times(self.sharpness).plus(S::ONE);
+        balance.inductance = balance.inductance * (q / q.plus(S::ONE)).times(-self.depth).plus(S::ONE);
     }
 }

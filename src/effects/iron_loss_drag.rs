@@ -41,6 +41,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
     fields!(coefficient);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.friction += N::lift(self.coefficient) * at.current * at.current * at.speed;
+        balance.friction += at.current.times(self.coefficient) * at.current * at.speed;
     }
 }

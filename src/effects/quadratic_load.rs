@@ -39,6 +39,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
     fields!(coefficient);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.turbulent_friction += N::lift(self.coefficient);
+        balance.turbulent_friction = balance.turbulent_friction.plus(self.coefficient);
     }
 }

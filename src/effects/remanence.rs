@@ -39,6 +39,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
     fields!(current);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.magnetising += N::lift(self.current);
+        balance.magnetising = balance.magnetising.plus(self.current);
     }
 }

@@ -18,7 +18,7 @@
 //! to 4 to about 0.1 % of the flux.
 //!
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
-//! n = 4 blended under the root, which needs square roots alone.
+//! n = 4 blended under the root, which needs a fourth root alone.
 
 use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
 use crate::motor::{Balance, OperatingPoint};
@@ -89,15 +89,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
     fields!(depth, knee, softness, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let z = balance.magnetising * N::lift(S::ONE / self.knee);
+        let z = balance.magnetising.times(S::ONE / self.knee);
         let square = z * z;
-        let soft = N::lift(self.softness) * square;
-        let q = N::ONE + soft + square * square;
-        let g = N::ONE / q.sqrt().sqrt();
-        let (depth, linked) = (N::lift(self.depth), N::lift(self.linked));
-        let slope = N::ONE - depth * (N::ONE - g * (N::constant(2.0) + soft) / (q + q));
-        balance.flux = balance.flux * (N::ONE - depth * (N::ONE - g));
+        let soft = square.times(self.softness);
+        let q = (soft + square * square).plus(S::ONE);
+        let g = q.inverse_fourth_root();
+        let left = S::ONE - self.depth;
+        let slope = (g * soft.plus(S::constant(2.0)) / q).times(S::constant(0.5) * self.depth).plus(left);
+        balance.flux = balance.flux * g.times(self.depth).plus(left);
         balance.flux_slope = balance.flux_slope * slope;
-        balance.inductance = balance.inductance * (N::ONE - linked + linked * slope);
+        balance.inductance = balance.inductance * slope.times(self.linked).plus(S::ONE - self.linked);
     }
 }

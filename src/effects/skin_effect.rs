@@ -41,7 +41,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
     fields!(rise);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let rise = N::lift(self.rise) * at.speed * at.speed;
+        let rise = at.speed.times(self.rise) * at.speed;
         balance.resistance = balance.resistance * (N::ONE + rise);
     }
 }

@@ -40,6 +40,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         separated_by: "a coast-down or run-up with steps of the voltage; the back-EMF of the open motor against the speed \
                        shown",
         source: "first-order low-pass filter",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(time);

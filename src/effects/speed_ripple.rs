@@ -48,6 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
         confused_with: &["imbalance", "torque_ripple"],
         separated_by: "order tracking over a coast-down: it grows with the speed, that of an imbalance falls",
         source: "geometry of an eccentric disc",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(cosine, sine);

@@ -39,6 +39,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
     fields!(coefficient);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.friction += N::lift(self.coefficient) * at.current * at.current * at.speed * at.speed.abs();
+        balance.friction += at.current.times(self.coefficient) * at.current * at.speed * at.speed.abs();
     }
 }

@@ -65,8 +65,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
     fields!(torque, speed, exponent);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let ratio = at.speed.abs() * N::lift(S::ONE / self.speed) + N::constant(AT_REST);
-        let faded = (N::lift(self.exponent) * ratio.ln()).exp();
-        balance.dry_friction += N::lift(self.torque) * (-faded).exp();
+        let ratio = at.speed.abs().times(S::ONE / self.speed).plus(S::constant(AT_REST));
+        let faded = ratio.ln().times(self.exponent).exp();
+        balance.dry_friction += (-faded).exp().times(self.torque);
     }
 }

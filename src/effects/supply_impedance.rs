@@ -51,7 +51,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
     fields!(resistance, inductance);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.resistance += N::lift(self.resistance);
-        balance.inductance += N::lift(self.inductance);
+        balance.resistance = balance.resistance.plus(self.resistance);
+        balance.inductance = balance.inductance.plus(self.inductance);
     }
 }

@@ -40,6 +40,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
     fields!(torque);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.torque -= N::lift(self.torque);
+        balance.torque = balance.torque.plus(-self.torque);
     }
 }

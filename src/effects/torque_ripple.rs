@@ -60,12 +60,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
         confused_with: &["imbalance", "speed_ripple"],
         separated_by: "order tracking over a slow run-up or coast-down",
         source: "general machine theory",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(cosine, sine, order);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
-        balance.torque += N::lift(self.cosine * memory[1] + self.sine * memory[2]);
+        balance.torque = balance.torque.plus(self.cosine * memory[1] + self.sine * memory[2]);
     }
     fn at_start(&self, _: State<S>) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)

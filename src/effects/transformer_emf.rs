@@ -62,8 +62,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
     fields!(lag, fading, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let lag = N::lift(self.lag) / (N::ONE + at.speed.abs() * N::lift(S::ONE / self.fading));
+        let lag = at.speed.abs().times(S::ONE / self.fading).plus(S::ONE).inverse().times(self.lag);
         balance.flux_lag += lag;
-        balance.inductance_lag += lag * N::lift(self.linked);
+        balance.inductance_lag += lag.times(self.linked);
     }
 }

@@ -41,6 +41,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
     fields!(error);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.supply = balance.supply * N::lift(S::ONE / (S::ONE + self.error));
+        balance.supply = balance.supply.times(S::ONE / (S::ONE + self.error));
     }
 }

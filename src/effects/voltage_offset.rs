@@ -39,6 +39,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
     fields!(offset);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.supply -= N::lift(self.offset);
+        balance.supply = balance.supply.plus(-self.offset);
     }
 }

@@ -57,7 +57,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
     fields!(excess, reference);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let ratio = at.speed.abs() * N::lift(S::ONE / self.reference) + N::constant(FADES_BELOW);
-        balance.turbulent_friction = balance.turbulent_friction * (N::lift(self.excess) * ratio.ln()).exp();
+        let ratio = at.speed.abs().times(S::ONE / self.reference).plus(S::constant(FADES_BELOW));
+        balance.turbulent_friction = balance.turbulent_friction * ratio.ln().times(self.excess).exp();
     }
 }

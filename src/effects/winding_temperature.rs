@@ -52,12 +52,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
         confused_with: &["supply_impedance", "brush_drop", "bearing_warmup"],
         separated_by: "a long run; the same recording cold and warm; an ohmmeter right after the stop",
         source: "one thermal body; temperature coefficient of copper of Modelica, Machines.Thermal.Constants",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(heating, time);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
-        balance.resistance = balance.resistance * N::lift(S::ONE + memory[0]);
+        balance.resistance = balance.resistance.times(S::ONE + memory[0]);
     }
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {

@@ -1,6 +1,6 @@
 //! The equations of motion: base model plus the contributions of the effects.
 
-use crate::effects::{Effect, MAX_EFFECTS, Memory, Passed};
+use crate::effects::{Acts, Effect, MAX_EFFECTS, Memory, Passed};
 use crate::motor::State;
 use crate::motor::parameters::{FluxLaw, ParameterError, Parameters};
 use crate::scalar::Scalar;
@@ -8,23 +8,23 @@ use crate::term::{Op, Target, Term};
 
 /// Where the motor is: the arguments of every effect.
 #[derive(Debug, Clone, Copy)]
-pub struct OperatingPoint<N> {
+pub struct OperatingPoint<N: Scalar> {
     /// i, A.
     pub current: N,
     /// ω, rad/s.
     pub speed: N,
     /// Direction of motion, or at standstill of the incipient motion: −1, 0 (held by dry friction), 1.
-    pub direction: N,
+    pub direction: N::Base,
     /// u, the supply voltage as it is recorded, V.
     pub voltage: N,
     /// du/dt, V/s.
-    pub voltage_rate: N,
+    pub voltage_rate: N::Base,
 }
 
 impl<N: Scalar> OperatingPoint<N> {
     /// A point without a supply, as the mechanical side sees it.
-    pub fn unsupplied(current: N, speed: N, direction: N) -> Self {
-        Self { current, speed, direction, voltage: N::ZERO, voltage_rate: N::ZERO }
+    pub fn unsupplied(current: N, speed: N, direction: N::Base) -> Self {
+        Self { current, speed, direction, voltage: N::ZERO, voltage_rate: N::Base::ZERO }
     }
 }
 
@@ -81,6 +81,8 @@ pub struct Motor<S> {
     terms: heapless::Vec<Term<S>, MAX_TERMS>,
     lags: bool,
     bends_supply: bool,
+    measures: bool,
+    remembers: bool,
 }
 
 /// How many terms of the user's own a motor can have.
@@ -115,6 +117,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
             inverse_inertia: S::ONE / parameters.inertia,
             lags: effects.iter().any(|e| e.description().lags_flux),
             bends_supply: effects.iter().any(|e| e.description().bends_supply),
+            measures: effects.iter().any(|e| e.description().acts == Acts::Measuring),
+            remembers: effects.iter().any(|e| e.description().remembers),
             effects,
             terms: heapless::Vec::new(),
         })
@@ -157,8 +161,10 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// Lets the memories of the effects move on over a step.
     #[inline(always)]
     pub fn advance(&self, passed: &Passed<S>, memories: &mut Memories<S>) {
-        for (effect, memory) in self.effects.iter().zip(memories) {
-            effect.advance(passed, memory);
+        if self.remembers {
+            for (effect, memory) in self.effects.iter().zip(memories) {
+                effect.advance(passed, memory);
+            }
         }
     }
 
@@ -166,8 +172,10 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub fn measure(&self, memories: &Memories<S>, state: State<S>) -> State<S> {
         let mut reading = state;
-        for (effect, memory) in self.effects.iter().zip(memories) {
-            effect.measure(memory, &mut reading);
+        if self.measures {
+            for (effect, memory) in self.effects.iter().zip(memories) {
+                effect.measure(memory, &mut reading);
+            }
         }
         reading
     }
@@ -233,7 +241,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// K φ, V s/rad: back-EMF per speed, torque per current.
     #[inline(always)]
     pub fn linkage<N: Scalar<Base = S>>(&self, b: &Balance<N>) -> N {
-        let k = N::lift(self.parameters.flux_coefficient) * b.flux;
+        let k = b.flux.times(self.parameters.flux_coefficient);
         match self.parameters.flux_law {
             FluxLaw::Series => k * b.magnetising,
             FluxLaw::PermanentMagnet => k,
@@ -261,14 +269,14 @@ impl<S: Scalar<Base = S>> Motor<S> {
         let mut inductance = b.inductance;
         let mut left = b.supply - b.resistance * at.current - linkage * at.speed - b.voltage;
         let mut lagged = linkage;
-        let slope = N::lift(self.parameters.flux_coefficient) * b.flux_slope;
+        let slope = b.flux_slope.times(self.parameters.flux_coefficient);
         if lags {
             let emf = slope * at.speed;
             let gained = inductance + b.inductance_lag * (b.resistance + emf);
             let lost = b.flux_lag * emf / gained;
             // 1 − x and 1/(1 + x) agree to first order, and the second never turns the inductance negative.
             inductance = if lost.value() > S::ZERO { gained / (N::ONE + lost) } else { gained * (N::ONE - lost) };
-            left += b.inductance_lag * at.voltage_rate;
+            left += b.inductance_lag.times(at.voltage_rate);
         }
         let current = left / inductance;
         if lags {
@@ -277,8 +285,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         let friction = (b.viscous_friction + b.turbulent_friction * at.speed.abs()) * at.speed + b.friction;
         Slopes {
             current,
-            speed: (lagged * at.current + b.torque - at.direction * b.dry_friction - friction)
-                * N::lift(self.inverse_inertia),
+            speed: (lagged * at.current + b.torque - b.dry_friction.times(at.direction) - friction)
+                .times(self.inverse_inertia),
             inductance,
         }
     }

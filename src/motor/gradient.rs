@@ -134,6 +134,19 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
         Self::lift(S::constant(value))
     }
     #[inline(always)]
+    fn times(self, factor: S) -> Self {
+        self.through(self.value * factor, factor)
+    }
+    #[inline(always)]
+    fn plus(self, term: S) -> Self {
+        Self { value: self.value + term, ..self }
+    }
+    #[inline(always)]
+    fn inverse(self) -> Self {
+        let value = S::ONE / self.value;
+        self.through(value, -(value * value))
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         if self.value < S::ZERO { -self } else { self }
     }
@@ -141,6 +154,12 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.through(root, S::constant(0.5) / root)
+    }
+    #[inline]
+    fn inverse_fourth_root(self) -> Self {
+        let root = self.value.inverse_fourth_root();
+        let square = root * root;
+        self.through(root, S::constant(-0.25) * root * (square * square))
     }
     #[inline]
     fn exp(self) -> Self {

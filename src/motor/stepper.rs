@@ -220,9 +220,9 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let here = OperatingPoint {
             current: Gradient::current(current),
             speed: Gradient::speed(speed),
-            direction: Gradient::lift(direction),
+            direction,
             voltage: Gradient::lift(from),
-            voltage_rate: Gradient::lift(rate),
+            voltage_rate: rate,
         };
         let slopes = self.motor.slopes(&here, &self.memories);
         let mut f = [slopes.current.value, slopes.speed.value];

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{E, PI, TAU};
 
 use greyrig::effects::{
-    AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
+    Acts, AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
     ChannelDelay, CommutationDemagnetisation, CommutationResistance, CoulombFriction, CurrentCompression, CurrentGain,
     CurrentOffset, Description, EddyCurrent, Effect, FanDynamics, Hysteresis, Imbalance, InductanceSaturation,
     IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Saturation, SkinEffect, SpeedGain, SpeedLag, SpeedRipple,
@@ -201,6 +201,22 @@ fn absent_at_size_zero() {
             assert!(with == base, "{}", d.id);
             assert!(with_single == single, "{}", d.id);
         }
+    }
+}
+
+#[test]
+fn only_what_says_so_remembers_and_measures() {
+    let before = State { current: 3.0, speed: 200.0 };
+    let passed = Passed { interval: 1e-4, before, after: State { current: -2.0, speed: 210.0 } };
+    for d in catalogue() {
+        let effect = typical(d);
+        let mut memory = effect.at_start(before);
+        effect.advance(&passed, &mut memory);
+        assert_eq!(memory != effect.at_start(before), d.remembers, "{}", d.id);
+        let mut reading = State { current: 123.456_789, speed: -1_234.567_8 };
+        effect.measure(&memory, &mut reading);
+        let measures = reading != State { current: 123.456_789, speed: -1_234.567_8 };
+        assert_eq!(measures, d.acts == Acts::Measuring, "{}", d.id);
     }
 }
 

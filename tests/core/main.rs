@@ -11,6 +11,7 @@ mod hybrid;
 mod link;
 mod nor;
 mod parameters;
+mod scalar;
 mod stepper;
 mod store;
 mod tick;

@@ -112,6 +112,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             json!({
                 "kind": kind,
                 "parameters": identification.parameters,
+                "flux_at_peak": identification.flux,
                 "condition": identification.condition,
                 "esr": comparison.as_ref().map(|c| c.esr),
                 "noise_floor": comparison.as_ref().map(|c| c.noise_floor),
@@ -124,6 +125,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     output::print_line(&words::parameters(&identification))?;
+    if let Some(flux) = &identification.flux {
+        output::print_line(&words::flux(flux))?;
+    }
     for note in &identification.notes {
         output::print_line(&format!("note: {note}"))?;
     }

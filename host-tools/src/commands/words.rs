@@ -3,6 +3,7 @@
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
 use crate::compare::{Comparison, PerSignal};
+use crate::identify::flux::FluxAtPeak;
 use crate::identify::{Estimate, Identification};
 use crate::model::Status;
 
@@ -53,6 +54,13 @@ pub fn parameters(identification: &Identification) -> String {
         ]);
     }
     table.to_string()
+}
+
+/// The linkage at the largest current in a line.
+pub fn flux(flux: &FluxAtPeak) -> String {
+    let [low, high] = flux.ci95.map(number);
+    let FluxAtPeak { current, speed, value, .. } = flux;
+    format!("K phi = {} V s/rad ({low} … {high}) at {current:.2} A, the largest, and {speed:.0} rad/s", number(*value))
 }
 
 /// Error-to-signal ratios next to the noise floor, recording by recording.

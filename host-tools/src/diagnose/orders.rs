@@ -162,22 +162,32 @@ fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
     let n = signal.len();
     let turned = angle[n - 1] - angle[0];
     let speed = (turned / ((n - 1) as f64 * interval_s)).abs();
-    // Sums over exp(i m θ/16) for all m at once: each is the one before, turned on by θ/16.
-    let count = (ORDERS.end() + 1) * PARTS;
-    let mut sums = vec![(0.0f64, 0.0f64); count];
+    // Sums over exp(i m θ/16) for all m at once: sixteen fractions of a wave side by side, turned on by a whole θ for each
+    // wave more.
+    let mut sums = vec![[(0.0f64, 0.0f64); PARTS]; ORDERS.end() + 1];
     let mut total = 0.0;
     for (k, (x, theta)) in signal.iter().zip(angle).enumerate() {
         let weight = 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / n as f64).cos();
         total += weight;
-        let (sin, cos) = ((theta - angle[0]) / PARTS as f64).sin_cos();
-        let (mut c, mut s) = (x * weight, 0.0);
-        for sum in &mut sums {
-            sum.0 += c;
-            sum.1 += s;
-            (c, s) = (c * cos - s * sin, c * sin + s * cos);
+        let theta = theta - angle[0];
+        let (sin, cos) = (theta / PARTS as f64).sin_cos();
+        let (mut c, mut s) = ([x * weight; PARTS], [0.0; PARTS]);
+        for p in 1..PARTS {
+            (c[p], s[p]) = (c[p - 1] * cos - s[p - 1] * sin, c[p - 1] * sin + s[p - 1] * cos);
+        }
+        let (sin, cos) = theta.sin_cos();
+        for wave in &mut sums {
+            for p in 0..PARTS {
+                wave[p].0 += c[p];
+                wave[p].1 += s[p];
+                (c[p], s[p]) = (c[p] * cos - s[p] * sin, c[p] * sin + s[p] * cos);
+            }
         }
     }
-    let power = |part: usize| 4.0 * (sums[part].0.powi(2) + sums[part].1.powi(2)) / (total * total);
+    let power = |part: usize| {
+        let (c, s) = sums[part / PARTS][part % PARTS];
+        4.0 * (c * c + s * s) / (total * total)
+    };
     let highest = HIGHEST / interval_s;
     let mut powers = Vec::new();
     let mut floors = Vec::new();

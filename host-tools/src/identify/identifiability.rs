@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
 use super::minimise::Refined;
-use super::space::{Freedom, Space};
+use super::space::{Entry, Freedom, Space};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Kind;
@@ -16,6 +16,9 @@ const LARGEST_DEVIATION: f64 = 0.5;
 
 /// Parameters with a loading above this take part in a weak direction.
 const LOADING: f64 = 0.3;
+
+/// The same for shapes of effects, which have a usual value: wherever one takes part at all, holding it costs least.
+const SHAPE_LOADING: f64 = 0.03;
 
 /// Relative variation of voltage, current and speed below which a recording holds one operating point only.
 const CONSTANT: f64 = 0.01;
@@ -139,13 +142,13 @@ fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {
 
 /// The weakest direction of an output-error fit, if it is too weak.
 pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
-    let names: Vec<&str> = refined.space.free().map(|e| e.name.as_str()).collect();
+    let entries: Vec<&Entry> = refined.space.free().collect();
     let direction = match covariance {
         Some(c) => too_wide(&c.matrix)?,
         None => null_direction(&refined.jacobian)?,
     };
     let has_current = experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some());
-    Some(describe(&names, &direction, has_current))
+    Some(describe(&entries, &direction, has_current))
 }
 
 /// The weakest direction of a regression on torque, if it is too weak.
@@ -156,8 +159,8 @@ pub fn of_columns(space: &Space, columns: &Columns, covariance: &Covariance) -> 
     let size: Vec<f64> = columns.matrix.column_iter().map(|c| c.norm() / rms).collect();
     let scaled = DMatrix::from_fn(p, p, |r, c| covariance.matrix[(r, c)] * size[r] * size[c]);
     let direction = too_wide(&scaled)?;
-    let names: Vec<&str> = columns.entries.iter().map(|k| space.entries[*k].name.as_str()).collect();
-    Some(describe(&names, &direction, true))
+    let entries: Vec<&Entry> = columns.entries.iter().map(|k| &space.entries[*k]).collect();
+    Some(describe(&entries, &direction, true))
 }
 
 fn too_wide(matrix: &DMatrix<f64>) -> Option<Vec<f64>> {
@@ -185,19 +188,21 @@ fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     Some(eigen.eigenvectors.column(least).iter().copied().collect())
 }
 
-fn describe(names: &[&str], direction: &[f64], has_current: bool) -> Weakness {
+fn describe(entries: &[&Entry], direction: &[f64], has_current: bool) -> Weakness {
     let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let takes_part = |e: &Entry, x: f64| x.abs() > largest * if e.is_shape() { SHAPE_LOADING } else { LOADING };
     let involved: Vec<&str> =
-        names.iter().zip(direction).filter(|(_, x)| x.abs() > LOADING * largest).map(|(n, _)| *n).collect();
+        entries.iter().zip(direction).filter(|(e, x)| takes_part(e, **x)).map(|(e, _)| e.name.as_str()).collect();
+    let of_effect = |shape: bool| {
+        let mut of = entries.iter().filter(|e| e.of_effect() && e.is_shape() == shape).map(|e| e.name.as_str());
+        of.find(|n| involved.contains(n))
+    };
     // Shapes of effects have a usual value; friction terms are the ones that a motor can do without.
-    let base = |n: &str| crate::model::BASE_PARAMETERS.contains(&n);
-    let held = involved
-        .iter()
-        .copied()
-        .find(|n| !base(n))
+    let held = of_effect(true)
+        .or_else(|| of_effect(false))
         .or_else(|| ["mu1", "mu2", "mu0"].into_iter().find(|n| involved.contains(n)))
         .or_else(|| ["L", "J", "K", "R"].into_iter().find(|n| involved.contains(n)))
-        .unwrap_or(names[0]);
+        .unwrap_or(&entries[0].name);
     let others: Vec<&str> = involved.iter().copied().filter(|n| *n != held).collect();
     let remedy = match (held, others.as_slice()) {
         ("mu1", _) if !has_current => "record the current, or fix K or mu1",

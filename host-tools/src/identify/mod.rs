@@ -8,6 +8,7 @@
 //!    reported in words with the excitation that would tell ([`identifiability`]).
 
 pub mod equation_error;
+pub mod flux;
 pub mod identifiability;
 pub mod intervals;
 pub mod inverse_dynamics;
@@ -34,6 +35,7 @@ use crate::output;
 use crate::recording::Recording;
 use crate::term::Formula;
 use equation_error::EquationError;
+use flux::FluxAtPeak;
 use identifiability::Weakness;
 use intervals::{Covariance, block_length_s, correlation_time_s, covariance};
 use minimise::{Effort, Refined, as_it_is, minimise};
@@ -142,6 +144,8 @@ pub struct Identification {
     pub model: Model,
     /// Its parameters, in the order of the equations.
     pub parameters: Vec<Estimate>,
+    /// Linkage at the largest current, of a series motor.
+    pub flux: Option<FluxAtPeak>,
     /// Condition number of the problem with parameters scaled to equal effect.
     pub condition: Option<f64>,
     /// What the user should know, in words.
@@ -175,7 +179,8 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
         Drive::Voltage => by_simulation(space, &experiments, settings.method, &mut notes)?,
     };
     notes.extend(implausible(&outcome, settings.kind));
-    Ok(report(recordings, settings, filter, outcome, notes))
+    let flux = outcome.covariance.as_ref().and_then(|c| FluxAtPeak::of(&outcome.space, c, &experiments));
+    Ok(report(recordings, settings, filter, outcome, flux, notes))
 }
 
 /// Prepares recordings of one motor type.
@@ -358,14 +363,18 @@ pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, 
 /// 95 % interval of a free parameter from the variance of its coordinate.
 fn interval(entry: &Entry, theta: f64, variance: f64, t95: f64) -> [f64; 2] {
     let half = t95 * variance.sqrt();
-    let systematic = NORMAL_95 * intervals::SYSTEMATIC;
     if entry.positive && entry.freedom == Freedom::Free(None) {
-        let half = half.hypot(systematic);
+        let half = half_width(half, 1.0);
         [entry.value * (-half).exp(), entry.value * half.exp()]
     } else {
-        let half = (half * entry.slope(theta).abs()).hypot(systematic * entry.value);
+        let half = half_width(half * entry.slope(theta).abs(), entry.value);
         [entry.value - half, entry.value + half]
     }
+}
+
+/// Half a 95 % interval with what the computation itself adds.
+fn half_width(half: f64, value: f64) -> f64 {
+    half.hypot(NORMAL_95 * intervals::SYSTEMATIC * value)
 }
 
 /// Numbers arbitrary keys in the order in which they first appear.
@@ -574,6 +583,7 @@ fn report(
     settings: &Settings,
     filter: Filter,
     outcome: Outcome,
+    flux: Option<FluxAtPeak>,
     mut notes: Vec<String>,
 ) -> Identification {
     let motion = recordings[0].motion;
@@ -666,7 +676,7 @@ fn report(
             recordings: recordings.iter().map(Origin::from).collect(),
         },
     };
-    Identification { model, parameters, condition: covariance.map(|c| c.condition), notes }
+    Identification { model, parameters, flux, condition: covariance.map(|c| c.condition), notes }
 }
 
 /// A recording and its place for an error.

@@ -433,6 +433,18 @@ impl Plant {
         self.lagging(&self.state, target).map_or(target, |(flux, _)| flux)
     }
 
+    /// K s φ, V s/rad, at the end of a path of currents, A, at a steady speed, rad/s: slow enough that no flux lags.
+    pub fn linkage(mut self, path: impl Iterator<Item = f64>, speed: f64) -> f64 {
+        for current in path {
+            self.state = State { i: current, omega: speed, ..self.state };
+            if let Some(history) = &mut self.history {
+                history.commit(current + self.remanence);
+            }
+        }
+        let flux = if self.universal { self.static_flux(self.state.i).0 } else { 1.0 };
+        self.pull(&self.state, flux)
+    }
+
     /// What the terminals show while the supply is open, V.
     pub fn open_voltage(&self) -> f64 {
         let x = &self.state;

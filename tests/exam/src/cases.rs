@@ -10,6 +10,7 @@ use greyrig_host::identify::Settings;
 use greyrig_host::model::Filter;
 use greyrig_host::model::Kind;
 use greyrig_host::recording::Recording;
+use greyrig_host::rig::plant::Plant;
 use greyrig_host::rig::{Motor, Setup};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -236,14 +237,22 @@ impl Case {
         }
     }
 
-    fn setup(&self, profile: &str, seconds: f64, seed: u64) -> greyrig_host::error::Result<Recording> {
+    fn setup(&self) -> greyrig_host::error::Result<Setup> {
         let motor = Motor::sample_from_population(&Motor::universal(), SPREAD, self.seed);
-        let mut setup =
-            Setup::new(Kind::Universal).motor(motor).profile(profile)?.seconds(seconds).seed(seed).noise(self.noise);
-        for effect in &self.effects {
-            setup = setup.effect(effect)?;
-        }
-        Ok(setup.run()?.recording)
+        let setup = Setup::new(Kind::Universal).motor(motor).noise(self.noise);
+        self.effects.iter().try_fold(setup, |setup, effect| setup.effect(effect))
+    }
+
+    fn record(&self, profile: &str, seconds: f64, seed: u64) -> greyrig_host::error::Result<Recording> {
+        Ok(self.setup()?.profile(profile)?.seconds(seconds).seed(seed).run()?.recording)
+    }
+
+    /// The motor with its effects.
+    ///
+    /// # Errors
+    /// An effect that the rig does not have.
+    pub fn plant(&self) -> greyrig_host::error::Result<Plant> {
+        Ok(self.setup()?.plant())
     }
 
     /// The recordings that are diagnosed.
@@ -252,7 +261,7 @@ impl Case {
     /// An interrupt.
     pub fn recordings(&self) -> greyrig_host::error::Result<Vec<Recording>> {
         let profiles = self.excitation.profiles().iter().enumerate();
-        profiles.map(|(k, (profile, seconds))| self.setup(profile, *seconds, 1000 * self.seed + k as u64)).collect()
+        profiles.map(|(k, (profile, seconds))| self.record(profile, *seconds, 1000 * self.seed + k as u64)).collect()
     }
 
     /// The recording on another excitation that judges what was learnt: a ramp.
@@ -260,6 +269,6 @@ impl Case {
     /// # Errors
     /// An interrupt.
     pub fn held_out(&self) -> greyrig_host::error::Result<Recording> {
-        self.setup("ramp", 10.0, 1000 * self.seed + 999)
+        self.record("ramp", 10.0, 1000 * self.seed + 999)
     }
 }

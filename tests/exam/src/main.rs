@@ -151,12 +151,22 @@ fn recover(
         .par_iter()
         .filter_map(|o| recovery::add(&Case::new(question, excitation, noise, o.seed), o).ok())
         .collect();
-    let mut shares: Vec<f64> = recovered.iter().map(|r| r.share).collect();
+    let mut shares: Vec<f64> = recovered.iter().map(Recovery::share).collect();
     shares.sort_by(f64::total_cmp);
     let at = |share: f64| shares.get((share * shares.len() as f64) as usize).copied().unwrap_or(f64::NAN);
     println!("added in {} cases: recovered median {:.3}, 10th percentile {:.3}", shares.len(), at(0.5), at(0.1));
-    println!("R in its interval: {}", Share::of(&recovered, |r| r.covered[0]));
-    println!("J in its interval: {}\n", Share::of(&recovered, |r| r.covered[1]));
+    for (k, name) in ["R", "J", "K φ at the largest current"].into_iter().enumerate() {
+        println!("{name} in its interval: {}", Share::of(&recovered, |r| r.off[k] <= 1.0));
+    }
+    for r in recovered.iter().filter(|r| r.share() < 0.7 || !r.off.iter().all(|off| *off <= 1.0)) {
+        let [before, after, floor] = r.esr;
+        let [resistance, inertia, flux] = r.off;
+        println!(
+            "- {}: {before:.5} -> {after:.5}, floor {floor:.5}; off by {resistance:.1} {inertia:.1} {flux:.1} half widths",
+            r.seed
+        );
+    }
+    println!();
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

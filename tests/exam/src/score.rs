@@ -111,7 +111,7 @@ impl Share {
         let (n, p, z) = (self.cases.max(1) as f64, self.value(), 1.96f64);
         let centre = p + z * z / (2.0 * n);
         let half = z * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
-        [(centre - half) / (1.0 + z * z / n), (centre + half) / (1.0 + z * z / n)]
+        [((centre - half) / (1.0 + z * z / n)).max(0.0), (centre + half) / (1.0 + z * z / n)]
     }
 }
 

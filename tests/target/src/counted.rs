@@ -13,10 +13,20 @@ use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sam
 
 use crate::scenarios;
 
+/// Runs of what takes the same every time.
+const RUNS: usize = 16;
+
+/// Samples within which the detector comes to the end of a period and judges it.
+const PERIODS: usize = 2_000;
+
 /// Counts instructions, or on the host merely runs what would be counted.
 pub trait Counter {
     /// Counts `run`, which works on `state`; it is run several times in a row. Names have no spaces.
-    fn count<S>(&mut self, name: &str, state: S, run: impl FnMut(&mut S));
+    fn count<S>(&mut self, name: &str, state: S, run: impl FnMut(&mut S)) {
+        self.count_runs(name, RUNS, state, run);
+    }
+    /// The same for a number of runs, of which the longest counts.
+    fn count_runs<S>(&mut self, name: &str, runs: usize, state: S, run: impl FnMut(&mut S));
 }
 
 /// Everything that is counted: a line each.
@@ -53,9 +63,19 @@ pub fn all(counter: &mut impl Counter) {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
         black_box(sampler.sample(counts, 0));
     });
-    let Some(sampler) = scenarios::full_sampler(&shared) else { return };
-    counter.count("interrupt_full", sampler, |sampler| {
-        let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+    for (name, b) in [("interrupt_full_bell_free", None), ("interrupt_full_bell_2", Some(2.0))] {
+        let Some(sampler) = scenarios::full_sampler(&shared, b) else { return };
+        counter.count(name, sampler, |sampler| {
+            let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });
+            black_box(sampler.sample(counts, 0));
+        });
+    }
+    let Some(sampler) = scenarios::full_sampler(&shared, Some(2.0)) else { return };
+    // A square wave of 50 Hz.
+    counter.count_runs("interrupt_full_bell_2_end_of_period", PERIODS, (sampler, 0), |(sampler, n)| {
+        *n += 1;
+        let voltage = if *n % 200 < 100 { 3_225 } else { 870 };
+        let counts = black_box(Counts { voltage, current: 2_380, speed: 2_785 });
         black_box(sampler.sample(counts, 0));
     });
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];

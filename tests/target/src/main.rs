@@ -26,8 +26,6 @@ mod on_target {
     const TICKS_IN_TEN_INSTRUCTIONS: u32 = 256;
     /// The 24 bits of SysTick.
     const TICKS: u32 = 1 << 24;
-    /// The most of so many runs is taken.
-    const RUNS: usize = 16;
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -69,9 +67,9 @@ mod on_target {
     }
 
     impl Counter for SysTick {
-        fn count<S>(&mut self, name: &str, mut state: S, mut run: impl FnMut(&mut S)) {
+        fn count_runs<S>(&mut self, name: &str, runs: usize, mut state: S, mut run: impl FnMut(&mut S)) {
             let (mut least, mut most) = (u32::MAX, 0);
-            for _ in 0..RUNS {
+            for _ in 0..runs {
                 let count = instructions(&mut state, &mut run) - self.empty;
                 (least, most) = (least.min(count), most.max(count));
             }

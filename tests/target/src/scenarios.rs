@@ -287,20 +287,20 @@ fn tick_bad_samples(outputs: &mut Outputs) {
 }
 
 /// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
-pub fn full_sampler(shared: &Shared) -> Option<Sampler<'_>> {
+pub fn full_sampler(shared: &Shared, b: Option<f64>) -> Option<Sampler<'_>> {
     let effects = [
         Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
         Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
     ];
     let filter = Settings::default().build().ok()?;
-    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, None, Firing::Product));
+    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, b, Firing::Product));
     let detector = detector::Settings {
         sample_rate_hz: 10_000.0,
         nominal_voltage: 230.0,
         least_voltage: 0.3,
         most_voltage: 1.1,
         least_speed: 600.0,
-        blanking_s: 1.0,
+        blanking_s: 0.0,
         fewest_periods: 50,
         limits: detector::Limits { current: 0.05, speed: 0.02, sparking: 0.05, ..detector::Limits::default() },
     };

@@ -1,7 +1,11 @@
 //! The number type of the model: `f32` on the microcontroller, `f64` where the host fits parameters.
 //!
-//! All functions are those of the pure-Rust `libm`, so that the same input gives the same bits on every machine.
-//! `f32::exp` and its kin of the standard library call the system's C library and are not used anywhere in the core.
+//! Exponential and fourth root are our own (`exponential.rs`, `fourth_root.rs`), all other functions are those of the pure-Rust `libm`, so that the same input
+//! gives the same bits on every machine. `f32::exp` and its kin of the standard library call the system's C library and are not
+//! used anywhere in the core.
+
+mod exponential;
+mod fourth_root;
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -32,10 +36,18 @@ pub trait Scalar:
     const ONE: Self;
     /// The nearest number to a constant.
     fn constant(value: f64) -> Self;
+    /// This number times a plain one.
+    fn times(self, factor: Self::Base) -> Self;
+    /// This number and a plain one.
+    fn plus(self, term: Self::Base) -> Self;
+    /// One by this number.
+    fn inverse(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
+    /// `x^(−1/4)` of a positive number.
+    fn inverse_fourth_root(self) -> Self;
     /// Exponential.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -55,7 +67,7 @@ pub trait Scalar:
 }
 
 macro_rules! scalar {
-    ($type:ty, $sqrt:ident, $exp:ident, $ln:ident, $tanh:ident, $atan:ident, $cos:ident, $sin:ident, $round:ident) => {
+    ($type:ty, $fourth_root:expr, $sqrt:ident, $exp:ident, $ln:ident, $tanh:ident, $atan:ident, $cos:ident, $sin:ident, $round:ident) => {
         impl Scalar for $type {
             type Base = Self;
             #[inline(always)]
@@ -73,6 +85,18 @@ macro_rules! scalar {
                 value as $type
             }
             #[inline(always)]
+            fn times(self, factor: Self) -> Self {
+                self * factor
+            }
+            #[inline(always)]
+            fn plus(self, term: Self) -> Self {
+                self + term
+            }
+            #[inline(always)]
+            fn inverse(self) -> Self {
+                1.0 / self
+            }
+            #[inline(always)]
             fn abs(self) -> Self {
                 <$type>::abs(self)
             }
@@ -80,9 +104,13 @@ macro_rules! scalar {
             fn sqrt(self) -> Self {
                 libm::$sqrt(self)
             }
+            #[inline(always)]
+            fn inverse_fourth_root(self) -> Self {
+                $fourth_root(self)
+            }
             #[inline]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                exponential::$exp(self)
             }
             #[inline]
             fn ln(self) -> Self {
@@ -116,5 +144,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, sqrtf, expf, logf, tanhf, atanf, cosf, sinf, roundf);
-scalar!(f64, sqrt, exp, log, tanh, atan, cos, sin, round);
+scalar!(f32, fourth_root::inverse, sqrtf, single, logf, tanhf, atanf, cosf, sinf, roundf);
+scalar!(f64, |x: f64| 1.0 / libm::sqrt(libm::sqrt(x)), sqrt, double, log, tanh, atan, cos, sin, round);
