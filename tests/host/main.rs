@@ -18,3 +18,4 @@ mod recording_mutation;
 mod report;
 mod rig;
 mod synthetic_comparison;
+mod train;

@@ -20,7 +20,11 @@ pub fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) ->
             ]
         })
         .collect();
-    let mut report = Report::new("Test of motors").table(
+    let title = match tests {
+        [Test { serial: Some(serial), verdict, .. }] => format!("Motor {serial}: {}", verdict.words()),
+        _ => "Test of motors".to_owned(),
+    };
+    let mut report = Report::new(title).table(
         "Verdicts",
         Table {
             caption: format!("Limits from {} healthy runs", detector.runs),
