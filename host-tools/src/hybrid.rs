@@ -26,15 +26,22 @@ pub const RIDGE: f64 = 1e-6;
 const PIECE_S: f64 = 0.5;
 const EVERY: usize = 5;
 
-/// Training and checking rows of recordings, without the first `blanking_s` seconds of each, s.
+/// Training and checking rows of recordings, without the first `blanking_s` seconds of each, s. With a delay, s, the modelled
+/// current so long ago is a fourth input: what a map with memory could use of a hysteresis.
 ///
 /// # Errors
 /// Recordings without voltage and current, or a model that cannot be run.
-pub fn tables(model: &Model, recordings: &[Recording], blanking_s: f64) -> Result<(Table, Table)> {
+pub fn tables(
+    model: &Model,
+    recordings: &[Recording],
+    blanking_s: f64,
+    delay_s: Option<f64>,
+) -> Result<(Table, Table)> {
     let motor = model
         .motor::<f32>()
         .map_err(|e| Error::usage(format!("the model cannot be run: {e}"), "check its parameters"))?;
-    let (mut training, mut checking) = (Builder::new(INPUTS.len()), Builder::new(INPUTS.len()));
+    let inputs = INPUTS.len() + usize::from(delay_s.is_some());
+    let (mut training, mut checking) = (Builder::new(inputs), Builder::new(inputs));
     for recording in recordings {
         let e = Experiment::new(recording, &model.filter)?;
         let (Drive::Voltage, Some(current)) = (e.drive, e.current.as_ref()) else {
@@ -52,12 +59,33 @@ pub fn tables(model: &Model, recordings: &[Recording], blanking_s: f64) -> Resul
             if !e.counted[n] || e.is_open(n) || (n as f64) < blanking_s / e.interval_s {
                 continue;
             }
-            let inputs = [e.input[n], f64::from(model.current), f64::from(model.speed)];
+            let mut inputs = vec![e.input[n], f64::from(model.current), f64::from(model.speed)];
+            if let Some(delay) = delay_s {
+                let ago = (delay / e.interval_s).round() as usize;
+                inputs.push(f64::from(modelled[n.saturating_sub(ago)].current));
+            }
             let rows = if n / piece % EVERY == EVERY - 1 { &mut checking } else { &mut training };
             rows.push(&inputs, current[n] - f64::from(model.current))?;
         }
     }
     Ok((training.finish()?, checking.finish()?))
+}
+
+/// Trains, on the same rows as [`train`], a network that sees the modelled current of a while ago, too. It is for comparison
+/// only: the microcontroller's has no memory.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_delayed(
+    model: &Model,
+    recordings: &[Recording],
+    blanking_s: f64,
+    delay_s: f64,
+    settings: &anfis::Settings,
+) -> Result<Trained> {
+    let bare = Model { correction: None, detector: None, ..model.clone() };
+    let (training, checking) = tables(&bare, recordings, blanking_s, Some(delay_s))?;
+    anfis::train(&training, Some(&checking), settings, &mut |_| ControlFlow::Continue(()))
 }
 
 /// Trains the correction of a model on recordings.
@@ -72,7 +100,7 @@ pub fn train(
     progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
 ) -> Result<(Model, Trained)> {
     let bare = Model { correction: None, detector: None, ..model.clone() };
-    let (training, checking) = tables(&bare, recordings, blanking_s)?;
+    let (training, checking) = tables(&bare, recordings, blanking_s, None)?;
     let trained = anfis::train(&training, Some(&checking), settings, progress)?;
     let names = INPUTS.map(str::to_owned);
     let correction = file::File::new(&trained, settings.method, MARGIN, &names, TARGET);

@@ -229,11 +229,20 @@ pub struct DetectorEntry {
     pub speed_deviation: [f64; 2],
     /// Healthy runs that they come from.
     pub runs: usize,
+    /// Motors that these runs are of; 0 in files from before it was told.
+    #[serde(default)]
+    pub motors: usize,
     /// Share of healthy motors that all limits are to hold, and the confidence in that.
     pub holds: [f64; 2],
     /// Temperatures at which they were learnt, °C, if the runs told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature_c: Option<[f64; 2]>,
+    /// Highest voltage of each run, RMS, V: least and largest of all runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mains_v: Option<[f64; 2]>,
+    /// Density of the air, kg/m³: least and largest of all runs, if they told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub air_kg_m3: Option<[f64; 2]>,
 }
 
 /// Where the model comes from.

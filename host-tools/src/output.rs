@@ -1,7 +1,7 @@
 //! What leaves the program: files that appear whole or not at all, one JSON object on stdout, talk on stderr.
 
 use std::fs::OpenOptions;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -67,6 +67,38 @@ pub fn write_file(path: &Path, force: bool, write: impl FnOnce(&mut dyn Write) -
     check_interrupt()?;
     temporary.persist(path).map_err(|e| fail(e.error))?;
     Ok(())
+}
+
+/// Adds a line to a table that grows for days, and has it on the disk before it returns. A line that a crash has cut off
+/// stays a line by itself; the header is written first if there is nothing yet.
+///
+/// # Errors
+/// Whatever the system refuses.
+pub fn append_line(path: &Path, header: &str, line: &str) -> Result<()> {
+    let append = || {
+        let mut file = OpenOptions::new().create(true).append(true).read(true).open(path)?;
+        let mut text = String::new();
+        if file.metadata()?.len() == 0 {
+            text = format!("{header}\n");
+        } else {
+            let mut last = [0];
+            file.seek(SeekFrom::End(-1))?;
+            file.read_exact(&mut last)?;
+            if last != *b"\n" {
+                text.push('\n');
+            }
+        }
+        text += line;
+        text.push('\n');
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    };
+    append().map_err(|e| Error::io(path, e))
+}
+
+/// A cell of a table with commas, quoted where it has to be.
+pub fn cell(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
 /// Fails when the file exists and `--force` was not given. Commands call this before long work, too.

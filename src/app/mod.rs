@@ -4,7 +4,8 @@
 //! interrupt, every 100 µs                          thread
 //! counts ─► Sampler ─┬─ Shared (counters, wishes) ─┬─ Server ◄─► link to the host
 //!                    ├─ queue of raw samples ──────┤     │
-//!                    └─ queue of reports ──────────┘     └─► Store (parameters in flash)
+//!                    ├─ queue of reports ──────────┤     └─► Store (parameters in flash)
+//!                    └─ queue of judged periods ───┘
 //! ```
 //! [`sampler`] is what the interrupt does with a sample, [`server`] what the thread does with bytes, [`serve`] the thread's
 //! loop. A board gives [`Hardware`], calls [`Sampler::sample`] once per sample, and has no logic of its own.
@@ -20,8 +21,10 @@
 //! which is how a rig gets its first parameters.
 
 pub mod bench;
+mod fresh;
 pub mod grid;
 mod hardware;
+mod judged;
 pub mod plausibility;
 pub mod ring;
 pub mod sampler;
@@ -41,3 +44,5 @@ pub use telemetry::Window;
 pub const RAW_QUEUE: usize = 512;
 /// Reports that wait for the link.
 pub const REPORT_QUEUE: usize = 8;
+/// Periods of a test that wait for the link: 160 ms at 50 Hz.
+pub const JUDGED_QUEUE: usize = 8;

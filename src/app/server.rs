@@ -29,6 +29,8 @@ struct Desk<'a> {
     payload: [u8; MAX_PAYLOAD],
     in_force: Option<InForce>,
     mode: Mode,
+    /// Whether a detector runs.
+    judges: bool,
     /// Where a new payload waits until it is complete.
     waiting: [u8; MAX_PAYLOAD],
     /// A sample that has been taken from the queue and belongs to the next frame.
@@ -65,6 +67,7 @@ impl<'a> Server<'a> {
             payload: [0; MAX_PAYLOAD],
             in_force: None,
             mode: Mode::Safe,
+            judges: false,
             waiting: [0; MAX_PAYLOAD],
             next: None,
         };
@@ -87,10 +90,13 @@ impl<'a> Server<'a> {
     }
 
     /// The next frame that has to be sent unasked: consecutive samples, once there are enough for a frame or a gap follows
-    /// them; or a report.
+    /// them; a judged period; or a report.
     pub fn unasked(&mut self) -> Option<Outgoing> {
         if let Some(outgoing) = self.desk.samples() {
             return Some(outgoing);
+        }
+        if let Some(judged) = self.desk.shared.judged.pop() {
+            return Outgoing::new(&Message::Judged(judged));
         }
         let window = self.desk.shared.reports.pop()?;
         Outgoing::new(&Message::Report(window.report()))
@@ -108,6 +114,7 @@ impl Desk<'_> {
         match section::decode(payload).and_then(|settings| settings.build()) {
             Ok(active) => {
                 self.mode = Mode::Running;
+                self.judges = active.detector.is_some();
                 Some(active)
             }
             Err(_) => {
@@ -139,6 +146,7 @@ impl Desk<'_> {
                 samples: self.shared.samples(),
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
+                test: self.shared.test(),
                 verdict: self.shared.verdict(),
                 deepest_stack: hardware.deepest_stack(),
             }),
@@ -159,6 +167,13 @@ impl Desk<'_> {
                 Reply::Done
             }
             Request::StartTelemetry { .. } => Reply::Refused(Refusal::Range),
+            Request::BeginTest { .. } if self.mode == Mode::Safe => Reply::Refused(Refusal::NotConfigured),
+            Request::BeginTest { .. } if !self.judges => Reply::Refused(Refusal::NoLimits),
+            Request::BeginTest { test } => {
+                self.shared.begin_test(test);
+                self.shared.follow(true);
+                Reply::Done
+            }
             Request::StartCapture => {
                 if !self.shared.capturing() {
                     self.drop_samples();
@@ -169,6 +184,7 @@ impl Desk<'_> {
             Request::Stop => {
                 self.shared.capture(false);
                 self.shared.report(0);
+                self.shared.follow(false);
                 self.drop_samples();
                 Reply::Done
             }

@@ -3,10 +3,12 @@
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
 
+use super::judged::WORDS;
 use super::ring::Ring;
-use super::{RAW_QUEUE, REPORT_QUEUE, Raw, Window};
+use super::{JUDGED_QUEUE, RAW_QUEUE, REPORT_QUEUE, Raw, Window};
 use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};
+use crate::link::message::Judged;
 
 const CANNOT_JUDGE: u8 = 0;
 const PASS: u8 = 1;
@@ -22,8 +24,11 @@ pub struct Shared {
     capture: AtomicBool,
     report_every: AtomicU32,
     verdict: AtomicU8,
+    test: AtomicU32,
+    follow: AtomicBool,
     pub(super) raw: Ring<Raw, 3, RAW_QUEUE>,
     pub(super) reports: Ring<Window, 7, REPORT_QUEUE>,
+    pub(super) judged: Ring<Judged, WORDS, JUDGED_QUEUE>,
 }
 
 impl Default for Shared {
@@ -43,8 +48,11 @@ impl Shared {
             capture: AtomicBool::new(false),
             report_every: AtomicU32::new(0),
             verdict: AtomicU8::new(CANNOT_JUDGE),
+            test: AtomicU32::new(0),
+            follow: AtomicBool::new(false),
             raw: Ring::new(),
             reports: Ring::new(),
+            judged: Ring::new(),
         }
     }
 
@@ -105,6 +113,30 @@ impl Shared {
             Verdict::CannotJudge => CANNOT_JUDGE,
         };
         self.verdict.store(code, Relaxed);
+    }
+
+    /// Number of the test that is wished for, and under way from the next sample on.
+    #[inline]
+    pub fn test(&self) -> u32 {
+        self.test.load(Relaxed)
+    }
+
+    /// Begins a test, unless it is under way.
+    pub fn begin_test(&self, test: u32) {
+        if self.test.swap(test, Relaxed) != test {
+            // The interrupt does the same once it has begun; until then the verdict of the test before must not be read.
+            self.judge(Verdict::CannotJudge);
+        }
+    }
+
+    #[inline]
+    pub(super) fn following(&self) -> bool {
+        self.follow.load(Relaxed)
+    }
+
+    /// Says whether every period of a test goes into the queue.
+    pub fn follow(&self, wanted: bool) {
+        self.follow.store(wanted, Relaxed);
     }
 
     #[inline]

@@ -14,12 +14,12 @@
 //!
 //! Half of white noise is where |i| is above its mean or a little less; sparks need a current.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::motor::State;
 
 /// The features of a period.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Features {
     /// Error of the current.
     pub current: f32,
@@ -57,7 +57,17 @@ impl Features {
         sum
     }
 
-    fn each(&self) -> [f32; 10] {
+    /// From all of them, in order of declaration.
+    pub(crate) fn of(values: [f32; 10]) -> Self {
+        let mut features = Self::default();
+        for (place, value) in features.each_mut().into_iter().zip(values) {
+            *place = value;
+        }
+        features
+    }
+
+    /// All of them, in order of declaration.
+    pub(crate) fn each(&self) -> [f32; 10] {
         let mut copy = *self;
         copy.each_mut().map(|x| *x)
     }

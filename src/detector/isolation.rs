@@ -14,8 +14,10 @@
 //!
 //! Sparking brushes take voltage, which looks like a resistance, and are told by the current above 1 kHz.
 
+use serde::{Deserialize, Serialize};
+
 /// Where a fault sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// Supply, winding, brushes.
     Electrical,
@@ -26,6 +28,9 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All of them, in order of declaration.
+    pub const ALL: [Self; 3] = [Self::Electrical, Self::Mechanical, Self::Sensor];
+
     /// In one word.
     pub const fn name(self) -> &'static str {
         match self {

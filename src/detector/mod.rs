@@ -103,7 +103,7 @@ impl fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 /// What called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Cause {
     /// The error of the current.
     CurrentError,
@@ -122,6 +122,17 @@ pub enum Cause {
 }
 
 impl Cause {
+    /// All of them, in order of declaration.
+    pub const ALL: [Self; 7] = [
+        Self::CurrentError,
+        Self::SpeedError,
+        Self::Sparking,
+        Self::CurrentJump,
+        Self::SpeedJump,
+        Self::CurrentDeviation,
+        Self::SpeedDeviation,
+    ];
+
     /// In words.
     pub const fn words(self) -> &'static str {
         match self {
@@ -137,7 +148,7 @@ impl Cause {
 }
 
 /// An alarm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Alarm {
     /// What called, the strongest first.
     pub cause: Cause,
@@ -148,7 +159,7 @@ pub struct Alarm {
 }
 
 /// What a period brought.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Period {
     /// Its features.
     pub features: Features,

@@ -5,11 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::detector::Verdict;
+use crate::detector::{Period, Verdict};
 use crate::faults::{Fault, TABLE};
 
 /// Version of the conversation.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
 
 /// Most bytes of parameters in a message.
 pub const CHUNK: usize = 256;
@@ -55,6 +55,13 @@ pub enum Request<'a> {
     ClearFaults,
     /// Start again, with the parameters in flash.
     Restart,
+    /// Begin the test of a motor: model, filters and detector as after a start, from the next sample on, and a message for
+    /// each period of the mains until [`Request::Stop`]. The number of the test under way begins none, and only asks for
+    /// the messages again.
+    BeginTest {
+        /// Number of the test, chosen by the host; after a start, test 0 is under way.
+        test: u32,
+    },
 }
 
 /// A request with its number.
@@ -121,7 +128,9 @@ pub struct Status {
     pub faults: [u32; TABLE.len()],
     /// Cycles of the last tick and of the longest; zero where the processor cannot count them.
     pub cycles: [u32; 2],
-    /// The detector's verdict so far; without limits it cannot judge.
+    /// Number of the test under way; 0 after a start.
+    pub test: u32,
+    /// The detector's verdict on it so far; without limits it cannot judge.
     pub verdict: Verdict,
     /// The most that the stack has taken since the start, bytes.
     pub deepest_stack: u32,
@@ -144,6 +153,23 @@ pub struct Report {
     pub residual_current_rms: f32,
     /// RMS of the residual of the speed, rad/s.
     pub residual_speed_rms: f32,
+}
+
+/// What a period of the mains has brought in a test.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// Number of the test.
+    pub test: u32,
+    /// Number of the test's first sample.
+    pub first: u32,
+    /// Periods before it in the test; a gap to the message before is the number of messages lost.
+    pub index: u32,
+    /// Number of the first sample after it.
+    pub sample: u32,
+    /// What it has brought.
+    pub period: Period,
+    /// The verdict on the test so far.
+    pub verdict: Verdict,
 }
 
 /// Consecutive samples of a raw capture.
@@ -174,6 +200,8 @@ pub enum Refusal {
     NotConfigured,
     /// A fault prevented it.
     Fault(Fault),
+    /// Not without the detector's limits.
+    NoLimits,
 }
 
 /// What the microcontroller answers.
@@ -210,4 +238,6 @@ pub enum Message<'a> {
     Samples(Samples<'a>),
     /// Unasked, after [`Request::StartTelemetry`].
     Report(Report),
+    /// Unasked, after [`Request::BeginTest`].
+    Judged(Judged),
 }

@@ -37,9 +37,9 @@ fn image() -> &'static Path {
 }
 
 /// An emulated board; it ends with the test.
-struct Board {
+pub struct Board {
     emulator: Child,
-    port: String,
+    pub port: String,
 }
 
 impl Drop for Board {
@@ -60,16 +60,22 @@ impl Board {
     }
 
     /// Behind a TCP port.
-    fn start() -> Self {
-        let free = TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).expect("a free port").port();
+    pub fn start() -> Self {
+        let free = free_port();
         let emulator = Self::emulator(&format!("tcp:127.0.0.1:{free},server=on,wait=off"));
         let board = Self { emulator: spawn(emulator), port: format!("tcp:127.0.0.1:{free}") };
-        let deadline = Instant::now() + Duration::from_secs(20);
-        while TcpStream::connect(("127.0.0.1", free)).is_err() {
-            assert!(Instant::now() < deadline, "the emulator does not listen");
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        connect(free);
         board
+    }
+
+    /// Behind a TCP port, with a line to what makes its motor go wrong.
+    pub fn start_with_knob() -> (Self, TcpStream) {
+        let (link, knob) = (free_port(), free_port());
+        let mut emulator = Self::emulator(&format!("tcp:127.0.0.1:{link},server=on,wait=off"));
+        emulator.args(["-serial", &format!("tcp:127.0.0.1:{knob},server=on,wait=off")]);
+        let board = Self { emulator: spawn(emulator), port: format!("tcp:127.0.0.1:{link}") };
+        connect(link);
+        (board, connect(knob))
     }
 
     /// Behind a pseudo-terminal, as a serial port.
@@ -86,6 +92,21 @@ impl Board {
     }
 }
 
+fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).expect("a free port").port()
+}
+
+fn connect(port: u16) -> TcpStream {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    loop {
+        if let Ok(stream) = TcpStream::connect(("127.0.0.1", port)) {
+            return stream;
+        }
+        assert!(Instant::now() < deadline, "the emulator does not listen");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
 fn spawn(mut command: Command) -> Child {
     spawn_from(&mut command)
 }
@@ -94,7 +115,7 @@ fn spawn_from(command: &mut Command) -> Child {
     command.spawn().expect("needs qemu-system-arm (on Debian: apt-get install qemu-system-arm)")
 }
 
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
+pub fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
 }
 
@@ -102,14 +123,14 @@ fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     bad_input::refused(&greyrig(folder, arguments), words);
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
+pub fn json(folder: &Path, arguments: &[&str]) -> Value {
     let output = greyrig(folder, &[arguments, &["--json"]].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 /// A folder with a model in it.
-fn folder(resistance: f64) -> TempDir {
+pub fn folder(resistance: f64) -> TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let values = [
         ("R", resistance, "ohm"),

@@ -127,6 +127,14 @@ fn the_command_tells_by_its_exit_code() {
     let bad = run("bad.csv");
     assert_eq!(bad.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&bad.stdout).contains("sparking brushes"));
+    let mut text = std::fs::read_to_string(folder.path().join("bad.csv")).unwrap();
+    text.insert_str(0, "# serial: A-17\n");
+    std::fs::write(folder.path().join("bad.csv"), text).unwrap();
+    let page = ["monitor", "bad.csv", "--model", "station.toml", "--report", "a17.html", "--json"];
+    let told: serde_json::Value = serde_json::from_slice(&greyrig(folder.path(), &page).stdout).unwrap();
+    assert_eq!(told["runs"][0]["serial"], "A-17");
+    let page = std::fs::read_to_string(folder.path().join("a17.html")).unwrap();
+    assert!(page.contains("<title>Motor A-17: fail"), "{}", &page[..300]);
     let short = run("short.csv");
     assert_eq!(short.status.code(), Some(4));
     assert!(String::from_utf8_lossy(&short.stdout).contains("could be judged"));

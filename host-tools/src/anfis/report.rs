@@ -29,7 +29,14 @@ pub fn report(data: &Named, trained: &Trained, command: &str) -> Report<'static>
         .fact("Rows", data.table.rows().to_string())
         .fact("Ridge λ", format!("{:.3e}", trained.ridge))
         .curves("Learning", learning(trained));
-    for (i, name) in data.inputs.iter().enumerate() {
+    report = network(report, &data.inputs, &data.target, trained);
+    report.table("Rules", rules(&data.inputs, trained))
+}
+
+/// Adds what the network has learnt: its membership functions before and after, and its response.
+pub fn network<'a>(mut report: Report<'a>, inputs: &[String], target: &str, trained: &Trained) -> Report<'a> {
+    let net = &trained.net;
+    for (i, name) in inputs.iter().enumerate() {
         for (when, of) in [("before", &trained.initial), ("after", net)] {
             report = report.curves(
                 format!("Membership functions of {name}, {when} training"),
@@ -38,14 +45,14 @@ pub fn report(data: &Named, trained: &Trained, command: &str) -> Report<'static>
         }
     }
     if net.inputs == 1 {
-        report = report.curves("Response", response(trained, &data.inputs[0], &data.target));
+        report = report.curves("Response", response(trained, &inputs[0], target));
     }
     let pairs = (0..net.inputs).flat_map(|a| (a + 1..net.inputs).map(move |b| (a, b)));
     for (a, b) in pairs.take(SURFACES) {
-        let heading = format!("Response over {} and {}", data.inputs[a], data.inputs[b]);
-        report = report.surface(heading, surface(data, trained, a, b));
+        let heading = format!("Response over {} and {}", inputs[a], inputs[b]);
+        report = report.surface(heading, surface(inputs, target, trained, a, b));
     }
-    report.table("Rules", rules(data, trained))
+    report
 }
 
 fn why(stopped: Stopped) -> &'static str {
@@ -103,7 +110,7 @@ fn response(trained: &Trained, name: &str, target: &str) -> Curves {
     }
 }
 
-fn surface(data: &Named, trained: &Trained, a: usize, b: usize) -> Surface {
+fn surface(inputs: &[String], target: &str, trained: &Trained, a: usize, b: usize) -> Surface {
     let mut x: Vec<f64> = trained.inputs.iter().map(|(low, high)| 0.5 * (low + high)).collect();
     let others = if x.len() > 2 { ", the other inputs in the middle of their ranges" } else { "" };
     let middle = |(low, high): (f64, f64), k: usize| low + (high - low) * (k as f64 + 0.5) / CELLS as f64;
@@ -116,21 +123,21 @@ fn surface(data: &Named, trained: &Trained, a: usize, b: usize) -> Surface {
             values.push(trained.net.output(&x).clamp(trained.output.0, trained.output.1));
         }
     }
-    let axis = |i: usize| (data.inputs[i].clone(), trained.inputs[i].0, trained.inputs[i].1);
+    let axis = |i: usize| (inputs[i].clone(), trained.inputs[i].0, trained.inputs[i].1);
     Surface {
         caption: format!("Output over the trained box{others}"),
         x: axis(a),
         y: axis(b),
-        value: data.target.clone(),
+        value: target.to_owned(),
         columns: CELLS,
         values,
     }
 }
 
-fn rules(data: &Named, trained: &Trained) -> Table {
+fn rules(inputs: &[String], trained: &Trained) -> Table {
     let net = &trained.net;
     let mut columns: Vec<String> = vec!["Functions".into(), "Rows it stands for".into(), "Largest share".into()];
-    columns.extend(data.inputs.iter().map(|name| format!("Slope by {name}")));
+    columns.extend(inputs.iter().map(|name| format!("Slope by {name}")));
     columns.push("Constant".into());
     let rows = (0..net.rules()).map(|rule| {
         let support = &trained.support[rule];

@@ -13,10 +13,11 @@ use crate::monitor::calibrate::{Shown, calibrate};
 use crate::monitor::tolerance::moments;
 use crate::output;
 
-/// Learns from runs of healthy motors, one run each, what the detector takes for healthy.
+/// Learns from runs of healthy motors what the detector takes for healthy.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  greyrig calibrate healthy-*.csv --model hybrid.toml --out station.toml\n\n\
-    All runs have to follow the profile of the test. Ten motors are usual; with fewer the limits are wider.")]
+    All runs have to follow the profile of the test. Ten motors are usual; with fewer the limits are wider. Runs with the\n\
+    same serial number (# serial: in the file) are of the same motor.")]
 pub struct Args {
     #[command(flatten)]
     input: Input,
@@ -62,9 +63,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     output::print_line(&table(&detector, &shown))?;
     output::print_line(&format!(
-        "\nlimits from {} runs: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
+        "\nlimits from {} runs of {} motors: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
          deviations normal over the motors",
         detector.runs,
+        detector.motors,
         100.0 * detector.holds[0],
         100.0 * detector.holds[1]
     ))?;

@@ -1,5 +1,7 @@
 //! `greyrig demo`: the whole story on built-in data, without hardware.
 
+mod paper;
+
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,7 +15,7 @@ use crate::diagnose::{Options, Progress, diagnose};
 use crate::error::Result;
 use crate::hybrid;
 use crate::identify::{self, Identification, Method, Settings};
-use crate::model::{Kind, Model, Origin};
+use crate::model::{DetectorEntry, Kind, Model, Origin};
 use crate::monitor::calibrate::calibrate;
 use crate::monitor::test::{Test, test};
 use crate::output;
@@ -144,7 +146,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     say(&table.to_string())?;
 
     say("\n9. Ten healthy motors of the type (3 % scatter) teach the detector; then three others are judged:\n")?;
-    let tests = station(&corrections[1].1.model, hidden(args.seed))?;
+    let (detector, tests) = station(&corrections[1].1.model, hidden(args.seed))?;
+    let residuals = of_the_type(&corrections[1].1.model, &detector, hidden(args.seed))?;
     let mut table = words::table(&["motor", "verdict", "why"]);
     for (label, test) in &tests {
         let why = test.alarms.first().map_or_else(String::new, |a| {
@@ -159,7 +162,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::write_file(path, args.force, |out| out.write_all(error_falling(&steps, floor).as_bytes()))?;
     }
     let files: Vec<Origin> = training.iter().chain(&held_out).map(Origin::from).collect();
-    Report::new("A motor with a hidden effect")
+    let [alone, with_correction] = &corrections[0].1.comparisons;
+    let page = Report::new("A motor with a hidden effect")
         .lead(format!(
             "What the physical model alone explains of a motor that hides something, where it fails, what is missing, and \
              what is left once that is in it. Verdict: {}.",
@@ -169,7 +173,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         .text("Why", diagnosis.verdict.text.clone())
         .table("Candidates", super::diagnose::candidates_in_report(&diagnosis))
         .table("A learned correction beside the model", correction_in_report(&corrections))
-        .table("Motors judged", tests_in_report(&tests))
+        .table("Motors judged", tests_in_report(&tests));
+    paper::figures(page, alone, with_correction, &residuals)
         .comparison("Physical model alone", &attempts[1].held_out, &attempts[1].identification.model)
         .comparison("With what was missing", &improved.held_out, &improved.identification.model)
         .recordings(&files)
@@ -205,6 +210,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// A model with a learned correction, and what that does for the current on data held out.
 struct Corrected {
     model: Model,
+    /// Without and with it.
+    comparisons: [Comparison; 2],
     before: Option<f64>,
     after: Option<f64>,
     share: Option<f64>,
@@ -221,7 +228,13 @@ fn corrected(model: &Model, training: &[Recording], held_out: &[Recording]) -> R
     let judged: Vec<Recording> = held_out.iter().map(|r| super::train::without_start(r, BLANKING_S)).collect();
     let (before, after) = (compare(model, &judged)?, compare(&hybrid, &judged)?);
     let share = super::train::correction_share(&before, &after);
-    Ok(Corrected { model: hybrid, before: before.esr.current, after: after.esr.current, share })
+    Ok(Corrected {
+        model: hybrid,
+        before: before.esr.current,
+        after: after.esr.current,
+        share,
+        comparisons: [before, after],
+    })
 }
 
 fn correction_in_report(corrections: &[(&str, Corrected)]) -> Table {
@@ -238,7 +251,7 @@ fn correction_in_report(corrections: &[(&str, Corrected)]) -> Table {
 }
 
 /// Limits from ten healthy motors, and the tests of three others.
-fn station(model: &Model, hidden: &[&str]) -> Result<Vec<(&'static str, Test)>> {
+fn station(model: &Model, hidden: &[&str]) -> Result<(DetectorEntry, Vec<(&'static str, Test)>)> {
     let motor = |seed: u64, fault: Option<&str>| -> Result<Recording> {
         let motor = Motor::sample_from_population(&Motor::universal(), 0.03, seed);
         let mut setup = Setup::new(Kind::Universal).profile("steady")?.seconds(7.0).seed(seed).motor(motor);
@@ -252,14 +265,31 @@ fn station(model: &Model, hidden: &[&str]) -> Result<Vec<(&'static str, Test)>> 
     };
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect::<Result<_>>()?;
     let (detector, _) = calibrate(model, &healthy, RUN_UP_S, &mut || ())?;
-    [
+    let tests = [
         ("healthy", None),
         ("sparking brushes from 5 s on", Some("sparking=0.2@5")),
         ("bearing friction doubled from 5 s on", Some("bearing_friction=1@5")),
     ]
     .into_iter()
     .map(|(label, fault)| Ok((label, test(model, &detector, &motor(99, fault)?)?)))
-    .collect()
+    .collect::<Result<_>>()?;
+    Ok((detector, tests))
+}
+
+/// The motor that the model is of, healthy and with brushes that spark from 5 s on: the paper's case, in which no scatter of the
+/// lot hides the residual.
+fn of_the_type(model: &Model, detector: &DetectorEntry, hidden: &[&str]) -> Result<[Test; 2]> {
+    let run = |fault: Option<&str>| -> Result<Test> {
+        let mut setup = Setup::new(Kind::Universal).profile("steady")?.seconds(7.0).seed(99);
+        for effect in hidden {
+            setup = setup.effect(effect)?;
+        }
+        if let Some(fault) = fault {
+            setup = setup.fault(fault)?;
+        }
+        test(model, detector, &setup.run()?.recording)
+    };
+    Ok([run(None)?, run(Some("sparking=0.2@5"))?])
 }
 
 fn tests_in_report(tests: &[(&str, Test)]) -> Table {

@@ -14,6 +14,7 @@ pub mod effects;
 pub mod flash;
 pub mod identify;
 mod input;
+pub mod master;
 pub mod monitor;
 pub mod plan;
 pub mod record;
@@ -60,6 +61,8 @@ pub enum Command {
     Calibrate(calibrate::Args),
     /// Judge motors: alarms, and a verdict.
     Monitor(monitor::Args),
+    /// Test the golden motor: drift and repeatability of the rig.
+    Master(master::Args),
     /// Train a fuzzy network (ANFIS) on any table.
     Anfis(anfis::Args),
     /// The catalogue of physical effects, explained.
@@ -95,6 +98,7 @@ impl Command {
             Self::Train(args) => train::run(args),
             Self::Calibrate(args) => calibrate::run(args),
             Self::Monitor(args) => monitor::run(args),
+            Self::Master(args) => master::run(args),
             Self::Anfis(args) => anfis::run(args),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),

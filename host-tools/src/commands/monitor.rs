@@ -1,37 +1,62 @@
-//! `greyrig monitor`: the on-line detector, replayed.
+//! `greyrig monitor`: the detector, on recordings or on line.
 
-use std::fs::OpenOptions;
-use std::io::Write;
+mod live;
+mod page;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::input::Input;
+use super::input;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
-use crate::monitor::replay::Row;
 use crate::monitor::test::{Outcome, Test, test};
 use crate::output;
-use crate::report::{Curves, Report, Table};
+use crate::recording::{Extra, MapArgs, Recording};
 
 /// Exit code of a motor that fails its test.
 const FAILED: u8 = 1;
 /// Exit code where no verdict is possible.
 const NO_VERDICT: u8 = 4;
+/// Column of the motor's temperature.
+const TEMPERATURE: &str = "temp_c";
 
-/// Judges motors, one run each: pass, fail or cannot judge.
+/// Judges motors, on recordings of one run each or over the link: pass, fail or cannot judge.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Example:\n  greyrig monitor motor-17.csv --model station.toml --report motor-17.html --results today.csv\n\n\
-    Exit code: 0 all motors pass, 1 a motor fails, 4 a motor cannot be judged."
+    after_help = "Examples:\n  greyrig monitor motor-17.csv --model station.toml --report motor-17.html --results today.csv\n  \
+    greyrig monitor --port /dev/ttyACM0 --model station.toml --serial 17 --results today.csv\n\n\
+    Over the link the test begins when the supply is switched on, and ends after --seconds or when it has been switched off.\n\
+    Exit code: 0 all motors pass, 1 a motor fails, 4 a motor cannot be judged, 3 trouble with the link, 130 after Ctrl-C."
 )]
 pub struct Args {
+    /// Recordings of one motor type, in any supported format
+    #[arg(required_unless_present = "port", conflicts_with = "port", value_name = "RUN")]
+    recordings: Vec<PathBuf>,
     #[command(flatten)]
-    input: Input,
+    map: MapArgs,
+    /// Test a motor over the link: a serial device, a pseudo-terminal, or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
+    /// Length of a test over the link, s
+    #[arg(long, value_name = "S", requires = "port")]
+    seconds: Option<f64>,
+    /// Serial number of the motor that is tested over the link
+    #[arg(long, value_name = "NUMBER", requires = "port")]
+    serial: Option<String>,
+    /// Recording of a test over the link to write: .csv or .parquet
+    #[arg(long, value_name = "RUN", requires = "port")]
+    out: Option<PathBuf>,
     /// Model file with the detector's limits, from `greyrig calibrate`
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
+    /// Pressure of the air, hPa, where the recording does not tell it (# air_pressure_hpa:)
+    #[arg(long, value_name = "HPA")]
+    air_hpa: Option<f64>,
+    /// Temperature of the motor, °C, where the recording does not tell it (column temp_c)
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    temp_c: Option<f64>,
     /// Motor type that is being tested; a model of another type is refused
     #[arg(long = "type", value_name = "NAME")]
     motor: Option<String>,
@@ -52,9 +77,10 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written.
+/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble with the
+/// link.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if let Some(path) = &args.report {
+    for path in args.report.iter().chain(&args.out) {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
@@ -70,29 +96,26 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "learn them from healthy motors: greyrig calibrate RUN… --model MODEL --out MODEL2",
         ));
     };
-    let recordings = args.input.load()?;
-    let mut tests = Vec::new();
-    for recording in &recordings {
-        output::check_interrupt()?;
-        crate::compare::same_type(&model, recording)?;
-        let test = test(&model, detector, recording)?;
-        if let Some(path) = &args.results {
-            add_line(path, &test)?;
-        }
-        tests.push(test);
-    }
+    let mut judged = match &args.port {
+        Some(port) => live::run(args, port, &model, detector)?,
+        None => replayed(args, &model, detector)?,
+    };
+    let tests = &judged.tests;
     let worst = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
     if let Some(path) = &args.report {
-        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        report(&tests, detector, &files).write(path, args.force)?;
+        page::report(tests, detector, &judged.files).write(path, args.force)?;
         eprintln!("report: {}", path.display());
     }
     if args.json {
         let alarms: Vec<_> = tests.iter().flat_map(|t| &t.alarms).collect();
-        let body = json!({ "verdict": worst, "alarms": alarms, "runs": tests, "model": args.model });
-        output::print_json("monitor", &args.input.names(), body)?;
+        let mut body = json!({ "verdict": worst, "alarms": alarms, "runs": tests, "model": args.model });
+        if let (Some(body), Some(more)) = (body.as_object_mut(), judged.more.as_object_mut()) {
+            body.append(more);
+        }
+        let names: Vec<String> = args.recordings.iter().map(|p| p.display().to_string()).collect();
+        output::print_json("monitor", &names, body)?;
     } else {
-        for test in &tests {
+        for test in tests {
             print(test)?;
         }
     }
@@ -103,32 +126,54 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Adds a line to the results, and has it on the disk before the next motor.
-fn add_line(path: &Path, test: &Test) -> Result<()> {
-    let failed = |e: std::io::Error| Error::io(path, e);
-    let new = !path.exists();
-    let mut file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
-    let first = test.alarms.first();
-    let field = |text: &str| {
-        if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-    };
-    let mut line = String::new();
-    if new {
-        line += "recording,serial,verdict,t_s,kind,suspect,ratio,reason\n";
+/// Motors that have been judged.
+struct Judged {
+    tests: Vec<Test>,
+    files: Vec<Origin>,
+    /// What else the JSON object tells.
+    more: serde_json::Value,
+}
+
+fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+    let mut recordings = input::load(&args.recordings, &args.map)?;
+    recordings.iter_mut().for_each(|r| circumstances(args, r));
+    let mut tests = Vec::new();
+    for recording in &recordings {
+        output::check_interrupt()?;
+        crate::compare::same_type(model, recording)?;
+        let test = test(model, detector, recording)?;
+        note(args.results.as_deref(), &test)?;
+        tests.push(test);
     }
-    line += &[
-        field(&test.recording),
-        field(test.serial.as_deref().unwrap_or("")),
+    Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
+}
+
+/// Adds what the command line tells about air and temperature to a recording that does not.
+fn circumstances(args: &Args, recording: &mut Recording) {
+    if let Some(pressure) = args.air_hpa {
+        recording.metadata.entry("air_pressure_hpa".into()).or_insert_with(|| pressure.to_string());
+    }
+    if let Some(temperature) = args.temp_c.filter(|_| recording.extras.iter().all(|e| e.name != TEMPERATURE)) {
+        let values = vec![temperature; recording.len()];
+        recording.extras.push(Extra { name: TEMPERATURE.into(), values });
+    }
+}
+
+/// Adds a line to the results, if they are kept, and has it on the disk before the next motor.
+fn note(results: Option<&Path>, test: &Test) -> Result<()> {
+    let Some(path) = results else { return Ok(()) };
+    let first = test.alarms.first();
+    let line = [
+        output::cell(&test.recording),
+        output::cell(test.serial.as_deref().unwrap_or("")),
         test.verdict.words().to_owned(),
         first.map_or_else(String::new, |a| format!("{:.3}", a.t_s)),
         first.map_or_else(String::new, |a| a.kind.to_owned()),
-        first.map_or_else(String::new, |a| field(&a.suspect)),
+        first.map_or_else(String::new, |a| output::cell(&a.suspect)),
         first.map_or_else(String::new, |a| format!("{:.3}", a.ratio)),
-        field(&test.reasons.join("; ")),
-    ]
-    .join(",");
-    line.push('\n');
-    file.write_all(line.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)
+        output::cell(&test.reasons.join("; ")),
+    ];
+    output::append_line(path, "recording,serial,verdict,t_s,kind,suspect,ratio,reason", &line.join(","))
 }
 
 fn print(test: &Test) -> Result<()> {
@@ -162,59 +207,4 @@ fn print(test: &Test) -> Result<()> {
         ))?;
     }
     Ok(())
-}
-
-fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) -> Report<'a> {
-    let rows = tests
-        .iter()
-        .map(|t| {
-            let alarm = t.alarms.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-            vec![
-                t.recording.clone(),
-                t.serial.clone().unwrap_or_default(),
-                t.verdict.words().to_owned(),
-                alarm.map_or_else(|| t.reasons.join("; "), |a| format!("{}, {:.1} times the limit", a.cause, a.ratio)),
-                alarm.map_or_else(String::new, |a| a.suspect.clone()),
-            ]
-        })
-        .collect();
-    let mut report = Report::new("Test of motors").table(
-        "Verdicts",
-        Table {
-            caption: format!("Limits from {} healthy runs", detector.runs),
-            columns: ["recording", "serial", "verdict", "why", "suspect"].map(str::to_owned).to_vec(),
-            rows,
-        },
-    );
-    for test in tests.iter().take(12) {
-        report = report.curves(format!("{}: {}", test.recording, test.verdict.words()), ratios(test, detector));
-    }
-    report.recordings(files)
-}
-
-/// What is watched, over its limit, in time.
-fn ratios(test: &Test, detector: &DetectorEntry) -> Curves {
-    let of = |get: &dyn Fn(&Row) -> f64| test.replay.judged().map(|r| (r.t_s, get(r))).collect::<Vec<_>>();
-    let over = |x: f32, limit: f64| if limit > 0.0 { f64::from(x) / limit } else { 0.0 };
-    let beyond = |x: f32, [centre, half]: [f64; 2]| if half > 0.0 { (f64::from(x) - centre).abs() / half } else { 0.0 };
-    Curves {
-        caption: "What is watched, as a share of its limit; above 1 it calls".to_owned(),
-        x: "time, s".to_owned(),
-        y: "ratio to the limit".to_owned(),
-        logarithmic: true,
-        curves: vec![
-            ("error of the current".to_owned(), of(&|r| over(r.features.current, detector.current))),
-            ("error of the speed".to_owned(), of(&|r| over(r.features.speed, detector.speed))),
-            ("current above 1 kHz".to_owned(), of(&|r| over(r.features.sparking, detector.sparking))),
-            ("abrupt change of the current".to_owned(), of(&|r| over(r.jumps[0].abs(), detector.current_jump))),
-            (
-                "deviation of the current".to_owned(),
-                of(&|r| beyond(r.features.current_deviation, detector.current_deviation)),
-            ),
-            (
-                "deviation of the speed".to_owned(),
-                of(&|r| beyond(r.features.speed_deviation, detector.speed_deviation)),
-            ),
-        ],
-    }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use greyrig::link::message::{Message, Request};
+use greyrig::link::message::{Message, Request, Samples};
 use greyrig::link::packing;
 use greyrig::units::Counts;
 
@@ -27,6 +27,38 @@ pub struct Capture {
 }
 
 impl Capture {
+    /// Nothing yet, with room for a number of samples.
+    pub fn with_room(count: usize) -> Self {
+        Self { first: 0, samples: Vec::with_capacity(count), reconnections: 0 }
+    }
+
+    /// Takes a frame's samples, up to a number of samples in all; says whether it could use them.
+    pub fn take(&mut self, samples: &Samples, most: usize) -> Option<()> {
+        let counts = packing::unpack(samples.count.into(), samples.packed)?;
+        if self.samples.is_empty() {
+            self.first = samples.first;
+        }
+        let place = samples.first.wrapping_sub(self.first) as usize;
+        // A frame from before, or one so far ahead that it could only be one.
+        if place < self.samples.len() {
+            return None;
+        }
+        self.samples.resize(place.min(most), None);
+        self.samples.extend(counts.map(Some));
+        self.samples.truncate(most);
+        Some(())
+    }
+
+    /// The samples from a number on, so many; those that are not in it are missing.
+    #[must_use]
+    pub fn window(&self, first: u32, count: usize) -> Self {
+        // Negative where the window begins before the capture.
+        let offset = i64::from(first.wrapping_sub(self.first).cast_signed());
+        let at =
+            |n: usize| usize::try_from(offset + n as i64).ok().and_then(|n| self.samples.get(n).copied().flatten());
+        Self { first, samples: (0..count).map(at).collect(), reconnections: self.reconnections }
+    }
+
     /// Where samples are missing, as places in [`Capture::samples`].
     pub fn lost(&self) -> Vec<Range<usize>> {
         let mut lost: Vec<Range<usize>> = Vec::new();
@@ -45,7 +77,7 @@ impl Capture {
 /// # Errors
 /// A link that does not come back, a microcontroller that has restarted, Ctrl-C.
 pub fn record(name: &str, device: &Device, mut connection: Connection, count: usize) -> Result<Capture> {
-    let mut capture = Capture { first: 0, samples: Vec::with_capacity(count), reconnections: 0 };
+    let mut capture = Capture::with_room(count);
     let bar = output::progress("recording", count as u64);
     connection.tell(Request::StartCapture)?;
     while capture.samples.len() < count {
@@ -82,20 +114,7 @@ pub fn record(name: &str, device: &Device, mut connection: Connection, count: us
 fn receive(connection: &mut Connection, capture: &mut Capture, count: usize) -> Result<()> {
     let before = capture.samples.len();
     let full = connection.listen(Instant::now() + SILENCE, |message| {
-        let Message::Samples(samples) = message else { return None };
-        let counts = packing::unpack(samples.count.into(), samples.packed)?;
-        if capture.samples.is_empty() {
-            capture.first = samples.first;
-        }
-        let place = samples.first.wrapping_sub(capture.first) as usize;
-        // A frame from before, or one so far ahead that it could only be one.
-        if place < capture.samples.len() {
-            return None;
-        }
-        capture.samples.resize(place.min(count), None);
-        capture.samples.extend(counts.map(Some));
-        capture.samples.truncate(count);
-        Some(())
+        if let Message::Samples(samples) = message { capture.take(samples, count) } else { None }
     })?;
     match full {
         Some(()) => Ok(()),

@@ -1,5 +1,6 @@
 //! A conversation with the microcontroller: requests, their answers, and what comes unasked.
 
+use std::collections::VecDeque;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,8 @@ use crate::output;
 const ANSWER: Duration = Duration::from_millis(500);
 /// So often.
 const ATTEMPTS: usize = 4;
+/// Messages that are kept while an answer is waited for: those of the four attempts, 156 frames of samples a second.
+const UNHEARD: usize = 512;
 
 /// Who answered.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -40,6 +43,8 @@ pub struct Connection {
     line: Box<dyn Line>,
     receiver: Receiver,
     number: u8,
+    /// What came unasked while an answer was waited for.
+    unheard: VecDeque<Vec<u8>>,
 }
 
 impl Connection {
@@ -50,7 +55,8 @@ impl Connection {
     pub fn open(name: &str) -> Result<(Self, Device)> {
         let line = line::open(name)
             .map_err(|e| Error::link(format!("the port {name} cannot be opened: {e}"), line::remedy(name, &e)))?;
-        let mut connection = Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0 };
+        let mut connection =
+            Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
         // Ends whatever the line has carried before.
         connection.write(&[0])?;
         let (protocol, device) = connection.ask(Request::Hello, |reply| match reply {
@@ -89,7 +95,8 @@ impl Connection {
             let number = self.number;
             self.send(&Asked { number, request })?;
             let deadline = Instant::now() + ANSWER;
-            let answer = self.listen(deadline, |message| match message {
+            let mut unheard = std::mem::take(&mut self.unheard);
+            let answer = self.hear(deadline, |body, message| match message {
                 Message::Reply { number: of, reply } if *of == number => Some(match reply {
                     Reply::Refused(why) => Err(refused(*why)),
                     reply => take(reply).ok_or_else(|| {
@@ -99,8 +106,15 @@ impl Connection {
                         )
                     }),
                 }),
-                _ => None,
-            })?;
+                Message::Reply { .. } => None,
+                _ => {
+                    unheard.push_back(body.to_vec());
+                    None
+                }
+            });
+            unheard.drain(..unheard.len().saturating_sub(UNHEARD));
+            self.unheard = unheard;
+            let answer = answer?;
             if let Some(answer) = answer {
                 return answer;
             }
@@ -151,6 +165,16 @@ impl Connection {
     /// # Errors
     /// A link that has gone, or Ctrl-C.
     pub fn listen<T>(&mut self, until: Instant, mut handle: impl FnMut(&Message) -> Option<T>) -> Result<Option<T>> {
+        let mut made = None;
+        for body in self.unheard.drain(..) {
+            if let Ok(message) = postcard::from_bytes::<Message>(&body) {
+                made = handle(&message).or(made);
+            }
+        }
+        if made.is_some() { Ok(made) } else { self.hear(until, |_, message| handle(message)) }
+    }
+
+    fn hear<T>(&mut self, until: Instant, mut handle: impl FnMut(&[u8], &Message) -> Option<T>) -> Result<Option<T>> {
         let mut bytes = [0; 4096];
         while Instant::now() < until {
             output::check_interrupt()?;
@@ -161,7 +185,7 @@ impl Connection {
                 if let Some(Ok(body)) = self.receiver.push(byte)
                     && let Ok(message) = postcard::from_bytes::<Message>(body)
                 {
-                    made = handle(&message).or(made);
+                    made = handle(body, &message).or(made);
                 }
             }
             if made.is_some() {
@@ -233,6 +257,10 @@ fn refused(why: Refusal) -> Error {
         }
         Refusal::Capturing => ("the microcontroller is recording", "end the other recording first"),
         Refusal::NotConfigured => ("the microcontroller has no parameters", "write them with `greyrig flash`"),
+        Refusal::NoLimits => (
+            "the microcontroller's parameters hold no limits of the detector",
+            "write a model that has some: greyrig calibrate, then greyrig flash",
+        ),
         Refusal::Fault(fault) => TABLE
             .iter()
             .find(|description| description.fault == fault)

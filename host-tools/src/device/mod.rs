@@ -7,6 +7,7 @@ pub mod line;
 pub mod parameters;
 #[cfg(feature = "probe")]
 pub mod probe;
+pub mod recorded;
 pub mod update;
 
 pub use connection::{Connection, Device};

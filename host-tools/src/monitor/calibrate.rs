@@ -8,6 +8,7 @@
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
+use super::air;
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
 use crate::error::{Error, Result};
@@ -75,21 +76,34 @@ pub fn shown(replay: &Replay) -> Option<Shown> {
     })
 }
 
-/// Learns the limits of a model's detector from runs of healthy motors, one run each.
+/// The runs of each motor, by serial number; a run without one is of a motor of its own.
+pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
+    let mut motors: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
+    for (k, recording) in recordings.iter().enumerate() {
+        let serial = recording.metadata.get("serial").map(String::as_str);
+        match motors.iter_mut().find(|(other, _)| serial.is_some() && *other == serial) {
+            Some((_, runs)) => runs.push(k),
+            None => motors.push((serial, vec![k])),
+        }
+    }
+    motors.into_iter().map(|(_, runs)| runs).collect()
+}
+
+/// Learns the limits of a model's detector from runs of healthy motors. Runs with the same serial number are of the same
+/// motor: what differs between them is the rig's own scatter.
 ///
 /// # Errors
-/// Too few runs, a run in which nothing can be judged, an interrupt.
+/// Too few motors, a run in which nothing can be judged, an interrupt.
 pub fn calibrate(
     model: &Model,
     recordings: &[Recording],
     blanking_s: f64,
     progress: &mut dyn FnMut(),
 ) -> Result<(DetectorEntry, Vec<Shown>)> {
-    if recordings.len() < FEWEST {
-        return Err(Error::usage(
-            format!("{} runs cannot tell what a healthy motor is", recordings.len()),
-            format!("give runs of at least {FEWEST} healthy motors; ten are usual"),
-        ));
+    let motors = by_motor(recordings);
+    if motors.len() < FEWEST {
+        let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
+        return Err(Error::usage(told, format!("give runs of at least {FEWEST} healthy motors; ten are usual")));
     }
     // Without limits it looks and calls nothing; at first at any voltage and speed, to learn which are usual.
     let mut entry = DetectorEntry {
@@ -99,19 +113,36 @@ pub fn calibrate(
         blanking_s,
         fewest_periods: FEWEST_PERIODS,
         runs: recordings.len(),
+        motors: motors.len(),
         holds: [HOLDS, CONFIDENCE],
         ..DetectorEntry::default()
     };
-    let look = |entry: &DetectorEntry, r: &Recording| replay(model, r, &|interval| entry.settings(interval));
+    let range = |values: &[f64]| -> Option<[f64; 2]> {
+        let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
+        (!values.is_empty()).then_some(ends)
+    };
+    let air: Vec<f64> = recordings.iter().filter_map(|r| air::density(r).transpose()).collect::<Result<_>>()?;
+    if !air.is_empty() && air.len() < recordings.len() {
+        return Err(Error::usage(
+            format!("{} of {} runs tell the pressure of the air", air.len(), recordings.len()),
+            "have all of them tell it (# air_pressure_hpa: 1003), or none",
+        ));
+    }
+    entry.air_kg_m3 = range(&air);
+    let look = |entry: &DetectorEntry, r: &Recording| {
+        let model = air::compensated(model, entry, r)?;
+        replay(&model, r, &|interval| entry.settings(interval))
+    };
     let first: Vec<Replay> = recordings.iter().map(|r| look(&entry, r)).collect::<Result<_>>()?;
     let rows = || first.iter().flat_map(|r| &r.rows);
     entry.nominal_voltage = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
     entry.most_voltage = MOST_VOLTAGE;
     entry.least_speed = LEAST_SPEED * rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
-    let mut all = Vec::new();
+    let (mut all, mut mains) = (Vec::new(), Vec::new());
     for recording in recordings {
         output::check_interrupt()?;
         let run = look(&entry, recording)?;
+        mains.extend(run.highest_voltage());
         all.push(shown(&run).ok_or_else(|| {
             Error::usage(
                 format!("in {} less than half a second can be judged", recording.path.display()),
@@ -121,7 +152,10 @@ pub fn calibrate(
         progress();
     }
     let share = 1.0 - (1.0 - HOLDS) / WATCHED;
-    let limit = |values: Vec<f64>, logarithmic| upper(&values, logarithmic, share, CONFIDENCE).unwrap_or(0.0);
+    let limit = |values: Vec<f64>, logarithmic| {
+        let of_motors: Vec<Vec<f64>> = motors.iter().map(|runs| runs.iter().map(|k| values[*k]).collect()).collect();
+        upper(&of_motors, logarithmic, share, CONFIDENCE).unwrap_or(0.0)
+    };
     let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
     let band = |get: &dyn Fn(&Shown) -> [f64; 2]| {
         let high = limit(of(&|s| get(s)[1]), false);
@@ -137,8 +171,8 @@ pub fn calibrate(
         speed_jump: limit(of(&|s| s.speed_jump), true),
         current_deviation: band(&|s| s.current_deviation),
         speed_deviation: band(&|s| s.speed_deviation),
-        temperature_c: (!temperatures.is_empty())
-            .then(|| temperatures.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| [l.min(*t), h.max(*t)])),
+        temperature_c: range(&temperatures),
+        mains_v: range(&mains),
         ..entry
     };
     Ok((entry, all))

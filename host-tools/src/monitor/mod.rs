@@ -1,7 +1,12 @@
-//! The detector on the host: recordings through the rig's own tick and detector, limits learnt from healthy motors, and what
+//! The detector on the host: recordings through the rig's own tick and detector, tests over the link, limits learnt from healthy motors, and what
 //! may be broken.
 
+pub mod air;
 pub mod calibrate;
+pub mod drift;
+pub mod gauge;
+pub mod golden;
+pub mod live;
 pub mod replay;
 pub mod suspect;
 pub mod test;

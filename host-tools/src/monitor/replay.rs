@@ -37,6 +37,11 @@ pub struct Replay {
 }
 
 impl Replay {
+    /// Highest voltage of a judged period, RMS, V: the level of the mains.
+    pub fn highest_voltage(&self) -> Option<f64> {
+        self.judged().map(|r| f64::from(r.features.voltage_rms)).reduce(f64::max)
+    }
+
     /// The rows that were judged.
     pub fn judged(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|r| r.judged)

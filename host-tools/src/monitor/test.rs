@@ -3,6 +3,7 @@
 use greyrig::detector::{Cause, Features, Kind, Verdict};
 use serde::Serialize;
 
+use super::air;
 use super::replay::{Replay, Row, replay};
 use super::suspect::{self, Suspect};
 use crate::error::Result;
@@ -11,6 +12,11 @@ use crate::recording::Recording;
 
 /// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
 const TEMPERATURE_MARGIN: f64 = 10.0;
+/// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may vary
+/// (EN 50160).
+const MAINS_MARGIN: f64 = 0.1;
+/// The same for the density of the air, whose effect on the fan is compensated: a thousand metres of height make 10 %.
+const AIR_MARGIN: f64 = 0.15;
 /// Alarms closer than this belong together, s.
 const TOGETHER_S: f64 = 0.5;
 
@@ -84,10 +90,20 @@ pub struct Test {
 /// # Errors
 /// A recording that cannot be replayed, an interrupt.
 pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> Result<Test> {
-    let run = replay(model, recording, &|interval| detector.settings(interval))?;
+    let model = air::compensated(model, detector, recording)?;
+    let run = replay(&model, recording, &|interval| detector.settings(interval))?;
+    judge(&model, detector, recording, run, true)
+}
+
+/// Makes a test of a run that the detector has seen, in a replay or on the microcontroller. Causes can be put into the
+/// recording, to find what may be broken, only if it is whole.
+///
+/// # Errors
+/// As [`test`].
+pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run: Replay, whole: bool) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let mut suspects = Vec::new();
-    if let Some(first) = alarms.first() {
+    if let Some(first) = alarms.first().filter(|_| whole) {
         suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
         suspects.truncate(3);
         if let Some(likeliest) = suspects.first() {
@@ -97,8 +113,12 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
             }
         }
     }
-    let reasons = reasons(detector, &run);
+    let conditions = conditions(detector, &run, air::density(recording)?);
+    let strange = !conditions.is_empty();
+    let reasons: Vec<String> = conditions.into_iter().chain(too_little(detector, &run)).collect();
     let verdict = match run.verdict {
+        // Where the limits do not hold an alarm is no proof either.
+        Verdict::Fail if strange => Outcome::CannotJudge,
         Verdict::Fail => Outcome::Fail,
         Verdict::Pass if reasons.is_empty() => Outcome::Pass,
         _ => Outcome::CannotJudge,
@@ -116,25 +136,40 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
     })
 }
 
-/// Periods that call, joined where they are close together.
+/// Periods that call, joined where they are close together. Where the fault sits is what most of them say: before the rotor
+/// has followed, much looks like a sensor.
 fn alarms(rows: &[Row]) -> Vec<Alarm> {
-    let mut all: Vec<Alarm> = Vec::new();
+    let mut all: Vec<(Alarm, [usize; Kind::ALL.len()])> = Vec::new();
     for row in rows {
         let Some(a) = row.alarm else { continue };
         let (t, ratio) = (row.t_s, f64::from(a.ratio));
-        match all.last_mut().filter(|last| t - last.until_s < TOGETHER_S) {
-            Some(last) => {
-                last.until_s = t;
+        let fresh = alarm(t, a.kind, a.cause, ratio);
+        match all.last_mut().filter(|(last, _)| t - last.until_s < TOGETHER_S) {
+            Some((last, kinds)) => {
+                kinds[a.kind as usize] += 1;
                 let sparks = !last.suspect.is_empty();
                 if !sparks && (ratio > last.ratio || a.cause == Cause::Sparking) {
-                    *last = Alarm { t_s: last.t_s, ..alarm(t, a.kind, a.cause, ratio.max(last.ratio)) };
+                    *last = Alarm { t_s: last.t_s, ..fresh };
                 }
-                last.ratio = last.ratio.max(ratio);
+                (last.until_s, last.ratio) = (t, last.ratio.max(ratio));
             }
-            None => all.push(alarm(t, a.kind, a.cause, ratio)),
+            None => {
+                let mut kinds = [0; Kind::ALL.len()];
+                kinds[a.kind as usize] = 1;
+                all.push((fresh, kinds));
+            }
         }
     }
-    all
+    let settled = |(mut alarm, kinds): (Alarm, [usize; Kind::ALL.len()])| {
+        // Sparks take voltage, and are electrical whatever current and speed do.
+        if alarm.suspect.is_empty()
+            && let Some((kind, _)) = Kind::ALL.into_iter().zip(kinds).max_by_key(|(_, count)| *count)
+        {
+            alarm.kind = kind.name();
+        }
+        alarm
+    };
+    all.into_iter().map(settled).collect()
 }
 
 fn alarm(t: f64, kind: Kind, cause: Cause, ratio: f64) -> Alarm {
@@ -142,15 +177,37 @@ fn alarm(t: f64, kind: Kind, cause: Cause, ratio: f64) -> Alarm {
     Alarm { t_s: t, until_s: t, kind: kind.name(), cause: cause.words(), suspect, ratio }
 }
 
-/// Why a run that called nothing is no proof of health.
-fn reasons(detector: &DetectorEntry, run: &Replay) -> Vec<String> {
+/// Where the motor was tested under conditions for which the limits were not learnt.
+fn conditions(detector: &DetectorEntry, run: &Replay, air: Option<f64>) -> Vec<String> {
     let mut reasons = Vec::new();
+    if let (Some([low, high]), Some(t)) = (detector.temperature_c, run.temperature)
+        && !(low - TEMPERATURE_MARGIN..=high + TEMPERATURE_MARGIN).contains(&t)
+    {
+        reasons.push(format!("it is at {t:.0} °C, and the limits were learnt from {low:.0} to {high:.0} °C"));
+    }
+    if let (Some([low, high]), Some(v)) = (detector.mains_v, run.highest_voltage())
+        && !((1.0 - MAINS_MARGIN) * low..=(1.0 + MAINS_MARGIN) * high).contains(&v)
+    {
+        reasons.push(format!("the mains reach {v:.0} V, and the limits were learnt from {low:.0} to {high:.0} V"));
+    }
+    if let (Some([low, high]), Some(rho)) = (detector.air_kg_m3, air)
+        && !((1.0 - AIR_MARGIN) * low..=(1.0 + AIR_MARGIN) * high).contains(&rho)
+    {
+        reasons.push(format!(
+            "the air weighs {rho:.2} kg/m³, and the limits were learnt from {low:.2} to {high:.2} kg/m³"
+        ));
+    }
+    reasons
+}
+
+/// Why a run that called nothing is no proof of health.
+fn too_little(detector: &DetectorEntry, run: &Replay) -> Option<String> {
     let judged = run.judged().count();
     let seen: Vec<&Row> = run.rows.iter().filter(|r| !r.judged && r.t_s >= detector.blanking_s).collect();
     if judged < detector.fewest_periods as usize {
         let share = |holds: &dyn Fn(&Row) -> bool| seen.iter().filter(|r| holds(r)).count() * 2 > seen.len().max(1);
         let volts = |r: &Row| f64::from(r.features.voltage_rms) / detector.nominal_voltage;
-        reasons.push(if share(&|r| volts(r) < detector.least_voltage) {
+        return Some(if share(&|r| volts(r) < detector.least_voltage) {
             format!("the voltage is below {:.0} % of {:.0} V", 100.0 * detector.least_voltage, detector.nominal_voltage)
         } else if share(&|r| volts(r) > detector.most_voltage) {
             format!("the voltage is above {:.0} % of {:.0} V", 100.0 * detector.most_voltage, detector.nominal_voltage)
@@ -162,10 +219,5 @@ fn reasons(detector: &DetectorEntry, run: &Replay) -> Vec<String> {
             format!("only {judged} of the {} periods that it takes could be judged", detector.fewest_periods)
         });
     }
-    if let (Some([low, high]), Some(t)) = (detector.temperature_c, run.temperature)
-        && !(low - TEMPERATURE_MARGIN..=high + TEMPERATURE_MARGIN).contains(&t)
-    {
-        reasons.push(format!("it is at {t:.0} °C, and the limits were learnt from {low:.0} to {high:.0} °C"));
-    }
-    reasons
+    None
 }

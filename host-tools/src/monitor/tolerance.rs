@@ -7,7 +7,17 @@
 //! k = (z_p + √(z_p² − a b))/a      a = 1 − z_γ²/(2 (n − 1))      b = z_p² − z_γ²/n
 //! ```
 //!
-//! Source: M. G. Natrella: Experimental Statistics, NBS Handbook 91 (1963), A-7.
+//! Where several runs come of a motor, they are not as many motors. With n runs each of g motors, MS_b and MS_w the mean
+//! squares between and within motors, and n_0 runs of a motor (n itself, if all have as many),
+//!
+//! ```text
+//! s² = MS_b/n_0 + (1 − 1/n_0) MS_w      ν = s⁴/((MS_b/n_0)²/(g − 1) + ((1 − 1/n_0) MS_w)²/(N − g))
+//! ```
+//!
+//! is the variance of a run of any motor and its degrees of freedom, which stand for n − 1 above; g stands for n.
+//!
+//! Sources: M. G. Natrella: Experimental Statistics, NBS Handbook 91 (1963), A-7; F. E. Satterthwaite: An approximate
+//! distribution of estimates of variance components, Biometrics Bulletin 2 (1946) 110–114.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -16,10 +26,15 @@ pub const FEWEST: usize = 4;
 
 /// The one-sided factor k for n values, a share p and a confidence γ. `None` with too few values.
 pub fn factor(n: usize, share: f64, confidence: f64) -> Option<f64> {
+    factor_of(n, n as f64 - 1.0, share, confidence)
+}
+
+/// The same for a mean of n motors and a standard deviation of ν degrees of freedom.
+fn factor_of(n: usize, freedom: f64, share: f64, confidence: f64) -> Option<f64> {
     let normal = Normal::new(0.0, 1.0).ok()?;
     let (zp, zg) = (normal.inverse_cdf(share), normal.inverse_cdf(confidence));
     let count = n as f64;
-    let a = 1.0 - zg * zg / (2.0 * (count - 1.0));
+    let a = 1.0 - zg * zg / (2.0 * freedom);
     let b = zp * zp - zg * zg / count;
     (n >= FEWEST && a > 0.0).then(|| (zp + (zp * zp - a * b).max(0.0).sqrt()) / a)
 }
@@ -32,15 +47,52 @@ pub fn moments(values: &[f64]) -> (f64, f64) {
     (mean, square.sqrt())
 }
 
-/// The upper limit of values that are normal, or lognormal where `logarithmic`.
-pub fn upper(values: &[f64], logarithmic: bool, share: f64, confidence: f64) -> Option<f64> {
-    let k = factor(values.len(), share, confidence)?;
-    if logarithmic {
-        let logs: Vec<f64> = values.iter().map(|x| x.max(1e-12).ln()).collect();
-        let (mean, deviation) = moments(&logs);
-        Some((mean + k * deviation).exp())
-    } else {
-        let (mean, deviation) = moments(values);
-        Some(mean + k * deviation)
+/// Mean and standard deviation of a run of any motor, and the latter's degrees of freedom, from the runs of each motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// Mean over motors.
+    pub mean: f64,
+    /// s.
+    pub deviation: f64,
+    /// ν.
+    pub freedom: f64,
+    /// Motors.
+    pub motors: usize,
+    /// Standard deviation within the runs of a motor, where there are several.
+    pub within: Option<f64>,
+}
+
+/// From the runs of each motor.
+pub fn spread(motors: &[Vec<f64>]) -> Spread {
+    let runs: usize = motors.iter().map(Vec::len).sum();
+    let g = motors.len();
+    let means: Vec<f64> = motors.iter().map(|m| moments(m).0).collect();
+    let (mean, between) = moments(&means);
+    if runs <= g {
+        let freedom = (g.max(2) - 1) as f64;
+        return Spread { mean, deviation: between, freedom, motors: g, within: None };
     }
+    let within: f64 =
+        motors.iter().zip(&means).flat_map(|(m, mean)| m.iter().map(move |x| (x - mean).powi(2))).sum::<f64>()
+            / (runs - g) as f64;
+    // Of unequal numbers of runs the harmonic mean: what the variance of a motor's mean goes by.
+    let n = g as f64 / motors.iter().map(|m| 1.0 / m.len().max(1) as f64).sum::<f64>();
+    let (a, b) = (between * between, (1.0 - 1.0 / n) * within);
+    let freedom = (a + b).powi(2) / (a * a / (g.max(2) - 1) as f64 + b * b / (runs - g) as f64);
+    Spread {
+        mean,
+        deviation: (a + b).sqrt(),
+        freedom: if freedom.is_finite() { freedom } else { (runs - 1) as f64 },
+        motors: g,
+        within: Some(within.sqrt()),
+    }
+}
+
+/// The upper limit of values that are normal, or lognormal where `logarithmic`, from the runs of each motor.
+pub fn upper(motors: &[Vec<f64>], logarithmic: bool, share: f64, confidence: f64) -> Option<f64> {
+    let log = |x: &f64| if logarithmic { x.max(1e-12).ln() } else { *x };
+    let scaled: Vec<Vec<f64>> = motors.iter().map(|m| m.iter().map(log).collect()).collect();
+    let s = spread(&scaled);
+    let limit = s.mean + factor_of(s.motors, s.freedom, share, confidence)? * s.deviation;
+    Some(if logarithmic { limit.exp() } else { limit })
 }

@@ -29,6 +29,7 @@ mod extremes;
 pub mod figures;
 mod full_rate;
 mod numbers;
+pub mod panels;
 mod residuals;
 mod signals;
 mod surface;

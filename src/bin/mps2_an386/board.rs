@@ -5,17 +5,17 @@ use greyrig::app::Hardware;
 use greyrig::detector::Verdict;
 
 use crate::nor::Nor;
-use crate::serial::Serial;
+use crate::serial::Link;
 
 /// The machine.
 pub struct Board {
-    serial: Serial,
+    serial: Link,
     flash: Nor,
 }
 
 impl Board {
     pub fn new() -> Self {
-        Self { serial: Serial::new(), flash: Nor::new() }
+        Self { serial: Link::new(), flash: Nor::new() }
     }
 }
 

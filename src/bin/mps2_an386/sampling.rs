@@ -8,9 +8,11 @@ use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 use greyrig::app::Sampler;
-use greyrig::app::bench::Bench;
+use greyrig::app::bench::{Bench, Trouble};
 use greyrig::parameters::SAMPLE_RATE_HZ;
 use static_cell::StaticCell;
+
+use crate::serial::Knob;
 
 /// SYSCLK of the machine, Hz.
 const CLOCK_HZ: u32 = 25_000_000;
@@ -19,6 +21,7 @@ const CLOCK_HZ: u32 = 25_000_000;
 struct Sampling {
     sampler: Sampler<'static>,
     bench: Bench,
+    knob: Knob,
 }
 
 /// Set once, before the interrupt is enabled; from then on the interrupt's own.
@@ -28,7 +31,7 @@ static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 pub fn start(sampler: Sampler<'static>) {
     static PLACE: StaticCell<Sampling> = StaticCell::new();
     let (Ok(bench), Some(peripherals)) = (Bench::new(), Peripherals::take()) else { return };
-    SAMPLING.store(PLACE.init(Sampling { sampler, bench }), Ordering::Release);
+    SAMPLING.store(PLACE.init(Sampling { sampler, bench, knob: Knob::new() }), Ordering::Release);
     let mut timer = peripherals.SYST;
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(CLOCK_HZ / SAMPLE_RATE_HZ - 1);
@@ -41,6 +44,9 @@ pub fn start(sampler: Sampler<'static>) {
 fn SysTick() {
     // SAFETY: nobody else uses what it points to, and an interrupt does not interrupt itself.
     let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
+    if let Some(trouble) = sampling.knob.byte().and_then(Trouble::from_letter) {
+        sampling.bench.plan_trouble(trouble);
+    }
     let counts = sampling.bench.counts();
     // The bench makes a sample when it is asked for one: none can be missed.
     sampling.sampler.sample(counts, 0);

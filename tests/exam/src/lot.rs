@@ -5,12 +5,14 @@
 
 use std::ops::ControlFlow;
 
+use greyrig::detector::{Features, Verdict};
 use greyrig_host::anfis::{Method, Settings as Training};
 use greyrig_host::error::Result;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
-use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::model::{DetectorEntry, Kind, Model};
+use greyrig_host::monitor::calibrate::{calibrate, shown};
+use greyrig_host::monitor::replay::replay;
 use greyrig_host::monitor::test::{Test, test};
 use greyrig_host::recording::Recording;
 use greyrig_host::rig::{Motor, Setup};
@@ -42,22 +44,28 @@ pub struct Fault {
 
 /// The faults that are asked for.
 pub const FAULTS: &[Fault] = &[
-    Fault { id: "resistance_up", kind: "electrical", sizes: &[0.05, 0.1, 0.2, 0.4] },
-    Fault { id: "sparking", kind: "electrical", sizes: &[0.02, 0.05, 0.1, 0.3] },
-    Fault { id: "bearing_friction", kind: "mechanical", sizes: &[0.1, 0.2, 0.5, 1.0] },
-    Fault { id: "fan_load", kind: "mechanical", sizes: &[-0.02, -0.05, -0.1, -0.3] },
-    Fault { id: "current_sensor", kind: "sensor", sizes: &[0.005, 0.01, 0.02, 0.1] },
-    Fault { id: "speed_sensor", kind: "sensor", sizes: &[-0.005, -0.01, -0.02, -0.1] },
+    Fault { id: "resistance_up", kind: "electrical", sizes: &[0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8] },
+    Fault { id: "sparking", kind: "electrical", sizes: &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] },
+    Fault { id: "bearing_friction", kind: "mechanical", sizes: &[0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0] },
+    Fault { id: "fan_load", kind: "mechanical", sizes: &[-0.01, -0.02, -0.05, -0.1, -0.2, -0.4, -0.6] },
+    Fault { id: "current_sensor", kind: "sensor", sizes: &[0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.3] },
+    Fault { id: "speed_sensor", kind: "sensor", sizes: &[-0.002, -0.005, -0.01, -0.02, -0.05, -0.1, -0.3] },
 ];
 
 /// A model of the type with the station's limits.
 pub struct Station {
     /// What it is.
     pub name: &'static str,
-    model: Model,
+    /// The type's model.
+    pub model: Model,
+    detector: DetectorEntry,
 }
 
-fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
+/// The virtual rig with what all motors of the type have.
+///
+/// # Errors
+/// An unknown profile.
+pub fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
     let mut setup = Setup::new(Kind::Universal).profile(profile)?.seconds(seconds).seed(seed);
     for effect in EFFECTS {
         setup = setup.effect(effect)?;
@@ -65,19 +73,44 @@ fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
     Ok(setup)
 }
 
-/// The test of a motor of the lot, with a fault from a random time on.
+/// When a fault begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Onset {
+    /// At a random time of the test.
+    During,
+    /// Before the test.
+    Before,
+}
+
+/// The test of a motor of the lot, perhaps with a fault, and when that begins, s.
 ///
 /// # Errors
 /// An interrupt.
-pub fn motor(seed: u64, fault: Option<(&str, f64)>) -> Result<(Recording, f64)> {
+pub fn motor(seed: u64, fault: Option<(&str, f64)>, onset: Onset) -> Result<(Recording, f64)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let onset = ONSET_S.0 + random.random::<f64>() * (ONSET_S.1 - ONSET_S.0);
+    let onset = match onset {
+        Onset::During => ONSET_S.0 + random.random::<f64>() * (ONSET_S.1 - ONSET_S.0),
+        Onset::Before => 0.0,
+    };
     let mut setup =
         rig("steady", TEST_S, seed)?.motor(Motor::sample_from_population(&Motor::universal(), SPREAD, seed));
     if let Some((id, size)) = fault {
         setup = setup.fault(&format!("{id}={size}@{onset}"))?;
     }
     Ok((setup.run()?.recording, onset))
+}
+
+/// The motor that the type's model was identified on, perhaps with a fault that is there from the start: the paper's case.
+///
+/// # Errors
+/// An interrupt.
+pub fn type_motor(fault: Option<(&str, f64)>) -> Result<Recording> {
+    let setup = rig("steady", TEST_S, 5)?;
+    let setup = match fault {
+        Some((id, size)) => setup.fault(&format!("{id}={size}@0"))?,
+        None => setup,
+    };
+    Ok(setup.run()?.recording)
 }
 
 /// The three stations.
@@ -87,7 +120,7 @@ pub fn motor(seed: u64, fault: Option<(&str, f64)>) -> Result<(Recording, f64)> 
 pub fn stations() -> Result<Vec<Station>> {
     let training = [rig("staircase", 12.0, 1)?.run()?.recording];
     let teachers: Vec<Recording> =
-        (1..=TEACHERS).map(|seed| Ok(motor(1_000_000 + seed, None)?.0)).collect::<Result<_>>()?;
+        (1..=TEACHERS).map(|seed| Ok(motor(1_000_000 + seed, None, Onset::During)?.0)).collect::<Result<_>>()?;
     let named = |effects: &[&str]| Settings {
         effects: effects.iter().map(|id| (*id).to_owned()).collect(),
         ..Settings::new(Kind::Universal)
@@ -107,9 +140,22 @@ pub fn stations() -> Result<Vec<Station>> {
         .into_iter()
         .map(|(name, model)| {
             let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &mut || ())?;
-            Ok(Station { name, model: Model { detector: Some(detector), ..model } })
+            Ok(Station { name, model, detector })
         })
         .collect()
+}
+
+/// What a station makes of a run, without looking for the cause.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Glance {
+    /// Largest of all watched values over its limit: what a receiver operating characteristic sweeps.
+    pub score: f64,
+    /// The detector's verdict.
+    pub verdict: Verdict,
+    /// First alarm, s.
+    pub alarm_s: Option<f64>,
+    /// Mean error of current and speed over the judged periods.
+    pub errors: [f64; 2],
 }
 
 impl Station {
@@ -117,7 +163,35 @@ impl Station {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn test(&self, recording: &Recording) -> Result<Option<Test>> {
-        self.model.detector.as_ref().map(|detector| test(&self.model, detector, recording)).transpose()
+    pub fn test(&self, recording: &Recording) -> Result<Test> {
+        test(&self.model, &self.detector, recording)
+    }
+
+    /// Looks at a run as the microcontroller does.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn glance(&self, recording: &Recording) -> Result<Glance> {
+        let detector = &self.detector;
+        let run = replay(&self.model, recording, &|interval| detector.settings(interval))?;
+        let score = shown(&run).map_or(0.0, |s| {
+            let over = [
+                (s.current, detector.current),
+                (s.speed, detector.speed),
+                (s.sparking, detector.sparking),
+                (s.current_jump, detector.current_jump),
+                (s.speed_jump, detector.speed_jump),
+            ];
+            let beyond =
+                [(s.current_deviation, detector.current_deviation), (s.speed_deviation, detector.speed_deviation)];
+            let ratios = over.into_iter().map(|(value, limit)| value / limit);
+            let deviations =
+                beyond.into_iter().flat_map(|(ends, [centre, half])| ends.map(|d| (d - centre).abs() / half));
+            ratios.chain(deviations).fold(0.0, f64::max)
+        });
+        let alarm_s = run.rows.iter().find(|r| r.alarm.is_some()).map(|r| r.t_s);
+        let mean = Features::mean(run.judged().map(|r| &r.features));
+        let errors = [mean.current, mean.speed].map(f64::from);
+        Ok(Glance { score, verdict: run.verdict, alarm_s, errors })
     }
 }

@@ -58,6 +58,7 @@ pub fn all(counter: &mut impl Counter) {
     let shared = Shared::new();
     shared.capture(true);
     shared.report(100);
+    shared.follow(true);
     let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
     counter.count("interrupt", sampler, |sampler| {
         let counts = black_box(Counts { voltage: 3_225, current: 2_380, speed: 2_785 });

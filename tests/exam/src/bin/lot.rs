@@ -1,10 +1,24 @@
 //! `cargo xtask lot`: false alarms and detection on a virtual production lot.
 
+use std::path::{Path, PathBuf};
+
 use clap::Parser;
-use greyrig_exam::lot::{FAULTS, motor, stations};
-use greyrig_exam::score::Share;
-use greyrig_host::monitor::test::{Outcome, Test};
+use greyrig::detector::Verdict;
+use greyrig_exam::interval::Counted;
+use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
+use greyrig_exam::roc::{area, characteristic, size_for};
+use greyrig_exam::spread::{Held, held};
+use greyrig_host::error::Result;
+use greyrig_host::output;
+use greyrig_host::report::panels::{Panel, Scale, panels};
 use rayon::prelude::*;
+
+/// A fault counts as detectable from the size on at which so many motors with it are called.
+const DETECTED: f64 = 0.95;
+/// Ratio to the limit at which faults have to be put in the right place.
+const CLEAR: f64 = 3.0;
+/// Place of the size, among those of each fault, at which the paper's case is looked at.
+const PAPER: usize = 3;
 
 /// The detector on a virtual production lot.
 #[derive(Debug, Parser)]
@@ -12,75 +26,280 @@ struct Args {
     /// Healthy motors to judge
     #[arg(long, default_value_t = 3000)]
     healthy: u64,
-    /// Faulty motors for each fault and size
+    /// Faulty motors for each fault, size and onset
     #[arg(long, default_value_t = 60)]
     faulty: u64,
+    /// Faulty motors of each fault whose cause is looked for
+    #[arg(long, default_value_t = 30)]
+    isolated: u64,
+    /// Only judge the type's models on so many other motors of the type, on a ramp
+    #[arg(long)]
+    spread: Option<u64>,
+    /// Folder to which the figures are written, replacing those there
+    #[arg(long)]
+    figures: Option<PathBuf>,
 }
 
-/// What became of a faulty motor at one station.
+/// What the stations have seen of the motors with a fault.
 struct Seen {
-    failed: bool,
-    delay_s: f64,
-    kind: &'static str,
-    ratio: f64,
+    fault: &'static Fault,
+    onset: Onset,
+    /// By size, motor and station, with the begin of the fault, s.
+    glances: Vec<Vec<(f64, Vec<Glance>)>>,
 }
 
-fn main() -> greyrig_host::error::Result<()> {
+impl Seen {
+    fn of(&self, size: usize, station: usize) -> Vec<(f64, Glance)> {
+        self.glances[size].iter().map(|(onset, all)| (*onset, all[station])).collect()
+    }
+
+    /// Size and share of motors detected, size by size.
+    fn detected(&self, station: usize) -> Vec<(f64, f64)> {
+        let share = |k: usize| Counted::of(&self.of(k, station), |(_, g)| g.verdict == Verdict::Fail).share();
+        self.fault.sizes.iter().enumerate().map(|(k, size)| (*size, share(k))).collect()
+    }
+}
+
+fn main() -> Result<()> {
     let args = Args::parse();
     let stations = stations()?;
-    println!("## Healthy motors\n\n| model | false alarms | cannot judge |\n| --- | --- | --- |");
-    let verdicts: Vec<Vec<Outcome>> = (0..args.healthy)
+    if let Some(count) = args.spread {
+        return spread(count, &stations);
+    }
+    let look = |seed: u64, fault: Option<(&str, f64)>, onset: Onset| -> Option<(f64, Vec<Glance>)> {
+        let (recording, begin) = motor(seed, fault, onset).ok()?;
+        Some((begin, stations.iter().map(|s| s.glance(&recording).ok()).collect::<Option<_>>()?))
+    };
+    let healthy: Vec<Vec<Glance>> = (0..args.healthy)
         .into_par_iter()
         .filter_map(|seed| {
             if seed % 100 == 0 {
                 eprintln!("healthy {seed}/{}", args.healthy);
             }
-            let (recording, _) = motor(seed, None).ok()?;
-            stations.iter().map(|s| s.test(&recording).ok().flatten().map(|t| t.verdict)).collect()
+            look(seed, None, Onset::During).map(|(_, glances)| glances)
         })
         .collect();
+    println!("## Healthy motors\n\n| model | false alarms | cannot judge |\n| --- | --- | --- |");
     for (k, station) in stations.iter().enumerate() {
-        let of = |what: Outcome| Share::of(&verdicts, |v: &Vec<Outcome>| v[k] == what);
-        println!("| {} | {} | {} |", station.name, of(Outcome::Fail), of(Outcome::CannotJudge));
+        let of = |what: Verdict| Counted::of(&healthy, |all| all[k].verdict == what);
+        println!("| {} | {} | {} |", station.name, of(Verdict::Fail), of(Verdict::CannotJudge));
     }
-    println!("\n## Faults at a random time\n");
-    println!("| fault | size | model | detected | median delay, s | right place | median ratio to the limit |");
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
-    for fault in FAULTS {
-        for (n, size) in fault.sizes.iter().enumerate() {
-            eprintln!("{} {size}", fault.id);
-            let seen: Vec<Vec<Seen>> = (0..args.faulty)
-                .into_par_iter()
-                .filter_map(|k| {
-                    let (recording, onset) = motor(2_000_000 + 1000 * n as u64 + k, Some((fault.id, *size))).ok()?;
-                    let look = |t: Test| {
-                        let alarm = t.alarms.iter().find(|a| a.until_s >= onset);
-                        Seen {
-                            failed: alarm.is_some(),
-                            delay_s: alarm.map_or(f64::NAN, |a| (a.t_s - onset).max(0.0)),
-                            kind: alarm.map_or("", |a| a.kind),
-                            ratio: alarm.map_or(0.0, |a| a.ratio),
-                        }
-                    };
-                    stations.iter().map(|s| s.test(&recording).ok().flatten().map(look)).collect()
-                })
-                .collect();
-            for (k, station) in stations.iter().enumerate() {
-                let here: Vec<&Seen> = seen.iter().map(|s| &s[k]).collect();
-                let found: Vec<&&Seen> = here.iter().filter(|s| s.failed).collect();
-                println!(
-                    "| {} | {size} | {} | {} | {:.2} | {} | {:.1} |",
-                    fault.id,
-                    station.name,
-                    Share::of(&here, |s| s.failed),
-                    median(found.iter().map(|s| s.delay_s).collect()),
-                    Share::of(&found, |s| s.kind == fault.kind),
-                    median(found.iter().map(|s| s.ratio).collect()),
-                );
-            }
+    let grown = growth(&stations)?;
+    let mut seen = Vec::new();
+    for onset in [Onset::During, Onset::Before] {
+        for fault in FAULTS {
+            eprintln!("{} {onset:?}", fault.id);
+            let with = |n: usize, size: f64| {
+                let seed = 2_000_000 + 1000 * n as u64;
+                (0..args.faulty).into_par_iter().filter_map(|k| look(seed + k, Some((fault.id, size)), onset)).collect()
+            };
+            let glances = fault.sizes.iter().enumerate().map(|(n, size)| with(n, *size)).collect();
+            seen.push(Seen { fault, onset, glances });
         }
     }
+    let names: Vec<&str> = stations.iter().map(|s| s.name).collect();
+    for (onset, title) in
+        [(Onset::During, "Faults that begin during the test"), (Onset::Before, "Faults from the start")]
+    {
+        println!("\n## {title}\n\n| fault | size | model | detected | median delay, s | median ratio to the limit |");
+        println!("| --- | --- | --- | --- | --- | --- |");
+        for s in seen.iter().filter(|s| s.onset == onset) {
+            table(s, &names);
+        }
+    }
+    println!("\n## Smallest size that {:.0} % of motors with it show\n", 100.0 * DETECTED);
+    println!("| fault | begins | {} |\n| --- | --- | --- | --- | --- |", names.join(" | "));
+    for s in &seen {
+        let sizes: Vec<String> = (0..stations.len())
+            .map(|k| size_for(DETECTED, &s.detected(k)).map_or_else(|| "–".to_owned(), |size| format!("{size:.3}")))
+            .collect();
+        println!("| {} | {} | {} |", s.fault.id, in_words(s.onset), sizes.join(" | "));
+    }
+    if let Some(folder) = &args.figures {
+        draw(folder, &healthy, &seen, &grown, &names)?;
+    }
+    isolation(&args, stations.last(), &seen);
     Ok(())
+}
+
+/// Errors of the current on other motors, against what their scatter leaves.
+fn spread(count: u64, stations: &[Station]) -> Result<()> {
+    println!("## Error of the current on a ramp, from 1 s on; motor 0 is that of the type\n");
+    println!("| motor | spread floor |{}", stations.iter().map(|s| format!(" {} |", s.name)).collect::<String>());
+    println!("| --- | --- | --- | --- | --- |");
+    let all: Vec<Held> = (0..=count).into_par_iter().map(|seed| held(seed, stations)).collect::<Result<_>>()?;
+    for (n, held) in all.iter().enumerate() {
+        let cells = held.errors.iter().map(|e| format!(" {:.2} % |", 100.0 * e));
+        println!("| {n} | {:.2} % |{}", 100.0 * held.floor, cells.collect::<String>());
+    }
+    let above = |k: usize| -> Vec<f64> { all.iter().skip(1).map(|h| h.errors[k] - h.floor).collect() };
+    let cell = |k: usize| {
+        let most = above(k).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        format!(" {:.2} %, {:.2} % |", 100.0 * median(above(k)), 100.0 * most)
+    };
+    println!("| above the floor: median, most | |{}", (0..stations.len()).map(cell).collect::<String>());
+    Ok(())
+}
+
+fn in_words(onset: Onset) -> &'static str {
+    match onset {
+        Onset::During => "during the test",
+        Onset::Before => "before it",
+    }
+}
+
+fn table(seen: &Seen, names: &[&str]) {
+    for (n, size) in seen.fault.sizes.iter().enumerate() {
+        for (k, name) in names.iter().enumerate() {
+            let here = seen.of(n, k);
+            let called: Vec<&(f64, Glance)> = here.iter().filter(|(_, g)| g.verdict == Verdict::Fail).collect();
+            let delay = median(called.iter().filter_map(|(t, g)| g.alarm_s.map(|a| (a - t).max(0.0))).collect());
+            println!(
+                "| {} | {size} | {name} | {} | {} | {:.1} |",
+                seen.fault.id,
+                Counted { k: called.len(), n: here.len() },
+                if seen.onset == Onset::During && delay.is_finite() { format!("{delay:.2}") } else { "–".to_owned() },
+                median(here.iter().map(|(_, g)| g.score).collect()),
+            );
+        }
+    }
+}
+
+/// Characteristics at the size at which the best station detects half, and smallest sizes.
+fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>], names: &[&str]) -> Result<()> {
+    let write =
+        |name: &str, text: &str| output::write_file(&folder.join(name), true, |out| out.write_all(text.as_bytes()));
+    for (onset, name) in [(Onset::During, "roc-during.svg"), (Onset::Before, "roc-before.svg")] {
+        let mut described = Vec::new();
+        let drawn: Vec<Panel> = seen
+            .iter()
+            .filter(|s| s.onset == onset)
+            .map(|s| {
+                let last = names.len() - 1;
+                let telling =
+                    s.detected(last).iter().position(|(_, share)| *share >= 0.5).unwrap_or(s.fault.sizes.len() - 1);
+                let curves: Vec<Vec<(f64, f64)>> = (0..names.len())
+                    .map(|k| {
+                        let faulty: Vec<f64> = s.of(telling, k).iter().map(|(_, g)| g.score).collect();
+                        let fine: Vec<f64> = healthy.iter().map(|all| all[k].score).collect();
+                        characteristic(&fine, &faulty)
+                    })
+                    .collect();
+                let areas: Vec<String> = curves.iter().map(|c| format!("{:.2}", area(c))).collect();
+                let title = format!("{} {}", s.fault.id.replace('_', " "), s.fault.sizes[telling]);
+                described.push(format!("{title}: areas {}", areas.join(", ")));
+                Panel {
+                    title,
+                    x: Scale::Linear("healthy motors called".to_owned(), 0.0, 1.0),
+                    y: Scale::Linear("faulty motors called".to_owned(), 0.0, 1.0),
+                    curves,
+                    marks: false,
+                }
+            })
+            .collect();
+        let description = format!("Receiver operating characteristics. {}", described.join("; "));
+        write(name, &panels(&description, names, &drawn, 3))?;
+    }
+    let faults: Vec<String> = FAULTS.iter().map(|f| f.id.replace('_', " ")).collect();
+    let drawn: Vec<Panel> = [Onset::During, Onset::Before]
+        .into_iter()
+        .map(|onset| {
+            let here: Vec<&Seen> = seen.iter().filter(|s| s.onset == onset).collect();
+            let marks = |k: usize| {
+                let at = |(row, s): (usize, &&Seen)| {
+                    // Beside each other, so that none hides another.
+                    size_for(DETECTED, &s.detected(k)).map(|size| (size, row as f64 + 0.2 * (k as f64 - 1.0)))
+                };
+                here.iter().enumerate().filter_map(at).collect::<Vec<_>>()
+            };
+            Panel {
+                title: format!("Fault that begins {}", in_words(onset)),
+                x: Scale::Logarithmic("smallest relative size that 95 % of motors show".to_owned(), 1e-3, 10.0),
+                y: Scale::Names(faults.clone()),
+                curves: (0..names.len()).map(marks).collect(),
+                marks: true,
+            }
+        })
+        .collect();
+    let sized = FAULTS.iter().map(|f| format!("{} {}", f.id.replace('_', " "), f.sizes[PAPER])).collect();
+    let growth = Panel {
+        title: "The same motor, a fault from the start".to_owned(),
+        x: Scale::Logarithmic("error with the fault over error without".to_owned(), 0.5, 100.0),
+        y: Scale::Names(sized),
+        curves: (0..names.len())
+            .map(|k| grown.iter().enumerate().map(|(row, g)| (g[k], row as f64 + 0.2 * (k as f64 - 1.0))).collect())
+            .collect(),
+        marks: true,
+    };
+    write("growth.svg", &panels("How much each fault raises the error of three models", names, &[growth], 1))?;
+    write("detectable.svg", &panels("Smallest detectable size of each fault by three models", names, &drawn, 2))
+}
+
+/// By how much faults that are there from the start raise the error of the current or the speed, whichever rises more, of the
+/// motor that the model was identified on.
+fn growth(stations: &[Station]) -> Result<Vec<Vec<f64>>> {
+    let errors = |fault: Option<(&str, f64)>| -> Result<Vec<[f64; 2]>> {
+        let recording = type_motor(fault)?;
+        stations.iter().map(|s| Ok(s.glance(&recording)?.errors)).collect()
+    };
+    let without = errors(None)?;
+    println!("\n## The motor that the model is of, a fault from the start: error of current, speed\n");
+    println!("| fault | size |{}", stations.iter().map(|s| format!(" {} |", s.name)).collect::<String>());
+    println!("| --- | --- | --- | --- | --- |");
+    let line = |id: &str, size: &str, errors: &[[f64; 2]]| {
+        let cells = errors.iter().map(|[i, w]| format!(" {:.2} %, {:.2} % |", 100.0 * i, 100.0 * w));
+        println!("| {id} | {size} |{}", cells.collect::<String>());
+    };
+    line("none", "–", &without);
+    FAULTS
+        .iter()
+        .map(|fault| {
+            let with = errors(Some((fault.id, fault.sizes[PAPER])))?;
+            line(fault.id, &fault.sizes[PAPER].to_string(), &with);
+            let grows = |(a, b): (&[f64; 2], &[f64; 2])| f64::max(a[0] / b[0], a[1] / b[1]);
+            Ok(with.iter().zip(&without).map(grows).collect())
+        })
+        .collect()
+}
+
+/// Where faults of three times the limit are put, by the station with the best model.
+fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) {
+    const PLACES: [&str; 3] = ["electrical", "mechanical", "sensor"];
+    let Some(station) = station else { return };
+    println!("\n## Where faults of {CLEAR} times the limit are put ({})\n", station.name);
+    println!("| fault | size | sits | electrical | mechanical | sensor | not called | right |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    let (mut right, mut all) = (0, 0);
+    for s in seen.iter().filter(|s| s.onset == Onset::During) {
+        let last = s.glances[0].first().map_or(0, |(_, all)| all.len().saturating_sub(1));
+        let ratios: Vec<(f64, f64)> = (0..s.fault.sizes.len())
+            .map(|n| (s.fault.sizes[n], median(s.of(n, last).iter().map(|(_, g)| g.score).collect())))
+            .collect();
+        let Some(size) = size_for(CLEAR, &ratios) else { continue };
+        let size = size.copysign(s.fault.sizes[0]);
+        eprintln!("isolation {} {size:.3}", s.fault.id);
+        let told: Vec<Option<&str>> = (0..args.isolated)
+            .into_par_iter()
+            .filter_map(|k| {
+                let (recording, onset) = motor(3_000_000 + k, Some((s.fault.id, size)), Onset::During).ok()?;
+                let test = station.test(&recording).ok()?;
+                Some(test.alarms.iter().find(|a| a.until_s >= onset).map(|a| a.kind))
+            })
+            .collect();
+        let counts = PLACES.map(|place| told.iter().filter(|t| **t == Some(place)).count());
+        let hits = Counted::of(&told, |t| *t == Some(s.fault.kind));
+        (right, all) = (right + hits.k, all + hits.n);
+        println!(
+            "| {} | {size:.3} | {} | {} | {} | {} | {} | {hits} |",
+            s.fault.id,
+            s.fault.kind,
+            counts[0],
+            counts[1],
+            counts[2],
+            told.len() - counts.iter().sum::<usize>(),
+        );
+    }
+    println!("\nRight: {}", Counted { k: right, n: all });
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -1,0 +1,200 @@
+//! A test over the link as the user sees it: a line that changes on a terminal, a line for each event, and the verdict.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use greyrig::detector::Kind;
+use greyrig::link::message::Judged as Period;
+use greyrig::parameters::{Settings, section};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use super::{Args, Judged, note};
+use crate::device::connection::{check_layout, faults};
+use crate::device::{Connection, parameters, recorded};
+use crate::error::{Error, Result};
+use crate::model::{DetectorEntry, Model, Origin};
+use crate::monitor::air;
+use crate::monitor::live::{self, Event, LONGEST_S, Plan};
+use crate::monitor::replay::Replay;
+use crate::monitor::test::{Outcome, judge};
+use crate::output;
+use crate::recording;
+
+/// An alarm that has not called for so long is over, s.
+const QUIET_S: f64 = 0.5;
+/// Share by which the density of the air may differ without compensation: what weather makes.
+const WEATHER: f64 = 0.03;
+
+/// Tests a motor over the link.
+pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+    if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
+        return Err(Error::usage(
+            format!("a test of {seconds} s cannot be"),
+            format!("choose --seconds between 0.1 and {LONGEST_S}"),
+        ));
+    }
+    let (mut connection, device) = Connection::open(port)?;
+    check_layout(&device)?;
+    let settings = in_force(&mut connection, model, &args.model, port)?;
+    let plan = Plan { seconds: args.seconds, nominal_voltage: detector.nominal_voltage };
+    let mut talk = Talk::new(args.json);
+    let result = live::run(port, &device, connection, &plan, &mut |event| talk.event(event));
+    talk.end();
+    let finished = result?;
+
+    let named = [("motor", Some(settings.motor_type.as_str())), ("rig", Some(settings.rig.as_str()))];
+    let named = named.into_iter().chain([("serial", args.serial.as_deref())]);
+    let mut metadata: BTreeMap<String, String> = named
+        .filter_map(|(key, name)| Some((key.to_owned(), name.filter(|name| !name.is_empty())?.to_owned())))
+        .collect();
+    recorded::describe(&mut metadata, &device);
+    let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?;
+    recording.path = args.out.clone().unwrap_or_else(|| port.into());
+    let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
+    if lost > 0 {
+        eprintln!(
+            "greyrig: {lost} samples have not arrived: the verdict stands, but what may be broken cannot be told"
+        );
+    }
+    for line in faults(&finished.status) {
+        eprintln!("greyrig: the microcontroller: {line}");
+    }
+    super::circumstances(args, &mut recording);
+    let replay = Replay { temperature: args.temp_c, ..finished.replay };
+    let mut test = judge(model, detector, &recording, replay, lost == 0)?;
+    if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)
+        && !((1.0 - WEATHER) * low..=(1.0 + WEATHER) * high).contains(&density)
+    {
+        test.verdict = Outcome::CannotJudge;
+        test.reasons.push(format!(
+            "the air weighs {density:.2} kg/m³ and not {low:.2} to {high:.2}, which the microcontroller does not compensate; record \
+             the test with --out and judge that"
+        ));
+    }
+    note(args.results.as_deref(), &test)?;
+    if let Some(path) = &args.out {
+        recording::write(&recording, path, args.force)?;
+    }
+    let more = json!({
+        "port": port, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
+        "reconnections": finished.capture.reconnections,
+    });
+    Ok(Judged { tests: vec![test], files: vec![Origin::from(&recording)], more })
+}
+
+/// The parameters that the microcontroller runs with, which have to be those of the model.
+fn in_force(connection: &mut Connection, model: &Model, path: &Path, port: &str) -> Result<Settings> {
+    let payload = connection.read_parameters()?;
+    let flash = || format!("write it: greyrig flash --model {} --port {port}", path.display());
+    let settings = section::decode(&payload)
+        .map_err(|_| Error::usage("the microcontroller has no parameters that could be used", flash()))?;
+    if parameters::settings(model, path, settings.calibration, &settings.rig)? != settings {
+        return Err(Error::usage(
+            format!("the microcontroller runs with another model than {}", path.display()),
+            flash(),
+        ));
+    }
+    Ok(settings)
+}
+
+/// Where a fault sits is told again when it has looked otherwise for so many periods in a row: at first, before the rotor
+/// has followed, much looks like a sensor.
+const STEADY_PERIODS: usize = 5;
+
+/// An alarm that calls.
+struct Calling {
+    last_s: f64,
+    largest: f32,
+    /// As told last.
+    kind: Kind,
+    /// Periods in a row with another kind.
+    otherwise: usize,
+}
+
+/// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a terminal.
+struct Talk {
+    json: bool,
+    bar: ProgressBar,
+    calling: Option<Calling>,
+    last_s: f64,
+}
+
+impl Talk {
+    fn new(json: bool) -> Self {
+        // Hidden by itself where stderr is no terminal.
+        let bar = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {wide_msg}") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { json, bar, calling: None, last_s: 0.0 }
+    }
+
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::Waiting(voltage) => self.bar.set_message(format!("switch the motor on ({voltage:.0} V)")),
+            Event::Begun(number) => self.say(&format!("{:8.2} s  test {number} begins", 0.0)),
+            Event::Period(t, judged) => self.period(t, judged),
+            Event::Broken(error) => self.bar.suspend(|| eprintln!("greyrig: {error}: trying again")),
+            Event::Back(missed) => {
+                self.bar.suspend(|| eprintln!("greyrig: the link is back; {missed} periods went by unseen"));
+            }
+        }
+    }
+
+    fn period(&mut self, t: f64, judged: &Period) {
+        self.last_s = t;
+        let (f, alarm) = (&judged.period.features, judged.period.alarm);
+        if let Some(alarm) = alarm {
+            match &mut self.calling {
+                Some(calling) => {
+                    calling.last_s = t;
+                    calling.largest = calling.largest.max(alarm.ratio);
+                    calling.otherwise = if alarm.kind == calling.kind { 0 } else { calling.otherwise + 1 };
+                    if calling.otherwise >= STEADY_PERIODS {
+                        (calling.kind, calling.otherwise) = (alarm.kind, 0);
+                        let ratio = calling.largest;
+                        self.say(&format!("{t:8.2} s  it looks {}; {ratio:.1} times the limit", alarm.kind.name()));
+                    }
+                }
+                None => {
+                    self.calling = Some(Calling { last_s: t, largest: alarm.ratio, kind: alarm.kind, otherwise: 0 });
+                    let (kind, cause, ratio) = (alarm.kind.name(), alarm.cause.words(), alarm.ratio);
+                    self.say(&format!("{t:8.2} s  alarm: {kind}, {cause} at {ratio:.1} times the limit"));
+                }
+            }
+        } else if let Some(calling) = self.calling.take_if(|calling| t - calling.last_s > QUIET_S) {
+            self.say(&format!("{:8.2} s  quiet; at most {:.1} times the limit", calling.last_s, calling.largest));
+        }
+        let state = match (&self.calling, judged.period.judged) {
+            (Some(_), _) => "ALARM",
+            (None, true) => "no alarm",
+            (None, false) => "not judged",
+        };
+        self.bar.set_message(format!(
+            "{t:6.1} s  {:.0} V  {:.2} A  {:.0} rad/s  error {:.2} % current, {:.2} % speed  {state}",
+            f.voltage_rms,
+            f.current_rms,
+            f.speed_mean,
+            100.0 * f.current,
+            100.0 * f.speed
+        ));
+    }
+
+    fn say(&self, line: &str) {
+        self.bar.suspend(|| {
+            if self.json {
+                eprintln!("{line}");
+            } else {
+                // A reader that has gone away is told nothing; the verdict goes to the exit code all the same.
+                let _ = output::print_line(line);
+            }
+        });
+    }
+
+    fn end(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,66 @@
+//! The report on tested motors.
+
+use crate::model::{DetectorEntry, Origin};
+use crate::monitor::replay::Row;
+use crate::monitor::test::Test;
+use crate::report::{Curves, Report, Table};
+
+/// The report.
+pub fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) -> Report<'a> {
+    let rows = tests
+        .iter()
+        .map(|t| {
+            let alarm = t.alarms.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+            vec![
+                t.recording.clone(),
+                t.serial.clone().unwrap_or_default(),
+                t.verdict.words().to_owned(),
+                alarm.map_or_else(|| t.reasons.join("; "), |a| format!("{}, {:.1} times the limit", a.cause, a.ratio)),
+                alarm.map_or_else(String::new, |a| a.suspect.clone()),
+            ]
+        })
+        .collect();
+    let title = match tests {
+        [Test { serial: Some(serial), verdict, .. }] => format!("Motor {serial}: {}", verdict.words()),
+        _ => "Test of motors".to_owned(),
+    };
+    let mut report = Report::new(title).table(
+        "Verdicts",
+        Table {
+            caption: format!("Limits from {} healthy runs", detector.runs),
+            columns: ["recording", "serial", "verdict", "why", "suspect"].map(str::to_owned).to_vec(),
+            rows,
+        },
+    );
+    for test in tests.iter().take(12) {
+        report = report.curves(format!("{}: {}", test.recording, test.verdict.words()), ratios(test, detector));
+    }
+    report.recordings(files)
+}
+
+/// What is watched, over its limit, in time.
+fn ratios(test: &Test, detector: &DetectorEntry) -> Curves {
+    let of = |get: &dyn Fn(&Row) -> f64| test.replay.judged().map(|r| (r.t_s, get(r))).collect::<Vec<_>>();
+    let over = |x: f32, limit: f64| if limit > 0.0 { f64::from(x) / limit } else { 0.0 };
+    let beyond = |x: f32, [centre, half]: [f64; 2]| if half > 0.0 { (f64::from(x) - centre).abs() / half } else { 0.0 };
+    Curves {
+        caption: "What is watched, as a share of its limit; above 1 it calls".to_owned(),
+        x: "time, s".to_owned(),
+        y: "ratio to the limit".to_owned(),
+        logarithmic: true,
+        curves: vec![
+            ("error of the current".to_owned(), of(&|r| over(r.features.current, detector.current))),
+            ("error of the speed".to_owned(), of(&|r| over(r.features.speed, detector.speed))),
+            ("current above 1 kHz".to_owned(), of(&|r| over(r.features.sparking, detector.sparking))),
+            ("abrupt change of the current".to_owned(), of(&|r| over(r.jumps[0].abs(), detector.current_jump))),
+            (
+                "deviation of the current".to_owned(),
+                of(&|r| beyond(r.features.current_deviation, detector.current_deviation)),
+            ),
+            (
+                "deviation of the speed".to_owned(),
+                of(&|r| beyond(r.features.speed_deviation, detector.speed_deviation)),
+            ),
+        ],
+    }
+}
