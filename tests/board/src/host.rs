@@ -1,7 +1,7 @@
 //! A host in virtual time: it asks over the board's line, and waits in cycles of the processor.
 
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
-use greyrig::link::message::{Asked, CHUNK, InForce, Message, Reply, Report, Request, Status};
+use greyrig::link::message::{Asked, CHUNK, InForce, Judged, Message, Reply, Report, Request, Status};
 use greyrig::link::packing;
 use greyrig::parameters::FINGERPRINT;
 use greyrig::parameters::block::payload_crc;
@@ -40,6 +40,8 @@ pub struct Host {
     pub samples: Vec<(u32, Counts)>,
     /// Reports that came.
     pub reports: Vec<Report>,
+    /// Periods of the mains that came, judged.
+    pub judged: Vec<Judged>,
     /// Frames that were none.
     pub garbled: usize,
 }
@@ -68,6 +70,7 @@ impl Host {
                     }
                 }
                 Some(Message::Report(report)) => self.reports.push(report),
+                Some(Message::Judged(judged)) => self.judged.push(judged),
                 None => self.garbled += 1,
             }
         }

@@ -75,7 +75,7 @@ fn faults_are_not_lost() {
     let program = [0xDE00];
     let vectors_alone = board(&program, &[]).run(1e-4).unwrap_err().to_string();
     assert!(vectors_alone.contains("exception 3 has no handler"), "{vectors_alone}");
-    let mut vectors = vec![0_u32; 16];
+    let mut vectors = [0_u32; 16];
     (vectors[0], vectors[1], vectors[3]) = (RAM + 0x1000, FLASH + PROGRAM + 1, FLASH + PROGRAM + 1);
     let segments = vec![
         (FLASH, vectors.iter().flat_map(|word| word.to_le_bytes()).collect()),
