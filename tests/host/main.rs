@@ -2,6 +2,7 @@
 
 mod anfis;
 mod bad_input;
+mod board;
 mod browser;
 mod commands;
 mod conditions;

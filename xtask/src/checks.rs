@@ -34,7 +34,9 @@ pub const ALL: &[Check] = &[
         what: "no lint complains, tests and benchmarks included",
         needs: &[Need::Clippy],
         run: || {
-            cargo(&["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "--deny", "warnings"])
+            let mut arguments = vec!["clippy", "--workspace", "--exclude", BOARD, "--all-targets", "--all-features"];
+            arguments.extend(["--locked", "--", "--deny", "warnings"]);
+            cargo(&arguments)
         },
     },
     Check {
@@ -43,7 +45,7 @@ pub const ALL: &[Check] = &[
         needs: &[],
         run: || {
             run_command(
-                cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
+                cargo_command(&["doc", "--workspace", "--exclude", BOARD, "--no-deps", "--all-features", "--locked"])
                     .env("RUSTDOCFLAGS", "--deny warnings"),
             )
         },
@@ -58,9 +60,18 @@ pub const ALL: &[Check] = &[
         name: "tests",
         what: "all tests of the workspace, the emulated microcontroller and the browser included",
         needs: &[Need::Target, Need::Qemu, Need::Browser],
-        run: tests,
+        run: || tests(&["--workspace", "--exclude", BOARD]),
+    },
+    Check {
+        name: "board",
+        what: "the firmware as it is flashed, on the virtual board",
+        needs: &[Need::Clippy, Need::Target, Need::BoardTools],
+        run: board,
     },
 ];
+
+/// The virtual board has a step of its own: only there its processor has to be built, and only once.
+const BOARD: &str = "greyrig-board";
 
 /// Examines the diagnosis or the detector: builds the program and hands it the arguments.
 pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
@@ -148,8 +159,9 @@ pub fn run(checks: &[&Check]) -> ExitCode {
 }
 
 /// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
-fn tests() -> Result<Tally, String> {
-    let mut command = cargo_command(&["test", "--workspace", "--release", "--features", "greyrig-host/full"]);
+fn tests(packages: &[&str]) -> Result<Tally, String> {
+    let mut command = cargo_command(&["test", "--release", "--features", "greyrig-host/full"]);
+    command.args(packages);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
     let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
@@ -160,6 +172,14 @@ fn tests() -> Result<Tally, String> {
     }
     println!("{text}");
     if tally.failed > 0 { Ok(tally) } else { Err(format!("{} ended with {}", shown(&command), output.status)) }
+}
+
+/// Lints and tests the virtual board, in the profile of the tests.
+fn board() -> Result<Tally, String> {
+    let package = ["--package", BOARD, "--release", "--features", "greyrig-host/full", "--locked"];
+    cargo(&[&["clippy", "--no-deps", "--all-targets"], &package[..], &["--", "--deny", "warnings"]].concat())?;
+    run_command(cargo_command(&[&["doc", "--no-deps"], &package[..]].concat()).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    tests(&["--package", BOARD])
 }
 
 /// Lints and builds what runs on the microcontroller, and looks into the images.

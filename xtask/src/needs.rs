@@ -20,6 +20,8 @@ pub enum Need {
     Qemu,
     /// A browser and what lets a test drive it.
     Browser,
+    /// What the virtual board's processor is built with.
+    BoardTools,
 }
 
 impl Need {
@@ -30,6 +32,7 @@ impl Need {
             Self::Target => target_is_there(),
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
+            Self::BoardTools => on_path("cmake") && libclang_is_there(),
         }
     }
 
@@ -39,7 +42,7 @@ impl Need {
             Self::Rustfmt => Some(["component", "add", "rustfmt"]),
             Self::Clippy => Some(["component", "add", "clippy"]),
             Self::Target => Some(["target", "add", TARGET]),
-            Self::Qemu | Self::Browser => None,
+            Self::Qemu | Self::Browser | Self::BoardTools => None,
         }
     }
 
@@ -48,6 +51,7 @@ impl Need {
         match self {
             Self::Qemu => &["qemu-system-arm"],
             Self::Browser => &["chromium", "chromium-driver"],
+            Self::BoardTools => &["cmake", "libclang-dev"],
             Self::Rustfmt | Self::Clippy | Self::Target => &[],
         }
     }
@@ -109,6 +113,18 @@ fn on_path(program: &str) -> bool {
 fn target_is_there() -> bool {
     let output = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
     output.is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim()).is_dir())
+}
+
+/// Where LIBCLANG_PATH says, or Debian's packages put it.
+fn libclang_is_there() -> bool {
+    let holds = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        entries.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with("libclang"))
+    };
+    let debians = std::fs::read_dir("/usr/lib").into_iter().flatten().flatten();
+    let debians = debians.filter(|entry| entry.file_name().to_string_lossy().starts_with("llvm-"));
+    std::env::var_os("LIBCLANG_PATH").is_some_and(|path| holds(Path::new(&path)))
+        || debians.into_iter().any(|entry| holds(&entry.path().join("lib")))
 }
 
 fn is_root() -> bool {

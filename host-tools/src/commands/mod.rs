@@ -2,6 +2,7 @@
 
 pub mod add;
 pub mod anfis;
+pub mod board;
 pub mod calibrate;
 pub mod challenge;
 pub mod compare;
@@ -76,6 +77,8 @@ pub enum Command {
     Flash(flash::Args),
     /// Record raw samples from the microcontroller.
     Record(record::Args),
+    /// A virtual board that runs the flashed image, behind a pseudo-terminal.
+    Board(board::Args),
 }
 
 impl Command {
@@ -103,6 +106,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(args),
             Self::Flash(args) => flash::run(args),
             Self::Record(args) => record::run(args),
+            Self::Board(args) => board::run(args),
         }
     }
 }

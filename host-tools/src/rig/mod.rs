@@ -21,13 +21,13 @@ mod names;
 pub mod parts;
 pub mod plant;
 pub mod profiles;
+pub mod running;
 pub mod source;
 pub mod streams;
 
 use std::collections::BTreeMap;
 
 use rand::RngExt;
-use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
@@ -40,19 +40,13 @@ pub use faults::{ChosenFault, FAULTS, Fault};
 pub use motor::{Kind, Motor};
 pub use profiles::{PROFILES, Profile};
 
-use chain::Chain;
-use parts::{Assembly, Instant};
-use plant::{Contact, Plant};
-use source::{DIODE_DROP_V, Drive, Waveform};
+use parts::Assembly;
+use plant::Plant;
+use running::{Running, Sample};
 use streams::{Purpose, Streams};
 
 /// Sampling rate of the rig, Hz (the paper's).
 pub const SAMPLE_RATE_HZ: f64 = 10_000.0;
-
-/// Correlation time of the load's turbulence, s.
-const TURBULENCE_S: f64 = 20e-3;
-/// Correlation time of the mains fluctuation, s.
-const FLUCTUATION_S: f64 = 1.0;
 
 /// Sizes of an effect or a fault for one kind of motor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -292,63 +286,26 @@ impl Setup {
     /// # Errors
     /// A profile that this motor cannot run, an impossible length or figure, an interrupt.
     pub fn run(&self) -> Result<Run> {
+        let mut running = self.start()?;
+        let mut log = Log::with_capacity((running.seconds * SAMPLE_RATE_HZ) as usize + 1);
+        while let Some(sample) = running.next_sample() {
+            if log.locked.len().is_multiple_of(4096) {
+                output::check_interrupt()?;
+            }
+            log.push(&sample);
+        }
+        Ok(self.finish(log, running.truth, &running.chain_setup))
+    }
+
+    /// Begins to run the profile, sample by sample.
+    ///
+    /// # Errors
+    /// A profile that this motor cannot run, an impossible length or figure.
+    pub fn start(&self) -> Result<Running> {
         self.check()?;
         let seconds = self.seconds.unwrap_or(self.profile.seconds);
         let segments = self.profile.segments(&self.motor, self.mains_hz, seconds)?;
-        let streams = Streams::new(self.seed);
-        let assembly = self.assemble();
-        let truth = Truth { motor: assembly.motor, effects: self.effects.clone(), faults: self.faults.clone() };
-        let (mut plant, channel_parts) = Plant::new(assembly);
-        let h = 1.0 / (SAMPLE_RATE_HZ * self.steps as f64);
-        let mut chain_setup =
-            self.chain.unwrap_or_else(|| ChainSetup::for_motor(&self.motor, self.profile.high_current));
-        chain_setup.scale_noise(self.noise);
-        let mut chain = Chain::new(&chain_setup, channel_parts, &streams, h);
-        let mut gust = Drift::new(self.turbulence, TURBULENCE_S, streams.stream(Purpose::Turbulence));
-        let mut level = Drift::new(self.fluctuation, FLUCTUATION_S, streams.stream(Purpose::Mains));
-
-        let mut log = Log::with_capacity((seconds * SAMPLE_RATE_HZ) as usize + 1);
-        let mut u = vec![0.0; 2 * self.steps + 1];
-        let mut n = 0_usize;
-        for segment in segments {
-            let begin = n;
-            let mut wave = Waveform::new(segment, begin as f64 / SAMPLE_RATE_HZ, self.fifth_harmonic);
-            let samples = (segment.seconds * SAMPLE_RATE_HZ).round() as usize;
-            plant.lock(segment.locked);
-            plant.contact = match (segment.drive, plant.contact) {
-                (Drive::Closed, _) => Contact::Closed,
-                (_, Contact::Closed) if plant.state.i == 0.0 => Contact::Open,
-                (_, Contact::Closed) => Contact::UntilZero,
-                (_, other) => other,
-            };
-            while n < begin + samples {
-                if n.is_multiple_of(4096) {
-                    output::check_interrupt()?;
-                }
-                let t = n as f64 / SAMPLE_RATE_HZ;
-                plant.gust = gust.next(1.0 / SAMPLE_RATE_HZ);
-                wave.level = 1.0 + level.next(1.0 / SAMPLE_RATE_HZ);
-                wave.fill(t, 0.5 * h, &mut u);
-                log.locked.push(segment.locked);
-                log.open.push(segment.drive == Drive::Off && plant.contact == Contact::Open);
-                for step in 0..self.steps {
-                    let now = advance(
-                        &mut plant,
-                        &wave,
-                        t + step as f64 * h,
-                        h,
-                        [u[2 * step], u[2 * step + 1], u[2 * step + 2]],
-                    );
-                    plant.tick(h, &now);
-                    chain.push(&now);
-                    if step == 0 {
-                        log.push(chain.sample());
-                    }
-                }
-                n += 1;
-            }
-        }
-        Ok(self.finish(log, truth, &chain_setup))
+        Ok(Running::new(self, seconds, segments))
     }
 
     fn check(&self) -> Result<()> {
@@ -418,56 +375,6 @@ impl Setup {
     }
 }
 
-/// One integration step under a segment's voltage, with its switching; the state at its end.
-fn advance(plant: &mut Plant, wave: &Waveform, t: f64, h: f64, u: [f64; 3]) -> Instant {
-    let mut shown = u[2];
-    match (wave.gate(t), plant.contact) {
-        (Some((on, off)), Contact::Open) if on < t + h && t < off => {
-            let before = (on - t).max(0.0);
-            if before > 0.0 {
-                plant.advance(before, [0.0; 3], |_| 0.0);
-            }
-            plant.contact = Contact::UntilZero;
-            let [t0, rest] = [t + before, h - before];
-            plant.advance(rest, [0.0, 0.5, 1.0].map(|part| wave.at(t0 + part * rest)), |s| wave.at(t0 + s));
-        }
-        (_, Contact::UntilZero) if wave.is_dc() => {
-            shown = -DIODE_DROP_V * plant.state.i.signum();
-            plant.advance(h, [shown; 3], |_| shown);
-        }
-        _ => plant.advance(h, u, |s| wave.at(t + s)),
-    }
-    if plant.contact == Contact::Open {
-        shown = plant.open_voltage();
-    }
-    let state = plant.state;
-    Instant { t: t + h, u: shown, i: state.i, omega: state.omega, theta: state.theta }
-}
-
-/// A stationary Ornstein–Uhlenbeck process of zero mean.
-struct Drift {
-    rms: f64,
-    time_constant: f64,
-    value: f64,
-    rng: rand_chacha::ChaCha8Rng,
-}
-
-impl Drift {
-    fn new(rms: f64, time_constant: f64, rng: rand_chacha::ChaCha8Rng) -> Self {
-        Self { rms, time_constant, value: 0.0, rng }
-    }
-
-    /// The value after another `dt` seconds (exact discretisation).
-    fn next(&mut self, dt: f64) -> f64 {
-        if self.rms > 0.0 {
-            let keep = (-dt / self.time_constant).exp();
-            let z: f64 = StandardNormal.sample(&mut self.rng);
-            self.value = keep * self.value + self.rms * (1.0 - keep * keep).sqrt() * z;
-        }
-        self.value
-    }
-}
-
 /// What is collected in a run.
 struct Log {
     values: [Vec<f64>; 3],
@@ -486,10 +393,12 @@ impl Log {
         }
     }
 
-    fn push(&mut self, (codes, values): ([u16; 3], [f64; 3])) {
+    fn push(&mut self, sample: &Sample) {
         for n in 0..3 {
-            self.counts[n].push(codes[n]);
-            self.values[n].push(values[n]);
+            self.counts[n].push(sample.counts[n]);
+            self.values[n].push(sample.values[n]);
         }
+        self.locked.push(sample.locked);
+        self.open.push(sample.open);
     }
 }

@@ -1,0 +1,137 @@
+//! The board: processor, machine, power, pins and the line to the host.
+
+use std::cell::{Ref, RefMut};
+
+use crate::analog::Analog;
+use crate::fault::Fault;
+use crate::image::Image;
+use crate::machine::{Machine, Pace};
+use crate::peripherals::flash::Contents;
+use crate::peripherals::rcc::Reset;
+use crate::processor::{Processor, State};
+
+/// Clock of the processor once the firmware has set it up, Hz; virtual time is counted in its cycles.
+pub const CLOCK_HZ: u64 = 170_000_000;
+
+/// A board under power.
+pub struct Board {
+    processor: Processor,
+    pace: Pace,
+}
+
+/// A moment of a board, to go back to. What stands at the converter's pins is not part of it.
+pub struct Moment {
+    state: State,
+    machine: Machine,
+}
+
+impl Board {
+    /// Power comes, with an image in bank 1 and these contents of bank 2.
+    ///
+    /// # Errors
+    /// An image that does not fit.
+    pub fn new(image: &Image, contents: Contents, analog: Box<dyn Analog>, pace: Pace) -> Result<Self, Fault> {
+        let mut processor = Processor::new(image, Machine::new(pace, contents), analog)?;
+        processor.power_up()?;
+        Ok(Self { processor, pace })
+    }
+
+    /// The machine.
+    pub fn machine(&self) -> Ref<'_, Machine> {
+        Ref::map(self.processor.shared().borrow(), |shared| &shared.machine)
+    }
+
+    /// The machine.
+    pub fn machine_mut(&mut self) -> RefMut<'_, Machine> {
+        RefMut::map(self.processor.shared().borrow_mut(), |shared| &mut shared.machine)
+    }
+
+    /// Virtual time since the first power, s.
+    pub fn seconds(&self) -> f64 {
+        self.machine().now as f64 / CLOCK_HZ as f64
+    }
+
+    /// Runs for so many seconds of virtual time.
+    ///
+    /// # Errors
+    /// What the model does not have, or the chip would not survive.
+    pub fn run(&mut self, seconds: f64) -> Result<(), Fault> {
+        let until = self.machine().now + (seconds * CLOCK_HZ as f64) as u64;
+        self.run_until(until)
+    }
+
+    /// Runs until a cycle.
+    ///
+    /// # Errors
+    /// As [`Board::run`].
+    pub fn run_until(&mut self, cycle: u64) -> Result<(), Fault> {
+        self.processor.run(cycle)
+    }
+
+    /// The host sends bytes.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.machine_mut().receive(bytes);
+    }
+
+    /// What the board has sent since the last call.
+    pub fn receive(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.machine_mut().usart2.to_host)
+    }
+
+    /// Whether a pin is driven high, by its name, such as `PB10`.
+    pub fn is_high(&self, pin: &str) -> bool {
+        let port = pin.as_bytes().get(1).map(|letter| usize::from(letter.wrapping_sub(b'A')));
+        let number = pin.get(2..).and_then(|number| number.parse().ok());
+        match (port, number) {
+            (Some(port), Some(number)) => self.machine().ports.get(port).is_some_and(|port| port.is_high(number)),
+            _ => false,
+        }
+    }
+
+    /// A word of flash's bank 1, RAM or CCM-SRAM; none where there is no memory.
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.processor.word(address)
+    }
+
+    /// The reset button.
+    pub fn press_reset(&mut self) {
+        self.machine_mut().reset = Some(Reset::Pin);
+    }
+
+    /// Something else stands at the converter's pins from now on.
+    pub fn connect(&mut self, analog: Box<dyn Analog>) {
+        self.processor.shared().borrow_mut().analog = analog;
+    }
+
+    /// The power goes in this moment, and comes again. What was being written to the flash is left to chance.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn cut_power(&mut self, chance: impl FnMut() -> u32) -> Result<(), Fault> {
+        {
+            let pace = self.pace;
+            let mut machine = self.machine_mut();
+            let contents = machine.flash.cut(chance);
+            *machine = Machine::new(pace, contents);
+        }
+        self.processor.power_up()
+    }
+
+    /// Keeps this moment.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn moment(&self) -> Result<Moment, Fault> {
+        Ok(Moment { state: self.processor.save()?, machine: self.machine().clone() })
+    }
+
+    /// Goes back.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn go_back(&mut self, moment: &Moment) -> Result<(), Fault> {
+        self.processor.restore(&moment.state)?;
+        *self.machine_mut() = moment.machine.clone();
+        Ok(())
+    }
+}

@@ -1,0 +1,60 @@
+//! A motor type with its model, correction and limits, as a test station has them.
+
+use std::ops::ControlFlow;
+use std::sync::OnceLock;
+
+use greyrig_board::analog::Analog;
+use greyrig_board::rig::Rig;
+use greyrig_host::anfis::{Method, Settings as Training};
+use greyrig_host::device::parameters;
+use greyrig_host::hybrid;
+use greyrig_host::identify::{Settings, identify};
+use greyrig_host::model::{Kind, Model};
+use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::recording::Recording;
+use greyrig_host::rig::{Motor, Setup};
+
+/// What all motors of the type have.
+const EFFECTS: [&str; 3] = ["saturation=0.25", "hysteresis=0.1", "brush_arcing=0.02"];
+/// Begin of a test that is not judged, s.
+const BLANKING_S: f64 = 3.0;
+
+/// A type of motor at its station.
+pub struct Station {
+    /// Its parameters, as they go to the flash.
+    pub payload: Vec<u8>,
+}
+
+fn setup(profile: &str, seconds: f64, seed: u64) -> Setup {
+    let setup = Setup::new(Kind::Universal).profile(profile).unwrap().seconds(seconds).seed(seed);
+    EFFECTS.iter().fold(setup, |setup, effect| setup.effect(effect).unwrap())
+}
+
+fn motor(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Setup {
+    let setup = setup(profile, seconds, seed).motor(Motor::sample_from_population(&Motor::universal(), 0.03, seed));
+    fault.into_iter().fold(setup, |setup, fault| setup.fault(fault).unwrap())
+}
+
+/// A motor of the type at the pins.
+pub fn rig(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Box<dyn Analog> {
+    Box::new(Rig::new(motor(profile, seconds, seed, fault)).unwrap())
+}
+
+/// The type with its model, trained on one motor, and limits from ten.
+pub fn station() -> &'static Station {
+    static STATION: OnceLock<Station> = OnceLock::new();
+    STATION.get_or_init(|| {
+        let training = [setup("staircase", 12.0, 1).run().unwrap().recording];
+        let bare = identify(&training, &Settings::new(Kind::Universal)).unwrap().model;
+        let settings = Training { threads: 0, ..Training::new(Method::Varpro, 3, 60) };
+        let model = hybrid::train(&bare, &training, 1.0, &settings, &mut |_: &_| ControlFlow::Continue(())).unwrap().0;
+        let healthy: Vec<Recording> =
+            (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
+        let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();
+        let model = Model { detector: Some(detector), ..model };
+        let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
+        let path = std::path::Path::new("station.toml");
+        let settings = parameters::settings(&model, path, calibration, "virtual").unwrap();
+        Station { payload: parameters::payload(&settings, path).unwrap() }
+    })
+}
