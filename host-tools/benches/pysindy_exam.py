@@ -105,7 +105,7 @@ def lag(x, tau, h, start=None):
     """First-order lag, exact for a straight line between samples up to half a step."""
     a = np.exp(-h / tau)
     first = x[0] if start is None else start
-    return lfilter([0.0, 1.0 - a], [1.0, -a], x, zi=[a * first + (1.0 - a) * 0.0 if False else a * first])[0]
+    return lfilter([0.0, 1.0 - a], [1.0, -a], x, zi=[a * first])[0]
 
 
 class Run:

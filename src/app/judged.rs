@@ -25,10 +25,10 @@ impl Words<WORDS> for Judged {
             Verdict::Pass => 1,
             Verdict::Fail => 2,
         };
-        let mut flags = u32::from(period.judged) * JUDGED | verdict << VERDICT;
+        let mut flags = (u32::from(period.judged) * JUDGED) | (verdict << VERDICT);
         let mut ratio = 0;
         if let Some(alarm) = period.alarm {
-            flags |= ALARM | (alarm.cause as u32) << CAUSE | (alarm.kind as u32) << KIND;
+            flags |= ALARM | ((alarm.cause as u32) << CAUSE) | ((alarm.kind as u32) << KIND);
             ratio = alarm.ratio.to_bits();
         }
         [test, first, index, sample, flags, ratio, k, l, a, b, c, d, e, f, g, h, i, j]
@@ -36,7 +36,7 @@ impl Words<WORDS> for Judged {
 
     fn from_words(words: [u32; WORDS]) -> Self {
         let [test, first, index, sample, flags, ratio, k, l, features @ ..] = words;
-        let place = |at: u32| (flags >> at & 0xFF) as usize;
+        let place = |at: u32| ((flags >> at) & 0xFF) as usize;
         let alarm = match (Cause::ALL.get(place(CAUSE)), Kind::ALL.get(place(KIND))) {
             (Some(&cause), Some(&kind)) if flags & ALARM != 0 => {
                 Some(Alarm { cause, kind, ratio: f32::from_bits(ratio) })

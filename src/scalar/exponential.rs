@@ -40,7 +40,7 @@ pub(super) fn double(x: f64) -> f64 {
 #[inline]
 pub(super) fn single(x: f32) -> f32 {
     /// `ln 2`, the first 9 bits.
-    const FIRST: f32 = 0.693_359_375;
+    const FIRST: f32 = 355.0 / 512.0;
     /// `ln 2` less `FIRST`.
     const REST: f32 = -2.121_944_4e-4;
     const C: [f32; 5] = [0.499_999_94, 0.166_665_12, 0.041_668_393, 0.008_368_781, 0.001_381_446_6];

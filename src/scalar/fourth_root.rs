@@ -17,7 +17,7 @@ pub(super) fn inverse(x: f32) -> f32 {
     let quarter = 0.25 * x;
     for _ in 0..2 {
         let square = y * y;
-        y = y * (1.25 - quarter * (square * square));
+        y *= 1.25 - quarter * (square * square);
     }
     let square = y * y;
     y + y * (0.25 * (1.0 - x * (square * square)))

@@ -99,7 +99,7 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
 /// recording, to find what may be broken, only if it is whole.
 ///
 /// # Errors
-/// As [`test`].
+/// As [`test()`].
 pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run: Replay, whole: bool) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let mut suspects = Vec::new();

@@ -57,6 +57,8 @@ const HEIGHT: f64 = 260.0;
 const TITLE: f64 = 24.0;
 /// Room above all for the legend.
 const LEGEND: f64 = 30.0;
+/// Room for a name in it.
+const ENTRY: f64 = 230.0;
 /// Room that names of a vertical axis take.
 const NAMES: f64 = 90.0;
 const STYLE: &str = ".chart{overflow:visible}text{font:12px system-ui,'Segoe UI',Roboto,sans-serif;fill:#57606a}.title{font-weight:600}\
@@ -72,14 +74,14 @@ pub fn panels(description: &str, legend: &[&str], panels: &[Panel], columns: usi
     let columns = columns.clamp(1, panels.len().max(1));
     let margin = if panels.iter().any(|p| matches!(p.y, Scale::Names(_))) { NAMES } else { 0.0 };
     let (pitch, row) = (WIDTH + margin, HEIGHT + TITLE);
-    let width = columns as f64 * pitch;
+    let width = (columns as f64 * pitch).max(ENTRY * legend.len() as f64);
     let height = LEGEND + panels.len().div_ceil(columns) as f64 * row;
     html! {
         svg xmlns="http://www.w3.org/2000/svg" viewBox=(format!("0 0 {width:.0} {height:.0}")) width=(format!("{width:.0}"))
             role="img" aria-label=(description) {
             style { (PreEscaped(STYLE)) }
             @for (k, name) in legend.iter().enumerate() {
-                @let x = 16.0 + 230.0 * k as f64;
+                @let x = 16.0 + ENTRY * k as f64;
                 path class=(format!("c{k}")) d=(format!("M{x} 16h24")) {}
                 text x=(x + 30.0) y="20" { (name) }
             }

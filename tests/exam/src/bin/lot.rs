@@ -224,7 +224,7 @@ fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>
     let sized = FAULTS.iter().map(|f| format!("{} {}", f.id.replace('_', " "), f.sizes[PAPER])).collect();
     let growth = Panel {
         title: "The same motor, a fault from the start".to_owned(),
-        x: Scale::Logarithmic("error with the fault over error without".to_owned(), 0.5, 100.0),
+        x: Scale::Logarithmic("error with the fault over error without".to_owned(), 0.5, 1000.0),
         y: Scale::Names(sized),
         curves: (0..names.len())
             .map(|k| grown.iter().enumerate().map(|(row, g)| (g[k], row as f64 + 0.2 * (k as f64 - 1.0))).collect())
