@@ -164,6 +164,8 @@ fn tests(packages: &[&str]) -> Result<Tally, String> {
     command.args(packages);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
+    // Optimising each of the test programs as a whole takes longer than running them.
+    command.env("CARGO_PROFILE_RELEASE_LTO", "off");
     let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout);
     let tally = Tally::of(&text);

@@ -56,8 +56,7 @@ impl FluxAtPeak {
             };
             slopes[k] = (beside(1.0)? - beside(-1.0)?) / (2.0 * step);
         }
-        let variance = slopes.dot(&(&covariance.matrix * &slopes));
-        let half = super::half_width(covariance.t95 * variance.sqrt(), value);
+        let half = super::half_width(covariance.half_width_95(&slopes), value);
         (current > 0.0 && half.is_finite()).then_some(Self {
             current,
             speed,

@@ -4,7 +4,7 @@
 //! than its ten thousand samples. The covariance of the estimate is therefore that of the delete-a-block jackknife over B
 //! time blocks longer than the correlation,
 //! `V = (B − 1)/B Σ_b d_b d_bᵀ`, `d_b = (A − A_b)⁻¹ g_b`, `A = JᵀJ`, `A_b = J_bᵀJ_b`, `g_b = J_bᵀ r_b`,
-//! where d_b is the change of the estimate when block b is left out, with Student's t for B − p degrees of freedom. Unlike the
+//! where d_b is the change of the estimate when block b is left out, with Student's t ([`Covariance::half_width_95`]). Unlike the
 //! plain sandwich estimate it does not trust blocks that determine a parameter nearly by themselves, such as the only
 //! run-up of a recording.
 //!
@@ -25,6 +25,9 @@ const FEWEST_BLOCKS: f64 = 16.0;
 /// More blocks than this bring nothing.
 const MOST_BLOCKS: f64 = 120.0;
 
+/// Fewer degrees of freedom are not reckoned with: at 2, an interval is 2.2 times as wide as with many.
+const FEWEST_DEGREES: f64 = 2.0;
+
 /// Relative standard uncertainty of every parameter that comes from the computation itself: a sampled voltage is taken as
 /// linear between samples, which makes a sine of angular frequency ω too small by (ωh)²/12 = 8.2e-5 at 50 Hz and 10 kHz.
 pub const SYSTEMATIC: f64 = 1e-4;
@@ -34,10 +37,42 @@ pub const SYSTEMATIC: f64 = 1e-4;
 pub struct Covariance {
     /// The matrix.
     pub matrix: DMatrix<f64>,
-    /// Factor from a standard deviation to half a 95 % interval.
-    pub t95: f64,
+    /// Lengths of the Jacobian's columns.
+    lengths: DVector<f64>,
+    /// What each block tells, J_bᵀJ_b, and the inverse of their sum, for columns of length one.
+    information: Vec<DMatrix<f64>>,
+    inverse: DMatrix<f64>,
     /// Condition number of the Jacobian with columns of equal length.
     pub condition: f64,
+}
+
+impl Covariance {
+    /// Half the 95 % interval of a combination of the coordinates, `direction · θ`.
+    ///
+    /// The degrees of freedom are those of the blocks that determine it: with a_b the share of block b in the variance that white
+    /// noise would make, there are effectively `(Σ a_b)²/Σ a_b²` of the B blocks. The moment of inertia, say, comes from the
+    /// run-up alone.
+    ///
+    /// Source: A. V. Carter, K. T. Schnepel, D. G. Steigerwald: Asymptotic behavior of a t-test robust to cluster
+    /// heterogeneity, Review of Economics and Statistics 99 (2017) 698–709.
+    pub fn half_width_95(&self, direction: &DVector<f64>) -> f64 {
+        let influence = &self.inverse * direction.component_div(&self.lengths);
+        let (sum, squares) = self.information.iter().fold((0.0, 0.0), |(sum, squares), block| {
+            let share = influence.dot(&(block * &influence));
+            (sum + share, squares + share * share)
+        });
+        let blocks = self.information.len() as f64;
+        let used = blocks - self.lengths.len() as f64;
+        let freedom = (sum * sum / squares * used / blocks).clamp(FEWEST_DEGREES, used.max(FEWEST_DEGREES));
+        let t95 = StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+        t95 * direction.dot(&(&self.matrix * direction)).sqrt()
+    }
+
+    /// Half the 95 % interval of a coordinate.
+    pub fn half_width_95_of(&self, coordinate: usize) -> f64 {
+        let p = self.lengths.len();
+        self.half_width_95(&DVector::from_fn(p, |k, _| if k == coordinate { 1.0 } else { 0.0 }))
+    }
 }
 
 /// Integrated correlation time of a series, s: the time that one independent value is worth.
@@ -105,6 +140,8 @@ pub fn covariance(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, blocks: &[u
     }
     scatter *= (count - 1) as f64 / count as f64;
     let matrix = DMatrix::from_fn(p, p, |r, c| scatter[(r, c)] / (lengths[r] * lengths[c]));
-    let t95 = StudentsT::new(0.0, 1.0, (count - p) as f64).ok()?.inverse_cdf(0.975);
-    matrix.iter().all(|x| x.is_finite()).then_some(Covariance { matrix, t95, condition })
+    let inverse = normal.cholesky()?.inverse();
+    let lengths = DVector::from_vec(lengths);
+    let finite = matrix.iter().all(|x| x.is_finite());
+    finite.then_some(Covariance { matrix, lengths, information: normals, inverse, condition })
 }

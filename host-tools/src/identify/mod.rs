@@ -356,13 +356,12 @@ pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, 
     fit.space
         .free()
         .enumerate()
-        .map(|(k, entry)| (entry.name.clone(), interval(entry, theta[k], covariance.matrix[(k, k)], covariance.t95)))
+        .map(|(k, entry)| (entry.name.clone(), interval(entry, theta[k], covariance.half_width_95_of(k))))
         .collect()
 }
 
-/// 95 % interval of a free parameter from the variance of its coordinate.
-fn interval(entry: &Entry, theta: f64, variance: f64, t95: f64) -> [f64; 2] {
-    let half = t95 * variance.sqrt();
+/// 95 % interval of a free parameter from half that of its coordinate.
+fn interval(entry: &Entry, theta: f64, half: f64) -> [f64; 2] {
     if entry.positive && entry.freedom == Freedom::Free(None) {
         let half = half_width(half, 1.0);
         [entry.value * (-half).exp(), entry.value * half.exp()]
@@ -566,7 +565,7 @@ fn implausible(outcome: &Outcome, kind: Kind) -> Vec<String> {
     let mut notes = Vec::new();
     for (k, entry) in outcome.space.free().enumerate() {
         let Some(covariance) = &outcome.covariance else { break };
-        let half = covariance.t95 * covariance.matrix[(k, k)].sqrt() * entry.scale;
+        let half = covariance.half_width_95_of(k) * entry.scale;
         if !entry.positive && entry.name.starts_with("mu") && entry.value + half < 0.0 {
             notes.push(format!(
                 "{} is negative, which no friction can be: the fit makes up for physics that the model lacks{}",
@@ -597,7 +596,7 @@ fn report(
             Freedom::Free(_) => {
                 let k = free;
                 free += 1;
-                let ci95 = covariance.as_ref().map(|c| interval(entry, theta[k], c.matrix[(k, k)], c.t95));
+                let ci95 = covariance.as_ref().map(|c| interval(entry, theta[k], c.half_width_95_of(k)));
                 Estimate {
                     name: entry.name.clone(),
                     value: Some(entry.value),
