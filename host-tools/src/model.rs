@@ -366,6 +366,19 @@ fn linear(unit: &'static str) -> &'static str {
 }
 
 impl Model {
+    /// The detector's limits; `path` is where the model comes from.
+    ///
+    /// # Errors
+    /// A model without.
+    pub fn limits(&self, path: &Path) -> Result<&DetectorEntry> {
+        self.detector.as_ref().ok_or_else(|| {
+            Error::usage(
+                format!("{} holds no limits of the detector", path.display()),
+                "learn them from healthy motors: greyrig calibrate RUN… --model MODEL --out MODEL2",
+            )
+        })
+    }
+
     /// Reads a model file.
     ///
     /// # Errors

@@ -9,6 +9,8 @@ mod conditions;
 mod diagnose;
 mod firmware;
 mod identify;
+#[path = "../image.rs"]
+mod image;
 mod master;
 mod monitor;
 mod monitor_live;

@@ -21,7 +21,7 @@ pub struct Check {
 }
 
 /// All checks. Those that only look at the code share one build of the dependencies (`--all-features`), and the tests
-/// share theirs with `cargo greyrig-full` (release, the feature `full`).
+/// have one of their own (release, the feature `full`, without link-time optimisation).
 pub const ALL: &[Check] = &[
     Check {
         name: "fmt",
@@ -32,20 +32,18 @@ pub const ALL: &[Check] = &[
     Check {
         name: "clippy",
         what: "no lint complains, tests and benchmarks included",
-        needs: &[Need::Clippy],
+        needs: &[Need::Clippy, Need::BoardTools],
         run: || {
-            let mut arguments = vec!["clippy", "--workspace", "--exclude", BOARD, "--all-targets", "--all-features"];
-            arguments.extend(["--locked", "--", "--deny", "warnings"]);
-            cargo(&arguments)
+            cargo(&["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "--deny", "warnings"])
         },
     },
     Check {
         name: "doc",
         what: "the documentation has no warning",
-        needs: &[],
+        needs: &[Need::BoardTools],
         run: || {
             run_command(
-                cargo_command(&["doc", "--workspace", "--exclude", BOARD, "--no-deps", "--all-features", "--locked"])
+                cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
                     .env("RUSTDOCFLAGS", "--deny warnings"),
             )
         },
@@ -58,20 +56,11 @@ pub const ALL: &[Check] = &[
     },
     Check {
         name: "tests",
-        what: "all tests of the workspace, the emulated microcontroller and the browser included",
-        needs: &[Need::Target, Need::Qemu, Need::Browser],
-        run: || tests(&["--workspace", "--exclude", BOARD]),
-    },
-    Check {
-        name: "board",
-        what: "the firmware as it is flashed, on the virtual board",
-        needs: &[Need::Clippy, Need::Target, Need::BoardTools],
-        run: board,
+        what: "all tests of the workspace, the emulated microcontroller, the virtual board and the browser included",
+        needs: &[Need::Target, Need::Qemu, Need::Browser, Need::BoardTools],
+        run: tests,
     },
 ];
-
-/// The virtual board has a step of its own: only there its processor has to be built, and only once.
-const BOARD: &str = "greyrig-board";
 
 /// Examines the diagnosis or the detector: builds the program and hands it the arguments.
 pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
@@ -159,9 +148,8 @@ pub fn run(checks: &[&Check]) -> ExitCode {
 }
 
 /// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
-fn tests(packages: &[&str]) -> Result<Tally, String> {
-    let mut command = cargo_command(&["test", "--release", "--features", "greyrig-host/full"]);
-    command.args(packages);
+fn tests() -> Result<Tally, String> {
+    let mut command = cargo_command(&["test", "--release", "--workspace", "--features", "greyrig-host/full"]);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
     // Optimising each of the test programs as a whole takes longer than running them.
@@ -174,14 +162,6 @@ fn tests(packages: &[&str]) -> Result<Tally, String> {
     }
     println!("{text}");
     if tally.failed > 0 { Ok(tally) } else { Err(format!("{} ended with {}", shown(&command), output.status)) }
-}
-
-/// Lints and tests the virtual board, in the profile of the tests.
-fn board() -> Result<Tally, String> {
-    let package = ["--package", BOARD, "--release", "--features", "greyrig-host/full", "--locked"];
-    cargo(&[&["clippy", "--no-deps", "--all-targets"], &package[..], &["--", "--deny", "warnings"]].concat())?;
-    run_command(cargo_command(&[&["doc", "--no-deps"], &package[..]].concat()).env("RUSTDOCFLAGS", "--deny warnings"))?;
-    tests(&["--package", BOARD])
 }
 
 /// Lints and builds what runs on the microcontroller, and looks into the images.

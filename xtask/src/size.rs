@@ -36,7 +36,7 @@ const BOARDS: [Board; 2] = [
         flash: 0x0800_0000,
         hot: (0x1000_0000, 32 * 1024),
         most_flash: 200_000,
-        most_stack: 48_000,
+        most_stack: 54_000,
     },
     Board {
         name: "mps2-an386",
@@ -45,7 +45,7 @@ const BOARDS: [Board; 2] = [
         flash: 0,
         hot: (0x2010_0000, 32 * 1024),
         most_flash: 200_000,
-        most_stack: 48_000,
+        most_stack: 54_000,
     },
 ];
 

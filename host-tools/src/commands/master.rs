@@ -66,12 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let Some(detector) = &model.detector else {
-        return Err(Error::usage(
-            format!("{} holds no limits of the detector", args.model.display()),
-            "learn them from healthy motors: greyrig calibrate RUN… --model MODEL --out MODEL2",
-        ));
-    };
+    let detector = model.limits(&args.model)?;
     let recordings = args.input.load()?;
     if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata.contains_key("serial")) {
         return Err(Error::usage(

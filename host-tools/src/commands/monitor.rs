@@ -90,12 +90,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "take the model of the type that is being tested",
         ));
     }
-    let Some(detector) = &model.detector else {
-        return Err(Error::usage(
-            format!("{} holds no limits of the detector", args.model.display()),
-            "learn them from healthy motors: greyrig calibrate RUN… --model MODEL --out MODEL2",
-        ));
-    };
+    let detector = model.limits(&args.model)?;
     let mut judged = match &args.port {
         Some(port) => live::run(args, port, &model, detector)?,
         None => replayed(args, &model, detector)?,

@@ -323,14 +323,13 @@ impl<'a> MotorPart<'a> {
         let coefficients = e.coefficients::<f64>();
         let mut filter = Cascade::default();
         let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
-        let remembers = !motor.effects().is_empty();
         let mut rows = Vec::with_capacity(self.samples.len() + self.windows.len());
         let mut torque = Vec::with_capacity(e.len());
         let (mut impulse, mut last) = (0.0, 0.0);
         let mut next = 0;
         for n in 0..e.len() {
             let state = State { current: current[n], speed: speed[n] };
-            if n > 0 && remembers {
+            if n > 0 {
                 let before = State { current: self.turning[n - 1], speed: speed[n - 1] };
                 let after = State { current: self.turning[n], speed: speed[n] };
                 motor.advance(&Passed { interval: e.interval_s, before, after }, &mut memories);

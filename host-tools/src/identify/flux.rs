@@ -10,6 +10,7 @@ use greyrig::motor::{FluxLaw, Motor, OperatingPoint, State};
 use serde::Serialize;
 
 use super::intervals::Covariance;
+use super::scales::Scales;
 use super::space::Space;
 use crate::experiment::Experiment;
 
@@ -41,7 +42,7 @@ impl FluxAtPeak {
         if space.kind().flux_law() != FluxLaw::Series {
             return None;
         }
-        let current = largest(experiments, |e| e.current.as_deref());
+        let current = Scales::of(space, experiments).current;
         let speed = mean_speed(experiments)?;
         let theta = space.coordinates();
         let at = |theta: &[f64]| space.motor_at(theta).ok().map(|motor| linkage(&motor, current, speed));
@@ -57,12 +58,7 @@ impl FluxAtPeak {
             slopes[k] = (beside(1.0)? - beside(-1.0)?) / (2.0 * step);
         }
         let half = super::half_width(covariance.half_width_95(&slopes), value);
-        (current > 0.0 && half.is_finite()).then_some(Self {
-            current,
-            speed,
-            value,
-            ci95: [value - half, value + half],
-        })
+        half.is_finite().then_some(Self { current, speed, value, ci95: [value - half, value + half] })
     }
 }
 
@@ -84,10 +80,6 @@ pub fn swings(peak: f64) -> impl Iterator<Item = f64> {
     [(0.0, peak), (peak, -peak), (-peak, peak), (peak, -peak), (-peak, peak)]
         .into_iter()
         .flat_map(|(from, to)| (1..=POINTS).map(move |k| from + (to - from) * k as f64 / POINTS as f64))
-}
-
-fn largest<'a>(experiments: &'a [Experiment], signal: impl Fn(&'a Experiment) -> Option<&'a [f64]>) -> f64 {
-    experiments.iter().filter_map(signal).flatten().fold(0.0f64, |m, x| m.max(x.abs()))
 }
 
 fn mean_speed(experiments: &[Experiment]) -> Option<f64> {

@@ -65,9 +65,9 @@ impl Gauge {
         if self.total > 0.0 { self.gauge / self.total } else { 0.0 }
     }
 
-    /// Share of a tolerance's width that six standard deviations of the gauge take.
+    /// Share of a tolerance's width, above zero, that six standard deviations of the gauge take.
     pub fn of_tolerance(&self, width: f64) -> f64 {
-        if width > 0.0 { 6.0 * self.gauge / width } else { 0.0 }
+        6.0 * self.gauge / width
     }
 
     /// Number of distinct categories of parts that the gauge can tell, 1.41 part/gauge, rounded down.

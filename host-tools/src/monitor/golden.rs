@@ -147,6 +147,12 @@ impl Chart {
     }
 }
 
+/// Widths of the detector's tolerances, in the order of [`FIGURES`], where there is one.
+fn tolerances(detector: &DetectorEntry) -> [Option<f64>; FIGURES.len()] {
+    let widths = [2.0 * detector.current_deviation[1], 2.0 * detector.speed_deviation[1], detector.sparking, 0.0];
+    widths.map(|width| Some(width).filter(|width| *width > 0.0))
+}
+
 /// Charts of all figures from the runs of a golden motor that passed, whose first `baseline` checks teach what is usual.
 pub fn charts(runs: &[Run], baseline: usize, detector: &DetectorEntry) -> Vec<Chart> {
     let mut checks: Vec<Vec<&Run>> = Vec::new();
@@ -157,12 +163,7 @@ pub fn charts(runs: &[Run], baseline: usize, detector: &DetectorEntry) -> Vec<Ch
         }
     }
     let repeats = checks.iter().map(Vec::len).filter(|n| *n > 1).min();
-    let widths = [
-        Some(2.0 * detector.current_deviation[1]),
-        Some(2.0 * detector.speed_deviation[1]),
-        Some(detector.sparking),
-        None,
-    ];
+    let widths = tolerances(detector);
     FIGURES
         .into_iter()
         .enumerate()
@@ -177,8 +178,7 @@ pub fn charts(runs: &[Run], baseline: usize, detector: &DetectorEntry) -> Vec<Ch
                 enough.map(|c| vec![c[..n].iter().map(|r| r.figures[k]).collect()]).collect()
             });
             let gauge = crossed(&repeated);
-            let of_tolerance =
-                gauge.zip(widths[k].filter(|w| *w > 0.0)).map(|(g, width)| 6.0 * g.repeatability / width);
+            let of_tolerance = gauge.zip(widths[k]).map(|(g, width)| 6.0 * g.repeatability / width);
             Chart { figure, checks: means, baseline: first, points, gauge, of_tolerance }
         })
         .collect()
@@ -198,7 +198,8 @@ pub struct Study {
 /// Analyses runs as a crossed study: `cells[motor][appraiser]` holds the figures of the repeated runs. `None` where it is not
 /// balanced or there is too little of it.
 pub fn study(cells: &[Vec<Vec<[f64; FIGURES.len()]>>], detector: &DetectorEntry) -> Option<Vec<Study>> {
-    let widths = [2.0 * detector.current_deviation[1], 2.0 * detector.speed_deviation[1], detector.sparking];
+    // The voltage is the supply's, not the motor's.
+    let widths = &tolerances(detector)[..3];
     (0..widths.len())
         .map(|k| {
             let values: Vec<Vec<Vec<f64>>> = cells
@@ -206,7 +207,7 @@ pub fn study(cells: &[Vec<Vec<[f64; FIGURES.len()]>>], detector: &DetectorEntry)
                 .map(|motor| motor.iter().map(|runs| runs.iter().map(|f| f[k]).collect()).collect())
                 .collect();
             let gauge = crossed(&values)?;
-            let of_tolerance = Some(widths[k]).filter(|w| *w > 0.0).map(|w| gauge.of_tolerance(w));
+            let of_tolerance = widths[k].map(|width| gauge.of_tolerance(width));
             Some(Study { figure: FIGURES[k], gauge, of_tolerance })
         })
         .collect()

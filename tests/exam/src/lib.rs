@@ -2,9 +2,9 @@
 
 pub mod cases;
 pub mod export;
-pub mod interval;
 pub mod lot;
 pub mod recovery;
 pub mod roc;
 pub mod score;
+pub mod share;
 pub mod spread;

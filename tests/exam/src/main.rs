@@ -8,7 +8,8 @@ use clap::Parser;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::export;
 use greyrig_exam::recovery::{self, Recovery};
-use greyrig_exam::score::{Outcome, Share, run};
+use greyrig_exam::score::{Outcome, run};
+use greyrig_exam::share::Share;
 use greyrig_host::diagnose::VerdictKind;
 use rayon::prelude::*;
 

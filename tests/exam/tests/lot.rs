@@ -1,21 +1,21 @@
 //! Statistics of the lot against published figures.
 
-use greyrig_exam::interval::Counted;
 use greyrig_exam::roc::{area, characteristic, size_for};
+use greyrig_exam::share::Share;
 
 #[test]
 fn intervals_are_those_of_clopper_and_pearson() {
     // Tables of C. J. Clopper and E. S. Pearson's intervals, as printed in most books of statistics.
-    for (k, n, low, high) in [
+    for (hits, cases, low, high) in [
         (0, 10, 0.0, 0.3085),
         (5, 10, 0.1871, 0.8129),
         (10, 10, 0.6915, 1.0),
         (1, 10, 0.0025, 0.4450),
         (8, 8, 0.6306, 1.0),
     ] {
-        let [a, b] = Counted { k, n }.interval();
+        let [a, b] = Share { hits, cases }.clopper_pearson();
         // Half a digit of the print.
-        assert!((a - low).abs() <= 5e-5 && (b - high).abs() <= 5e-5, "{k} of {n}: {a} … {b}");
+        assert!((a - low).abs() <= 5e-5 && (b - high).abs() <= 5e-5, "{hits} of {cases}: {a} … {b}");
     }
 }
 

@@ -2,7 +2,8 @@
 
 use greyrig_exam::cases::{Case, Excitation, Question};
 use greyrig_exam::lot::{Onset, motor, stations};
-use greyrig_exam::score::{Outcome, Share, run};
+use greyrig_exam::score::{Outcome, run};
+use greyrig_exam::share::Share;
 use greyrig_host::diagnose::VerdictKind;
 use greyrig_host::monitor::test::Outcome as Judged;
 use rayon::prelude::*;

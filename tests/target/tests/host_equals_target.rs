@@ -1,6 +1,10 @@
 //! The host and the emulated microcontroller compute the same bits, and the instruction counts are exact.
 
+#[path = "../../image.rs"]
+mod image;
+
 use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -28,30 +32,21 @@ const LIMITS: [(&str, u32); 16] = [
     ("anfis_minimum", 1329),
 ];
 
-/// Builds the program for the emulated board and gives the path to it.
-fn build() -> String {
-    let output = Command::new(env!("CARGO"))
-        .args(["build", "--profile", "firmware", "--target", "thumbv7em-none-eabihf"])
-        .args(["--package", "greyrig-target-tests", "--bin", "on-target"])
-        .args(["--message-format", "json-render-diagnostics"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .stderr(Stdio::inherit())
-        .output()
-        .expect("cargo runs");
-    assert!(output.status.success(), "needs the target: rustup target add thumbv7em-none-eabihf");
-    let messages = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
-    let (_, rest) = messages.split_once("\"executable\":\"").expect("cargo names the executable");
-    rest.split('"').next().expect("a string ends").to_owned()
+/// Builds the program for the emulated board.
+fn build() -> PathBuf {
+    let target = ["build", "--profile", "firmware", "--target", "thumbv7em-none-eabihf"];
+    image::build(&[&target[..], &["--package", "greyrig-target-tests", "--bin", "on-target"]].concat())
 }
 
 /// Runs the program and gives what it printed. An endless loop, such as that after a hard fault, is ended.
-fn run(program: &str) -> String {
+fn run(program: &Path) -> String {
     let mut emulator = Command::new("qemu-system-arm")
         .args(["-M", "mps2-an386", "-nographic", "-monitor", "none"])
         .args(["-semihosting-config", "enable=on,target=native"])
         // An instruction takes 2^10 ns of the board's time, whatever the host's load.
         .args(["-icount", "shift=10,sleep=off"])
-        .args(["-kernel", program])
+        .arg("-kernel")
+        .arg(program)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()

@@ -2,14 +2,16 @@
 
 mod bits;
 mod boot;
+#[path = "../../../image.rs"]
+mod image;
 mod power_cut;
 mod sampling;
 mod station;
+mod terminal;
 mod trouble;
 mod verdict;
 
-use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use greyrig::app::bench::{Bench, MOTOR};
@@ -21,27 +23,19 @@ use greyrig_board::analog::{Analog, Counts};
 use greyrig_board::machine::Pace;
 use greyrig_board::peripherals::flash::Contents;
 use greyrig_board::{Board, Image};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
-/// The image: that which GREYRIG_IMAGE names, or the one that `cargo fw` builds.
-fn image() -> &'static Image {
-    static IMAGE: OnceLock<Image> = OnceLock::new();
-    IMAGE.get_or_init(|| {
-        let path = std::env::var_os("GREYRIG_IMAGE").map_or_else(build, PathBuf::from);
-        Image::parse(&std::fs::read(path).expect("the image is there")).expect("an image")
-    })
+/// The image's file: that which GREYRIG_IMAGE names, or the one that `cargo fw` builds.
+fn file() -> &'static Path {
+    static FILE: OnceLock<PathBuf> = OnceLock::new();
+    FILE.get_or_init(|| std::env::var_os("GREYRIG_IMAGE").map_or_else(|| image::build(&["fw"]), PathBuf::from))
 }
 
-fn build() -> PathBuf {
-    let output = Command::new(env!("CARGO"))
-        .args(["fw", "--message-format", "json-render-diagnostics"])
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-        .stderr(Stdio::inherit())
-        .output()
-        .expect("cargo runs");
-    assert!(output.status.success(), "needs the target: rustup target add thumbv7em-none-eabihf");
-    let messages = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
-    let (_, rest) = messages.split_once("\"executable\":\"").expect("cargo names the executable");
-    rest.split('"').next().expect("a string ends").into()
+/// The image.
+fn image() -> &'static Image {
+    static IMAGE: OnceLock<Image> = OnceLock::new();
+    IMAGE.get_or_init(|| Image::parse(&std::fs::read(file()).expect("the image is there")).expect("an image"))
 }
 
 /// The core's own motor at the pins.
@@ -70,12 +64,8 @@ fn count(status: &Status, fault: Fault) -> u32 {
     TABLE.iter().zip(status.faults).find(|(described, _)| described.fault == fault).map_or(0, |(_, count)| count)
 }
 
-/// Numbers by Marsaglia's xorshift, from a seed that is not zero.
-fn chance(mut state: u64) -> impl FnMut() -> u32 {
-    move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 32) as u32
-    }
+/// Numbers by chance, the same ones for a seed.
+fn chance(seed: u64) -> impl FnMut() -> u32 {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    move || random.next_u32()
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use greyrig::detector::Verdict;
-use greyrig_exam::interval::Counted;
 use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
 use greyrig_exam::roc::{area, characteristic, size_for};
+use greyrig_exam::share::Share;
 use greyrig_exam::spread::{Held, held};
 use greyrig_host::error::Result;
 use greyrig_host::output;
@@ -55,7 +55,7 @@ impl Seen {
 
     /// Size and share of motors detected, size by size.
     fn detected(&self, station: usize) -> Vec<(f64, f64)> {
-        let share = |k: usize| Counted::of(&self.of(k, station), |(_, g)| g.verdict == Verdict::Fail).share();
+        let share = |k: usize| Share::of(&self.of(k, station), |(_, g)| g.verdict == Verdict::Fail).value();
         self.fault.sizes.iter().enumerate().map(|(k, size)| (*size, share(k))).collect()
     }
 }
@@ -81,7 +81,7 @@ fn main() -> Result<()> {
         .collect();
     println!("## Healthy motors\n\n| model | false alarms | cannot judge |\n| --- | --- | --- |");
     for (k, station) in stations.iter().enumerate() {
-        let of = |what: Verdict| Counted::of(&healthy, |all| all[k].verdict == what);
+        let of = |what: Verdict| Share::of(&healthy, |all| all[k].verdict == what).exact();
         println!("| {} | {} | {} |", station.name, of(Verdict::Fail), of(Verdict::CannotJudge));
     }
     let grown = growth(&stations)?;
@@ -157,7 +157,7 @@ fn table(seen: &Seen, names: &[&str]) {
             println!(
                 "| {} | {size} | {name} | {} | {} | {:.1} |",
                 seen.fault.id,
-                Counted { k: called.len(), n: here.len() },
+                Share { hits: called.len(), cases: here.len() }.exact(),
                 if seen.onset == Onset::During && delay.is_finite() { format!("{delay:.2}") } else { "–".to_owned() },
                 median(here.iter().map(|(_, g)| g.score).collect()),
             );
@@ -287,19 +287,20 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) {
             })
             .collect();
         let counts = PLACES.map(|place| told.iter().filter(|t| **t == Some(place)).count());
-        let hits = Counted::of(&told, |t| *t == Some(s.fault.kind));
-        (right, all) = (right + hits.k, all + hits.n);
+        let here = Share::of(&told, |t| *t == Some(s.fault.kind));
+        (right, all) = (right + here.hits, all + here.cases);
         println!(
-            "| {} | {size:.3} | {} | {} | {} | {} | {} | {hits} |",
+            "| {} | {size:.3} | {} | {} | {} | {} | {} | {} |",
             s.fault.id,
             s.fault.kind,
             counts[0],
             counts[1],
             counts[2],
             told.len() - counts.iter().sum::<usize>(),
+            here.exact(),
         );
     }
-    println!("\nRight: {}", Counted { k: right, n: all });
+    println!("\nRight: {}", Share { hits: right, cases: all }.exact());
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

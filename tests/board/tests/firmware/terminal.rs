@@ -1,7 +1,6 @@
 //! The board behind its pseudo-terminal, and the host's own side of the link: parameters, a recording, its verdict.
 
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 use greyrig::app::bench::MOTOR;
@@ -22,27 +21,10 @@ impl Drop for Program {
     }
 }
 
-fn image() -> PathBuf {
-    std::env::var_os("GREYRIG_IMAGE").map_or_else(build, PathBuf::from)
-}
-
-fn build() -> PathBuf {
-    let output = Command::new(env!("CARGO"))
-        .args(["fw", "--message-format", "json-render-diagnostics"])
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
-        .stderr(Stdio::inherit())
-        .output()
-        .expect("cargo runs");
-    assert!(output.status.success(), "needs the target: rustup target add thumbv7em-none-eabihf");
-    let messages = String::from_utf8(output.stdout).expect("cargo writes UTF-8");
-    let (_, rest) = messages.split_once("\"executable\":\"").expect("cargo names the executable");
-    rest.split('"').next().expect("a string ends").into()
-}
-
 fn start(arguments: &[&str]) -> Program {
     let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig-board"))
         .arg("--image")
-        .arg(image())
+        .arg(crate::file())
         .arg("--json")
         .args(arguments)
         .stdout(Stdio::piped())
