@@ -16,10 +16,14 @@ use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
 use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
 use crate::identify::output_error::{OutputError, Rows};
+use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
 /// How hard the free run is fitted.
 const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
+
+/// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
+const STRUCTURE: f64 = 0.3;
 
 /// The free run of a set of recordings.
 pub struct Audit<'a> {
@@ -57,6 +61,24 @@ impl<'a> Audit<'a> {
     /// An interrupt.
     pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Refined> {
         minimise(space, &self.problem, effort, None, &mut || ())
+    }
+
+    /// Fits a model with effects from where another search has ended. Where that leaves structure in the current, or is no
+    /// better than `base`, the fit without them, the start may lie in another valley: then once more from `base`, with the
+    /// effects as they usually are.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit_with_effects(&self, space: &Space, base: &Refined, scales: &Scales) -> Result<Refined> {
+        let fit = self.fit(space)?;
+        if self.excess(&fit, &fit)[0] < STRUCTURE && self.fall(base, &fit) > 0.0 {
+            return Ok(fit);
+        }
+        let present = base.space.effects();
+        let added = space.effects().iter().filter(|id| !present.contains(id));
+        let usual = added.fold(base.space.clone(), |usual, id| usual.with_effect(id, scales));
+        let other = self.fit(&usual)?;
+        Ok(if self.fall(&fit, &other) > 0.0 { other } else { fit })
     }
 
     /// Drops effects that do not earn their place, the least one first. `base` is the fit without any.
@@ -99,9 +121,18 @@ impl<'a> Audit<'a> {
 
     /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
     pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
-        let floor = Floor::of(best, &self.problem, &self.times, self.period_s);
-        let over = Completeness::of(fit, &floor);
+        let over = Completeness::of(fit, &self.floor(best));
         [over.electrical.ln(), over.mechanical.ln()]
+    }
+
+    /// The error of a fit without and one with effects over what does not repeat.
+    pub fn completeness_of_both(&self, without: &Refined, with: &Refined) -> (Completeness, Completeness) {
+        let floor = self.floor(with);
+        (Completeness::of(without, &floor), Completeness::of(with, &floor))
+    }
+
+    fn floor(&self, best: &Refined) -> Floor {
+        Floor::of(best, &self.problem, &self.times, self.period_s)
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.

@@ -12,6 +12,10 @@ const COMPLETE: f64 = 1.35;
 /// Share of the structure that has to be explained where the floor is not reached: another form of the right law leaves
 /// less, the wrong law more.
 const EXPLAINED: f64 = 0.9;
+/// The same in the free run.
+const EXPLAINED_IN_FREE_RUN: f64 = 0.97;
+/// Residual over floor below which little is left, whatever there was.
+const NEARLY_COMPLETE: f64 = 1.5;
 
 /// Residual over what does not repeat, for the voltage and the torque balance; 1 is perfect.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,9 +84,55 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
-    /// Whether nearly all structure of an earlier fit is explained in this one.
+    /// Whether nearly all structure of an earlier fit is explained in this one, balance by balance; or nearly all of both
+    /// together, where what is left of either is little.
     pub fn explains(&self, before: &Self) -> bool {
-        let of = |before: f64, after: f64| after < COMPLETE || (after - 1.0) <= (1.0 - EXPLAINED) * (before - 1.0);
-        of(before.electrical, self.electrical) && of(before.mechanical, self.mechanical)
+        let [over, left] = [before, self].map(|c| (c.electrical - 1.0).max(0.0) + (c.mechanical - 1.0).max(0.0));
+        self.explained(before, EXPLAINED) == [true; 2]
+            || (self.electrical.max(self.mechanical) < NEARLY_COMPLETE && left <= (1.0 - EXPLAINED) * over)
+    }
+
+    /// The same, where each balance may be explained in the free run instead, which adds up over time what one balance
+    /// hardly shows: there, of course, more has to be explained.
+    pub fn explains_with(&self, before: &Self, free_run: &(Self, Self)) -> bool {
+        let (balances, free) =
+            (self.explained(before, EXPLAINED), free_run.1.explained(&free_run.0, EXPLAINED_IN_FREE_RUN));
+        (0..2).all(|g| balances[g] || free[g])
+    }
+
+    fn explained(&self, before: &Self, share: f64) -> [bool; 2] {
+        let of = |before: f64, after: f64| after < COMPLETE || (after - 1.0) <= (1.0 - share) * (before - 1.0);
+        [of(before.electrical, self.electrical), of(before.mechanical, self.mechanical)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(electrical: f64, mechanical: f64) -> Completeness {
+        Completeness { electrical, mechanical }
+    }
+
+    #[test]
+    fn both_balances_have_to_be_explained() {
+        assert!(of(2.8, 1.1).explains(&of(20.0, 1.1)));
+        assert!(!of(2.8, 4.0).explains(&of(20.0, 5.0)));
+        assert!(!of(3.0, 1.1).explains(&of(20.0, 1.1)));
+    }
+
+    #[test]
+    fn a_little_that_is_left_does_not_hide_what_was_explained() {
+        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45)));
+        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45)), "it is a third of what there was");
+        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6)), "it is not little");
+    }
+
+    #[test]
+    fn the_free_run_can_stand_in_for_one_balance() {
+        let (before, after) = (of(19.0, 2.8), of(5.5, 0.8));
+        assert!(after.explains_with(&before, &(of(80.0, 4.5), of(2.2, 3.3))));
+        assert!(!after.explains_with(&before, &(of(80.0, 4.5), of(8.0, 3.3))), "a tenth is left");
+        assert!(!of(5.5, 2.5).explains_with(&before, &(of(80.0, 4.5), of(2.2, 3.3))), "nor the torque");
     }
 }

@@ -138,12 +138,22 @@ pub struct Ladder {
     pub after: Completeness,
     /// What does not repeat.
     pub floor: Floor,
+    /// Completeness of the free run without and with what was found, where there is one.
+    pub free_run: Option<(Completeness, Completeness)>,
 }
 
 impl Ladder {
-    /// Whether nothing is left to explain, or nearly nothing of what there was.
+    /// Whether every effect that was added is still there.
+    pub fn has_lost_none(&self) -> bool {
+        self.steps.iter().map(|s| s.winners.len()).sum::<usize>() == self.found.len()
+    }
+
+    /// Whether nothing is left to explain, or nearly nothing of what there was, in the balances or in the free run.
     pub fn is_explained(&self) -> bool {
-        self.after.is_complete() || (!self.found.is_empty() && self.after.explains(&self.before))
+        let (before, after) = (&self.before, &self.after);
+        let explained =
+            || after.explains(before) || self.free_run.as_ref().is_some_and(|free| after.explains_with(before, free));
+        after.is_complete() || (!self.found.is_empty() && explained())
     }
 }
 
@@ -228,7 +238,7 @@ impl<'a> Climb<'a> {
         let rivals = self.rivals(&fit, &found, &steps, progress)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
-        Ok(Ladder { steps, found, rivals, fit, before, after, floor })
+        Ok(Ladder { steps, found, rivals, fit, before, after, floor, free_run: None })
     }
 
     /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what

@@ -182,18 +182,17 @@ pub fn diagnose(
         let before = audit.fit(&base.space)?;
         let mut kept = before.clone();
         if !ladder.found.is_empty() {
-            let all = audit.fit(&ladder.fit.space)?;
-            let found = ladder.found.clone();
-            kept = audit.keep_earners(&before, all, &mut ladder.found)?;
-            if ladder.found != found {
-                climb.narrow(&mut ladder, &found)?;
-            }
+            kept = second_look::judged(&climb, audit, &mut ladder, &before)?;
         }
         second_look::singles(&climb, audit, &mut ladder, &mut kept, progress)?;
-        if !ladder.is_explained()
-            && let Some((other, fit)) = second_look::pairs(&climb, audit, &base, &before, &kept, progress)?
-        {
-            (ladder, kept) = (other, fit);
+        ladder.free_run = Some(audit.completeness_of_both(&before, &kept));
+        for look in [second_look::again, second_look::pairs] {
+            if !ladder.is_explained()
+                && let Some((other, fit)) = look(&climb, audit, &base, &before, &ladder, &kept, progress)?
+            {
+                (ladder, kept) = (other, fit);
+                ladder.free_run = Some(audit.completeness_of_both(&before, &kept));
+            }
         }
         esr = [&before, &kept].map(|fit| ratio(audit, fit));
         fitted = (!ladder.found.is_empty()).then_some(kept);

@@ -76,8 +76,42 @@ pub fn singles(
     Ok(())
 }
 
-/// Climbs once more, by two effects at first. `free` is the free run of the model as it was, `kept` that of what the first
-/// climb found.
+/// Fits what a climb has found in the free run, and drops what does not earn its place there. `free` is the free run of the
+/// model as it was.
+///
+/// # Errors
+/// An interrupt.
+pub fn judged(climb: &Climb<'_>, audit: &Audit<'_>, ladder: &mut Ladder, free: &Refined) -> Result<Refined> {
+    let found = ladder.found.clone();
+    let all = audit.fit_with_effects(&ladder.fit.space, free, &Scales::of(&free.space, climb.experiments()))?;
+    let fit = audit.keep_earners(free, all, &mut ladder.found)?;
+    if found != ladder.found {
+        climb.narrow(ladder, &found)?;
+    }
+    Ok(fit)
+}
+
+/// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
+///
+/// # Errors
+/// An interrupt.
+pub fn again(
+    climb: &Climb<'_>,
+    audit: &Audit<'_>,
+    base: &Refined,
+    free: &Refined,
+    ladder: &Ladder,
+    kept: &Refined,
+    progress: &mut dyn FnMut(Progress<'_>),
+) -> Result<Option<(Ladder, Refined)>> {
+    if ladder.has_lost_none() || ladder.found.is_empty() {
+        return Ok(None);
+    }
+    let other = climb.climb_on(base, ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone(), progress)?;
+    judged_if_better(climb, audit, other, free, kept)
+}
+
+/// Climbs once more, by two effects at first.
 ///
 /// # Errors
 /// An interrupt.
@@ -86,20 +120,24 @@ pub fn pairs(
     audit: &Audit<'_>,
     base: &Refined,
     free: &Refined,
+    _: &Ladder,
     kept: &Refined,
     progress: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Option<(Ladder, Refined)>> {
-    let Some(mut ladder) = climb.climb_by_two(base, progress)? else { return Ok(None) };
-    let found = ladder.found.clone();
-    let all = audit.fit(&ladder.fit.space)?;
-    let fit = audit.keep_earners(free, all, &mut ladder.found)?;
-    if !suffices(audit, kept, &fit) {
-        return Ok(None);
-    }
-    if found != ladder.found {
-        climb.narrow(&mut ladder, &found)?;
-    }
-    Ok(Some((ladder, fit)))
+    let Some(other) = climb.climb_by_two(base, progress)? else { return Ok(None) };
+    judged_if_better(climb, audit, other, free, kept)
+}
+
+/// Another climb, if the free run is better for it.
+fn judged_if_better(
+    climb: &Climb<'_>,
+    audit: &Audit<'_>,
+    mut other: Ladder,
+    free: &Refined,
+    kept: &Refined,
+) -> Result<Option<(Ladder, Refined)>> {
+    let fit = judged(climb, audit, &mut other, free)?;
+    Ok(suffices(audit, kept, &fit).then_some((other, fit)))
 }
 
 /// Whether a fit takes most of what an earlier one exceeds the floor by, on data held out too.
