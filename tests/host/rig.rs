@@ -626,6 +626,20 @@ fn wrong_names_and_sizes_are_told_in_one_line() {
 }
 
 #[test]
+fn a_profile_can_be_scaled_to_a_peak_voltage() {
+    for id in ["staircase", "dc-steps", "coast-down"] {
+        let mut setup = Setup::new(Kind::Universal).profile(id).unwrap().seconds(2.0).ideal();
+        setup.peak_voltage_v = Some(100.0);
+        let voltage = setup.run().unwrap();
+        let peak = channel(&voltage, Channel::Voltage).iter().fold(0.0f64, |m, u| m.max(u.abs()));
+        // 200 samples a period: one is at most 1.6 degrees off the crest.
+        assert!((99.9..=100.0 + 1e-9).contains(&peak), "{id}: {peak}");
+        setup.peak_voltage_v = Some(-1.0);
+        assert!(setup.run().unwrap_err().to_string().contains("peak voltage"));
+    }
+}
+
+#[test]
 fn simulate_writes_a_table_under_the_names_of_the_interface() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.csv");

@@ -122,13 +122,15 @@ fn names(p: &Proposal) -> String {
 
 fn instruction(take: &Take, kind: Kind) -> String {
     format!(
-        "{} of {} s, up to {} and {} (on the virtual rig: greyrig simulate --kind {kind} --profile {} --seconds {} --out {}.csv)",
+        "{} of {} s, up to {} and {} (on the virtual rig: greyrig simulate --kind {kind} --profile {} --seconds {} \
+         --peak-voltage {:.1} --out {}.csv)",
         take.profile,
         take.seconds,
         words::quantity(take.peak_voltage_v, "V"),
         words::quantity(take.peak_current_a, "A"),
         take.profile,
         take.seconds,
+        take.peak_voltage_v,
         take.profile,
     )
 }

@@ -47,6 +47,10 @@ pub struct Args {
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
 
+    /// Largest voltage of the run; the profile is scaled. Its own by default
+    #[arg(long, value_name = "V")]
+    pub peak_voltage: Option<f64>,
+
     /// Mains frequency, Hz
     #[arg(long, value_name = "HZ", default_value_t = 50, value_parser = clap::value_parser!(u16).range(10..=400))]
     pub mains: u16,
@@ -135,6 +139,7 @@ fn setup(args: &Args) -> Result<Setup> {
         setup.motor = Motor::sample_from_population(&setup.motor, args.spread, args.seed);
     }
     setup.seconds = args.seconds;
+    setup.peak_voltage_v = args.peak_voltage;
     setup.mains_hz = f64::from(args.mains);
     setup.turbulence = args.turbulence;
     setup.fifth_harmonic = args.fifth_harmonic;

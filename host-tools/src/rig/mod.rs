@@ -43,10 +43,13 @@ pub use profiles::{PROFILES, Profile};
 use parts::Assembly;
 use plant::Plant;
 use running::{Running, Sample};
+use source::Segment;
 use streams::{Purpose, Streams};
 
 /// Sampling rate of the rig, Hz (the paper's).
 pub const SAMPLE_RATE_HZ: f64 = 10_000.0;
+/// What the universal motor's voltage channel can measure.
+const LARGEST_VOLTAGE_V: f64 = 400.0;
 
 /// Sizes of an effect or a fault for one kind of motor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -111,6 +114,8 @@ pub struct Setup {
     pub profile: &'static Profile,
     /// Length, s; none: the profile's own.
     pub seconds: Option<f64>,
+    /// Largest voltage of the profile, V, if not its own: all of it is scaled.
+    pub peak_voltage_v: Option<f64>,
     /// Where all randomness comes from.
     pub seed: u64,
     /// Mains frequency, Hz.
@@ -169,6 +174,7 @@ impl Setup {
             faults: Vec::new(),
             profile: PROFILES.iter().find(|p| p.id == usual).unwrap_or(&PROFILES[0]),
             seconds: None,
+            peak_voltage_v: None,
             seed: 0,
             mains_hz: 50.0,
             turbulence: 0.003,
@@ -304,7 +310,11 @@ impl Setup {
     pub fn start(&self) -> Result<Running> {
         self.check()?;
         let seconds = self.seconds.unwrap_or(self.profile.seconds);
-        let segments = self.profile.segments(&self.motor, self.mains_hz, seconds)?;
+        let mut segments = self.profile.segments(&self.motor, self.mains_hz, seconds)?;
+        if let Some(peak) = self.peak_voltage_v {
+            let own = segments.iter().map(Segment::peak_v).fold(0.0, f64::max);
+            segments.iter_mut().for_each(|segment| segment.scale(peak / own));
+        }
         Ok(Running::new(self, seconds, segments))
     }
 
@@ -315,6 +325,7 @@ impl Setup {
             ("turbulence", self.turbulence, 0.0, 0.3),
             ("voltage fluctuation", self.fluctuation, 0.0, 0.3),
             ("fifth harmonic", self.fifth_harmonic, 0.0, 0.2),
+            ("peak voltage in volts", self.peak_voltage_v.unwrap_or(1.0), 0.1, LARGEST_VOLTAGE_V),
             ("number of integration steps", self.steps as f64, 10.0, 50.0),
         ];
         for (what, value, least, most) in figures {

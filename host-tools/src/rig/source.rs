@@ -52,6 +52,21 @@ pub struct Segment {
     pub locked: bool,
 }
 
+impl Segment {
+    /// Largest voltage, V.
+    pub fn peak_v(&self) -> f64 {
+        let (Shape::Ac { from_v, to_v, .. } | Shape::Dc { from_v, to_v }) = self.shape;
+        from_v.abs().max(to_v.abs())
+    }
+
+    /// Makes all of its voltage so many times as large.
+    pub fn scale(&mut self, factor: f64) {
+        let (Shape::Ac { from_v, to_v, .. } | Shape::Dc { from_v, to_v }) = &mut self.shape;
+        *from_v *= factor;
+        *to_v *= factor;
+    }
+}
+
 /// Forward drop of the freewheeling diode, V (silicon, at a few amperes).
 pub const DIODE_DROP_V: f64 = 0.7;
 
