@@ -44,6 +44,7 @@ use ladder::{Climb, Ladder, Objection, Tried};
 use lead::Lead;
 use samples::Finding;
 use screening::Holds;
+use second_look::SecondLook;
 use shape::Shape;
 
 pub use verdict::{Verdict, VerdictKind};
@@ -179,22 +180,10 @@ pub fn diagnose(
     let mut esr = [PerSignal::default(); 2];
     let mut fitted = None;
     if let Some(audit) = &free_run {
-        let before = audit.fit(&base.space)?;
-        let mut kept = before.clone();
-        if !ladder.found.is_empty() {
-            kept = second_look::judged(&climb, audit, &mut ladder, &before)?;
-        }
-        second_look::singles(&climb, audit, &mut ladder, &mut kept, progress)?;
-        ladder.free_run = Some(audit.completeness_of_both(&before, &kept));
-        for look in [second_look::again, second_look::pairs] {
-            if !ladder.is_explained()
-                && let Some((other, fit)) = look(&climb, audit, &base, &before, &ladder, &kept, progress)?
-            {
-                (ladder, kept) = (other, fit);
-                ladder.free_run = Some(audit.completeness_of_both(&before, &kept));
-            }
-        }
-        esr = [&before, &kept].map(|fit| ratio(audit, fit));
+        let look = SecondLook::new(&climb, audit, &base)?;
+        let (judged, kept) = look.at(ladder, progress)?;
+        ladder = judged;
+        esr = [look.free(), &kept].map(|fit| ratio(audit, fit));
         fitted = (!ladder.found.is_empty()).then_some(kept);
     }
     if ladder.found.is_empty()
