@@ -163,8 +163,8 @@ impl Flash {
         let at = offset & !(WORD - 1);
         let unreadable = self.contents.unreadable.contains(&at);
         if unreadable {
-            // ADDR_ECC counts double words; BK_ECC; ECCD.
-            self.eccr = self.eccr & 1 << 24 | (at / WORD) as u32 | 1 << 21 | 1 << 31;
+            // ADDR_ECC, in bytes: it has as many bits as the memory; BK_ECC; ECCD.
+            self.eccr = self.eccr & 1 << 24 | at as u32 | 1 << 21 | 1 << 31;
             // What is read is arbitrary: bits of the double word that are neither.
             value.iter_mut().for_each(|byte| *byte ^= 0x5A);
         }
@@ -315,8 +315,8 @@ mod tests {
         let mut flash = Flash::new(flash.cut(|| 2));
         let (_, interrupt) = flash.read_bank(0x104, 1).unwrap();
         assert!(interrupt);
-        // ECCD, BK_ECC and the number of the double word (section 5.7.6).
-        assert_eq!(flash.read(0x18), Ok(0x8020_0020));
+        // ECCD, BK_ECC and the offset of the double word (section 5.7.6).
+        assert_eq!(flash.read(0x18), Ok(0x8020_0100));
         flash.write(0x18, 1 << 31, 0, HZ).unwrap();
         assert_eq!(flash.read(0x18).unwrap() >> 31, 0);
     }
