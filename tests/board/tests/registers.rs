@@ -1,5 +1,5 @@
 //! The model's registers, bits, interrupts and requests against those of the manufacturer, as stm32-data has extracted them
-//! (crate `stm32-metapac`). Every register and bit is named here; its place comes from there.
+//! (crate `stm32-metapac`), and the processor's against crate `cortex-m`. Every register and bit is named here; its place comes from there.
 
 use std::collections::BTreeSet;
 
@@ -241,6 +241,49 @@ fn memory_is_where_the_chip_has_it() {
     assert_eq!((first.address, first.address + first.size), (RAM, second.address));
     assert_eq!((first.size + second.size) as usize, RAM_LENGTH);
     assert_eq!(METADATA.nvic_priority_bits, Some(4));
+}
+
+/// What is not zero after a reset, as ST's SVD file has it (in crate `stm32g4`, version 0.16.0).
+const RESETS: [(&str, u32); 30] = [
+    ("RCC.icscr", 0x4000_0000),
+    ("RCC.cfgr", 0x5),
+    ("RCC.pllcfgr", 0x1000),
+    ("RCC.ahb1enr", 0x100),
+    ("RCC.apb1enr1", 0x400),
+    ("RCC.ahb1smenr", 0x130F),
+    ("RCC.ahb2smenr", 0x050F_667F),
+    ("RCC.ahb3smenr", 0x101),
+    ("RCC.apb1smenr1", 0xD2FE_CD3F),
+    ("RCC.apb1smenr2", 0x103),
+    ("RCC.apb2smenr", 0x0437_F801),
+    ("RCC.csr", 0x0C00_0000),
+    ("FLASH.cr", 0xC000_0000),
+    ("FLASH.optr", 0xFFEF_F8AA),
+    ("GPIOA.moder", 0xABFF_FFFF),
+    ("GPIOA.ospeedr", 0x0C00_0000),
+    ("GPIOA.pupdr", 0x6400_0000),
+    ("GPIOB.moder", 0xFFFF_FEBF),
+    ("GPIOB.ospeedr", 0xC0),
+    ("GPIOB.pupdr", 0x100),
+    ("GPIOC.moder", 0xFFFF_FFFF),
+    ("PWR.cr1", 0x200),
+    ("PWR.cr3", 0x8000),
+    ("PWR.cr5", 0x100),
+    ("ADC1.cr", 0x2000_0000),
+    ("ADC1.cfgr", 0x8000_0000),
+    ("TIM2.arr", 0xFFFF_FFFF),
+    ("TIM15.arr", 0xFFFF),
+    ("IWDG.rlr", 0xFFF),
+    ("SYSCFG.cfgr1", 0x7C00_0001),
+];
+
+#[test]
+fn values_after_a_reset() {
+    for (path, value) in RESETS {
+        // Reading needs a clock, which changes the registers that enable it.
+        let mut chip = if path.starts_with("RCC") { Chip::new() } else { Chip::with(&MODELLED) };
+        assert_eq!(chip.load(register(path).0), value, "{path}");
+    }
 }
 
 /// The clock tree of the board: 24 MHz by 6 by 85 by 2.
@@ -494,4 +537,81 @@ fn pins_and_watchdog() {
     assert_eq!(chip.machine.reset, None);
     chip.pass(1);
     assert!(chip.machine.reset.is_some());
+}
+
+/// The processor's own registers, whose places crate `cortex-m` has.
+#[test]
+fn registers_of_the_processor() {
+    use cortex_m::peripheral::{DCB, DWT, FPU, NVIC, SCB, SYST, dcb, dwt, fpu, nvic, scb, syst};
+    use std::mem::offset_of;
+    let at = |base: usize, offset: usize| (base + offset) as u32;
+    let scb = |offset| at(SCB::PTR as usize, offset);
+    let nvic = |offset| at(NVIC::PTR as usize, offset);
+    let syst = |offset| at(SYST::PTR as usize, offset);
+    let dwt = |offset| at(DWT::PTR as usize, offset);
+    let fpu = |offset| at(FPU::PTR as usize, offset);
+
+    let mut chip = Chip::new();
+    chip.store(scb(offset_of!(scb::RegisterBlock, vtor)), 0x0800_0200);
+    chip.store(scb(offset_of!(scb::RegisterBlock, scr)), 1 << 4);
+    assert_eq!((chip.machine.system.vtor, chip.machine.system.event_on_pending), (0x0800_0200, true));
+    assert!(!chip.machine.system.fpu_is_on());
+    chip.store(scb(offset_of!(scb::RegisterBlock, cpacr)), 0b1111 << 20);
+    assert!(chip.machine.system.fpu_is_on());
+    assert_eq!(chip.load(fpu(offset_of!(fpu::RegisterBlock, fpccr))), 0xC000_0000);
+    chip.machine.system.reserve(RAM + 8);
+    assert_eq!(chip.load(fpu(offset_of!(fpu::RegisterBlock, fpcar))), RAM + 8);
+    (chip.machine.system.cfsr, chip.machine.system.hfsr) = (1 << 16, 1 << 30);
+    for (offset, value) in
+        [(offset_of!(scb::RegisterBlock, cfsr), 1 << 16), (offset_of!(scb::RegisterBlock, hfsr), 1 << 30)]
+    {
+        assert_eq!(chip.load(scb(offset)), value);
+        chip.store(scb(offset), value);
+        assert_eq!(chip.load(scb(offset)), 0);
+    }
+
+    // SysTick: a hundred cycles, from the processor's clock, with its exception.
+    chip.store(syst(offset_of!(syst::RegisterBlock, rvr)), 99);
+    chip.store(syst(offset_of!(syst::RegisterBlock, cvr)), 0);
+    chip.store(syst(offset_of!(syst::RegisterBlock, csr)), 0b111);
+    let (icsr, pendst) = (scb(offset_of!(scb::RegisterBlock, icsr)), 1 << 26);
+    chip.pass(99);
+    assert_eq!(chip.load(icsr) & pendst, 0);
+    chip.pass(1);
+    assert_eq!(chip.load(icsr) & pendst, pendst);
+    chip.store(icsr, 1 << 25);
+    assert_eq!(chip.load(icsr) & pendst, 0);
+    chip.store(icsr, 1 << 28);
+    assert_eq!(chip.load(icsr) >> 12 & 0x1FF, 14);
+    chip.store(icsr, 1 << 27);
+    chip.store(scb(offset_of!(scb::RegisterBlock, shpr)) + 8, 0x50A0_0000);
+    assert_eq!((chip.machine.exceptions.priorities(14), chip.machine.exceptions.priorities(12)), (0x50A0, 0x50A0_0000));
+
+    // Interrupt 38: enabled, made pending, its priority, and back.
+    let word = |offset: usize| nvic(offset) + 4;
+    chip.store(nvic(offset_of!(nvic::RegisterBlock, ipr)) + 36, 0x70 << 16);
+    chip.store(word(offset_of!(nvic::RegisterBlock, iser)), 1 << 6);
+    chip.store(word(offset_of!(nvic::RegisterBlock, ispr)), 1 << 6);
+    let basepri = |basepri| greyrig_board::exceptions::Masks { basepri, ..Default::default() };
+    let due = |chip: &Chip, mask| chip.machine.exceptions.due(basepri(mask));
+    assert_eq!((due(&chip, 0x80), due(&chip, 0x70)), (Some(16 + 38), None));
+    chip.machine.entered(16 + 38);
+    assert_eq!(chip.load(word(offset_of!(nvic::RegisterBlock, iabr))), 1 << 6);
+    chip.machine.exceptions.leave(16 + 38);
+    chip.store(word(offset_of!(nvic::RegisterBlock, ispr)), 1 << 6);
+    chip.store(word(offset_of!(nvic::RegisterBlock, icpr)), 1 << 6);
+    assert_eq!(due(&chip, 0), None);
+    chip.store(word(offset_of!(nvic::RegisterBlock, icer)), 1 << 6);
+    chip.store(word(offset_of!(nvic::RegisterBlock, ispr)), 1 << 6);
+    assert_eq!(due(&chip, 0), None);
+
+    // The cycle counter.
+    chip.store(at(DCB::PTR as usize, offset_of!(dcb::RegisterBlock, demcr)), 1 << 24);
+    chip.store(dwt(offset_of!(dwt::RegisterBlock, ctrl)), 1);
+    chip.store(dwt(offset_of!(dwt::RegisterBlock, cyccnt)), 5);
+    chip.pass(1000);
+    assert_eq!(chip.load(dwt(offset_of!(dwt::RegisterBlock, cyccnt))), 1005);
+
+    chip.store(scb(offset_of!(scb::RegisterBlock, aircr)), 0x05FA_0004);
+    assert_eq!(chip.machine.reset, Some(greyrig_board::peripherals::rcc::Reset::Software));
 }
