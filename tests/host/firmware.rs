@@ -422,6 +422,7 @@ fn what_the_microcontroller_would_refuse_is_refused_before() {
     rig("[voltage]\nzero = 1\nper_count = 0\n[current]\nzero = 1\nper_count = 1\n[speed]\nzero = 1\nper_count = 1\n");
     refused(here, &with_rig, &["rig.toml", "voltage"]);
     refused(here, &["flash", "--model", "bad.toml"], &["--port"]);
+    refused(here, &[&image[..], &["--clock", "clock"]].concat(), &["--image", "--clock"]);
     refused(here, &["record", "--port", "x", "--seconds", "0", "--out", "r.csv"], &["--seconds"]);
 }
 

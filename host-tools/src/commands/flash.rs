@@ -25,7 +25,7 @@ pub struct Args {
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
     /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
-    #[arg(long, value_name = "FILE", requires = "port")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["image", "probe"])]
     clock: Option<PathBuf>,
     /// Into a file for another programmer: .bin or .hex
     #[arg(long, value_name = "FILE")]

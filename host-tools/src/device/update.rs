@@ -13,7 +13,7 @@ use crate::output;
 /// A microcontroller that has not come back after this time will not.
 const RESTART: Duration = Duration::from_secs(10);
 
-/// What it is asked while it starts it does not hear.
+/// Time to start in: what is asked meanwhile is lost, and asked again only after a while.
 const START: Duration = Duration::from_millis(20);
 
 /// Writes a payload, restarts the microcontroller, and checks that it runs with exactly these bytes.

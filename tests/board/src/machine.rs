@@ -437,7 +437,7 @@ impl Machine {
         (device, answer)
     }
 
-    /// A wait state for each 34 MHz in range 1 boost mode (RM0440, section 5.3.3).
+    /// A wait state for each 34 MHz in range 1 boost mode (RM0440, section 3.3.3).
     fn enough_wait_states(&self) -> Result<(), Trouble> {
         let needed = (self.rcc.hclk_hz() - 1) / 34_000_000;
         if self.flash.wait_states() >= needed {

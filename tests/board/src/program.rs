@@ -53,7 +53,7 @@ struct Args {
     /// Cycles that an instruction takes
     #[arg(long, value_name = "CYCLES", default_value_t = 1.0)]
     pace: f64,
-    /// At most so many times real time, up to 1
+    /// At most so many times real time, 0.001 to 1
     #[arg(long, value_name = "FRACTION", default_value_t = 1.0, value_parser = speed)]
     speed: f64,
     /// File in which to publish the board's time; with the same --clock the time-outs of flash, record and monitor follow it
@@ -180,11 +180,10 @@ fn publish(args: &Args, board: &Board) -> Result<(), Failure> {
     clock::publish(path, Duration::from_secs_f64(board.seconds())).map_err(|e| file(path, &e))
 }
 
+/// A slower clock would be published too seldom.
 fn speed(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|speed| *speed > 0.0 && *speed <= 1.0)
-        .ok_or_else(|| "give more than 0, at most 1".to_owned())
+    let speed = text.parse().ok().filter(|speed| (0.001..=1.0).contains(speed));
+    speed.ok_or_else(|| "give 0.001 to 1".to_owned())
 }
 
 /// Which sentence tells the pins for pass and alarm.
