@@ -335,6 +335,28 @@ fn nobody_there_is_trouble_with_the_link() {
     }
 }
 
+/// A virtual board that has stopped: nobody waits for ever.
+#[test]
+fn a_clock_that_stands_still_is_told() {
+    let folder = folder(2.2);
+    let nobody = TcpListener::bind("127.0.0.1:0").unwrap();
+    let silent = format!("tcp:{}", nobody.local_addr().unwrap());
+    let record = ["record", "--seconds", "1", "--out", "run.csv", "--port", &silent, "--clock", "clock"];
+    for (content, says) in [
+        (None, "clock: No such file"),
+        (Some("noon"), "no number of microseconds"),
+        (Some("5\n"), "stood still for 10 s"),
+    ] {
+        if let Some(content) = content {
+            std::fs::write(folder.path().join("clock"), content).unwrap();
+        }
+        let output = greyrig(folder.path(), &record);
+        let talk = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), talk.lines().count()), (Some(3), 1), "{talk}");
+        assert!(talk.contains(says) && talk.contains("; check"), "{talk}");
+    }
+}
+
 #[test]
 fn images_hold_the_block() {
     let folder = folder(2.2);
@@ -400,6 +422,7 @@ fn what_the_microcontroller_would_refuse_is_refused_before() {
     rig("[voltage]\nzero = 1\nper_count = 0\n[current]\nzero = 1\nper_count = 1\n[speed]\nzero = 1\nper_count = 1\n");
     refused(here, &with_rig, &["rig.toml", "voltage"]);
     refused(here, &["flash", "--model", "bad.toml"], &["--port"]);
+    refused(here, &[&image[..], &["--clock", "clock"]].concat(), &["--image", "--clock"]);
     refused(here, &["record", "--port", "x", "--seconds", "0", "--out", "r.csv"], &["--seconds"]);
 }
 

@@ -16,9 +16,24 @@ pub struct Check {
     pub what: &'static str,
     /// What the machine has to have.
     needs: &'static [Need],
-    /// Runs it; what it prints has reached the terminal when it returns.
-    run: fn() -> Result<Tally, String>,
+    /// Runs it, in its long version if it has one; what it prints has reached the terminal when it returns.
+    run: fn(Length) -> Result<Tally, String>,
 }
+
+/// How thorough the checks are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Length {
+    /// As after each change.
+    Usual,
+    /// Tests that have a long version run that.
+    Long,
+}
+
+/// What asks for [`Length::Long`].
+pub const LONG: &str = "--long";
+
+/// The step that has a long version.
+const TESTS: &str = "tests";
 
 /// All checks. Those that only look at the code share one build of the dependencies (`--all-features`), and the tests
 /// have one of their own (release, the feature `full`, without link-time optimisation).
@@ -27,13 +42,13 @@ pub const ALL: &[Check] = &[
         name: "fmt",
         what: "the code is formatted",
         needs: &[Need::Rustfmt],
-        run: || cargo(&["fmt", "--all", "--check"]),
+        run: |_| cargo(&["fmt", "--all", "--check"]),
     },
     Check {
         name: "clippy",
         what: "no lint complains, tests and benchmarks included",
         needs: &[Need::Clippy, Need::BoardTools],
-        run: || {
+        run: |_| {
             cargo(&["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "--deny", "warnings"])
         },
     },
@@ -41,7 +56,7 @@ pub const ALL: &[Check] = &[
         name: "doc",
         what: "the documentation has no warning",
         needs: &[Need::BoardTools],
-        run: || {
+        run: |_| {
             run_command(
                 cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
                     .env("RUSTDOCFLAGS", "--deny warnings"),
@@ -55,7 +70,7 @@ pub const ALL: &[Check] = &[
         run: firmware,
     },
     Check {
-        name: "tests",
+        name: TESTS,
         what: "all tests of the workspace, the emulated microcontroller, the virtual board and the browser included",
         needs: &[Need::Target, Need::Qemu, Need::Browser, Need::BoardTools],
         run: tests,
@@ -85,18 +100,24 @@ pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
     }
 }
 
-/// The checks with these names, in the order of [`ALL`]; all of them if there is no name.
-pub fn choose(names: &[String]) -> Result<Vec<&'static Check>, String> {
-    if let Some(unknown) = names.iter().find(|name| !ALL.iter().any(|check| check.name == name.as_str())) {
+/// The checks with these names, in the order of [`ALL`]; all of them if there is no name. And how thorough they are to be.
+pub fn choose(arguments: &[String]) -> Result<(Vec<&'static Check>, Length), String> {
+    let (options, names): (Vec<&str>, Vec<&str>) =
+        arguments.iter().map(String::as_str).partition(|argument| *argument == LONG);
+    if let Some(unknown) = names.iter().find(|name| !ALL.iter().any(|check| check.name == **name)) {
         let known: Vec<&str> = ALL.iter().map(|check| check.name).collect();
-        return Err(format!("there is no step {unknown}; the steps are {}", known.join(", ")));
+        return Err(format!("there is no step {unknown}; the steps are {}, the option is {LONG}", known.join(", ")));
     }
-    Ok(ALL.iter().filter(|check| names.is_empty() || names.iter().any(|name| name == check.name)).collect())
+    let length = if options.is_empty() { Length::Usual } else { Length::Long };
+    if length == Length::Long && !names.is_empty() && !names.contains(&TESTS) {
+        return Err(format!("{LONG} is for the step {TESTS}; name that one, or none"));
+    }
+    Ok((ALL.iter().filter(|check| names.is_empty() || names.contains(&check.name)).collect(), length))
 }
 
 /// Provides what the checks need, runs them until one fails, and prints a table and the counts. A check that is not
 /// made of tests counts as one; those that were not reached count as skipped.
-pub fn run(checks: &[&Check]) -> ExitCode {
+pub fn run(checks: &[&Check], length: Length) -> ExitCode {
     let mut total = Tally::default();
     let mut table = Vec::new();
     let mut failure = None;
@@ -117,7 +138,7 @@ pub fn run(checks: &[&Check]) -> ExitCode {
         }
         eprintln!("\n=== {}: {}", check.name, check.what);
         let begin = Instant::now();
-        let mut tally = (check.run)().unwrap_or_else(|sentence| {
+        let mut tally = (check.run)(length).unwrap_or_else(|sentence| {
             failure = Some(format!("{}: {sentence}", check.name));
             Tally::default()
         });
@@ -148,12 +169,15 @@ pub fn run(checks: &[&Check]) -> ExitCode {
 }
 
 /// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
-fn tests() -> Result<Tally, String> {
+fn tests(length: Length) -> Result<Tally, String> {
     let mut command = cargo_command(&["test", "--release", "--workspace", "--features", "greyrig-host/full"]);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
     // Optimising each of the test programs as a whole takes longer than running them.
     command.env("CARGO_PROFILE_RELEASE_LTO", "off");
+    if length == Length::Long {
+        command.env("GREYRIG_LONG", "1");
+    }
     let output = command.stderr(Stdio::inherit()).output().map_err(|error| not_started(&command, &error))?;
     let text = String::from_utf8_lossy(&output.stdout);
     let tally = Tally::of(&text);
@@ -165,7 +189,7 @@ fn tests() -> Result<Tally, String> {
 }
 
 /// Lints and builds what runs on the microcontroller, and looks into the images.
-fn firmware() -> Result<Tally, String> {
+fn firmware(_: Length) -> Result<Tally, String> {
     for (package, feature) in
         [("greyrig", Some("nucleo-g474re")), ("greyrig", Some("mps2-an386")), ("greyrig-target-tests", None)]
     {
@@ -218,10 +242,13 @@ mod tests {
     fn steps_are_chosen_by_name() {
         let names = |wanted: &[&str]| {
             let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
-            choose(&wanted).map(|checks| checks.iter().map(|check| check.name).collect::<Vec<_>>())
+            choose(&wanted).map(|(checks, length)| (checks.iter().map(|check| check.name).collect::<Vec<_>>(), length))
         };
-        assert_eq!(names(&[]).map(|all| all.len()), Ok(ALL.len()));
-        assert_eq!(names(&["tests", "fmt"]), Ok(vec!["fmt", "tests"]));
+        assert_eq!(names(&[]).map(|(all, length)| (all.len(), length)), Ok((ALL.len(), Length::Usual)));
+        assert_eq!(names(&["tests", "fmt"]), Ok((vec!["fmt", "tests"], Length::Usual)));
+        assert_eq!(names(&["--long"]).map(|(all, length)| (all.len(), length)), Ok((ALL.len(), Length::Long)));
+        assert_eq!(names(&["tests", "--long"]), Ok((vec!["tests"], Length::Long)));
+        assert!(names(&["fmt", "--long"]).is_err_and(|sentence| sentence.contains("for the step tests")));
         assert!(names(&["tset"]).is_err_and(|sentence| sentence.contains("tset") && sentence.contains("clippy")));
     }
 }

@@ -13,8 +13,12 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.split_first() {
-        Some((command, names)) if command == "test" => match checks::choose(names) {
-            Ok(chosen) => checks::run(&chosen),
+        Some((first, rest)) if first == "--help" || (first == "test" && rest == ["--help"]) => {
+            print!("{}", usage());
+            ExitCode::SUCCESS
+        }
+        Some((command, wanted)) if command == "test" => match checks::choose(wanted) {
+            Ok((chosen, length)) => checks::run(&chosen, length),
             Err(sentence) => {
                 eprintln!("xtask: {sentence}");
                 ExitCode::from(2)
@@ -30,13 +34,18 @@ fn main() -> ExitCode {
         Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
         Some((command, arguments)) if command == "lot" => checks::exam("greyrig-lot", arguments),
         _ => {
-            eprintln!("Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…");
-            eprintln!("       cargo xtask size\n       cargo xtask test [STEP]…\n");
-            eprintln!("Without a step, all of them in this order:\n");
-            for check in checks::ALL {
-                eprintln!("  {:8} {}", check.name, check.what);
-            }
+            eprint!("{}", usage());
             ExitCode::from(2)
         }
     }
+}
+
+fn usage() -> String {
+    let steps: String = checks::ALL.iter().map(|check| format!("  {:8} {}\n", check.name, check.what)).collect();
+    format!(
+        "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
+         cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\
+         {long}: tests that have a long version run it: a minute of sampling on the virtual board instead of ten seconds.\n",
+        long = checks::LONG
+    )
 }

@@ -8,7 +8,7 @@ use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
 use crate::device::connection::check_layout;
-use crate::device::{Connection, image, parameters, update};
+use crate::device::{Connection, Port, image, parameters, update};
 use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::output;
@@ -24,6 +24,9 @@ pub struct Args {
     /// Over the link: a serial device, a pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
+    /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["image", "probe"])]
+    clock: Option<PathBuf>,
     /// Into a file for another programmer: .bin or .hex
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
@@ -67,21 +70,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "verified": !args.dry_run,
     });
     let mut add = |key: &str, value: serde_json::Value| told[key] = value;
-    let where_to = if let Some(port) = &args.port {
-        add("port", json!(port));
+    let where_to = if let Some(name) = &args.port {
+        let port = &Port { name: name.clone(), clock: args.clock.clone().into() };
+        add("port", json!(name));
         if args.dry_run {
             let (mut connection, device) = Connection::open(port)?;
             check_layout(&device)?;
             let same = connection.read_parameters()? == payload;
             add("device", json!(device));
             add("already_there", json!(same));
-            format!("{} on {port}{}", device.board, if same { ", which has them already" } else { "" })
+            format!("{} on {name}{}", device.board, if same { ", which has them already" } else { "" })
         } else {
             let (device, block) = update::write(port, &payload)?;
             add("device", json!(device));
             add("slot", json!(block.slot));
             add("sequence", json!(block.sequence));
-            format!("{} on {port}, slot {}, block {}", device.board, block.slot, block.sequence)
+            format!("{} on {name}, slot {}, block {}", device.board, block.slot, block.sequence)
         }
     } else if let Some(path) = &args.image {
         add("image", json!(path.display().to_string()));

@@ -39,6 +39,9 @@ pub struct Args {
     /// Test a motor over the link: a serial device, a pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
+    /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
+    #[arg(long, value_name = "FILE", requires = "port")]
+    clock: Option<PathBuf>,
     /// Length of a test over the link, s
     #[arg(long, value_name = "S", requires = "port")]
     seconds: Option<f64>,

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::device::capture;
 use crate::device::connection::{faults, mode};
-use crate::device::{Connection, recorded};
+use crate::device::{Connection, Port, recorded};
 use crate::error::{Error, Result};
 use crate::output;
 use crate::recording;
@@ -27,6 +27,9 @@ pub struct Args {
     /// A serial device, a pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
     port: String,
+    /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
+    #[arg(long, value_name = "FILE")]
+    clock: Option<PathBuf>,
     /// How long, s
     #[arg(long, value_name = "S")]
     seconds: f64,
@@ -54,7 +57,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ));
     }
     output::refuse_overwrite(&args.out, args.force)?;
-    let (mut connection, device) = Connection::open(&args.port)?;
+    let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
+    let (mut connection, device) = Connection::open(&port)?;
     let payload = connection.read_parameters()?;
     let (calibration, mut metadata) = match section::decode(&payload) {
         Ok(settings) => {
@@ -70,7 +74,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     recorded::describe(&mut metadata, &device);
-    let capture = capture::record(&args.port, &device, connection, count as usize)?;
+    let capture = capture::record(&port, &device, connection, count as usize)?;
     metadata.insert("first sample".into(), capture.first.to_string());
     let recording = recorded::recording(&capture, &calibration, metadata)?;
     recording::write(&recording, &args.out, args.force)?;
@@ -80,7 +84,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if missing > 0 {
         eprintln!("greyrig: {missing} samples were lost in {} places and are marked invalid", lost.len());
     }
-    let status = status(&args.port);
+    let status = status(&port);
     if args.json {
         let places: Vec<_> = lost.iter().map(|range| [range.start, range.end]).collect();
         output::print_json(
@@ -104,7 +108,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
-fn status(port: &str) -> Option<Status> {
+fn status(port: &Port) -> Option<Status> {
     let (mut connection, _) = Connection::open(port).ok()?;
     connection.status().ok()
 }

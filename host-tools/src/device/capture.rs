@@ -1,13 +1,13 @@
 //! A recording from the microcontroller: every sample in its place, and what was lost marked.
 
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use greyrig::link::message::{Message, Request, Samples};
 use greyrig::link::packing;
 use greyrig::units::Counts;
 
-use super::connection::{Connection, Device};
+use super::connection::{Connection, Device, Port};
 use super::update::reopen;
 use crate::error::{Error, Result};
 use crate::output;
@@ -76,7 +76,7 @@ impl Capture {
 ///
 /// # Errors
 /// A link that does not come back, a microcontroller that has restarted, Ctrl-C.
-pub fn record(name: &str, device: &Device, mut connection: Connection, count: usize) -> Result<Capture> {
+pub fn record(port: &Port, device: &Device, mut connection: Connection, count: usize) -> Result<Capture> {
     let mut capture = Capture::with_room(count);
     let bar = output::progress("recording", count as u64);
     connection.tell(Request::StartCapture)?;
@@ -91,7 +91,7 @@ pub fn record(name: &str, device: &Device, mut connection: Connection, count: us
             }
             Err(error) => {
                 bar.suspend(|| eprintln!("greyrig: {error}: trying again"));
-                connection = reopen(name, device)?;
+                connection = reopen(port, device)?;
                 let now = connection.status()?.samples;
                 let next = capture.first.wrapping_add(capture.samples.len() as u32);
                 if !capture.samples.is_empty() && now.wrapping_sub(next).cast_signed() < 0 {
@@ -113,7 +113,7 @@ pub fn record(name: &str, device: &Device, mut connection: Connection, count: us
 /// Takes samples for a moment.
 fn receive(connection: &mut Connection, capture: &mut Capture, count: usize) -> Result<()> {
     let before = capture.samples.len();
-    let full = connection.listen(Instant::now() + SILENCE, |message| {
+    let full = connection.listen(SILENCE, |message| {
         if let Message::Samples(samples) = message { capture.take(samples, count) } else { None }
     })?;
     match full {

@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 use std::io::Write;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use greyrig::faults::TABLE;
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, Message, Mode, PROTOCOL, Refusal, Reply, Request, Status};
 use greyrig::parameters::FINGERPRINT;
 
+use super::clock::Clock;
 use super::line::{self, Line};
 use crate::error::{Error, Result};
 use crate::output;
@@ -19,6 +20,15 @@ const ANSWER: Duration = Duration::from_millis(500);
 const ATTEMPTS: usize = 4;
 /// Messages that are kept while an answer is waited for: those of the four attempts, 156 frames of samples a second.
 const UNHEARD: usize = 512;
+
+/// Where a device is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Port {
+    /// A serial device, a pseudo-terminal, or tcp:HOST:PORT.
+    pub name: String,
+    /// By which time-outs are counted.
+    pub clock: Clock,
+}
 
 /// Who answered.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -39,7 +49,7 @@ pub struct Device {
 
 /// An open link.
 pub struct Connection {
-    name: String,
+    port: Port,
     line: Box<dyn Line>,
     receiver: Receiver,
     number: u8,
@@ -52,11 +62,12 @@ impl Connection {
     ///
     /// # Errors
     /// A port that cannot be opened, nobody there, or firmware that speaks another version.
-    pub fn open(name: &str) -> Result<(Self, Device)> {
+    pub fn open(port: &Port) -> Result<(Self, Device)> {
+        let name = &port.name;
         let line = line::open(name)
             .map_err(|e| Error::link(format!("the port {name} cannot be opened: {e}"), line::remedy(name, &e)))?;
         let mut connection =
-            Self { name: name.to_owned(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
+            Self { port: port.clone(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
         // Ends whatever the line has carried before.
         connection.write(&[0])?;
         let (protocol, device) = connection.ask(Request::Hello, |reply| match reply {
@@ -90,13 +101,16 @@ impl Connection {
     /// # Errors
     /// No answer, a refusal, an answer to another question, or a link that has gone.
     pub fn ask<T>(&mut self, request: Request, mut take: impl FnMut(&Reply) -> Option<T>) -> Result<T> {
-        for _ in 0..ATTEMPTS {
+        for attempt in 0..ATTEMPTS {
+            if attempt > 0 {
+                // Ends what may have arrived of the last one.
+                self.write(&[0])?;
+            }
             self.number = self.number.wrapping_add(1);
             let number = self.number;
             self.send(&Asked { number, request })?;
-            let deadline = Instant::now() + ANSWER;
             let mut unheard = std::mem::take(&mut self.unheard);
-            let answer = self.hear(deadline, |body, message| match message {
+            let answer = self.hear(ANSWER, |body, message| match message {
                 Message::Reply { number: of, reply } if *of == number => Some(match reply {
                     Reply::Refused(why) => Err(refused(*why)),
                     reply => take(reply).ok_or_else(|| {
@@ -120,7 +134,7 @@ impl Connection {
             }
         }
         Err(Error::link(
-            format!("nobody answers on {}", self.name),
+            format!("nobody answers on {}", self.port.name),
             "check that the board has power and runs greyrig's firmware, and that no other program uses the port",
         ))
     }
@@ -164,21 +178,22 @@ impl Connection {
     ///
     /// # Errors
     /// A link that has gone, or Ctrl-C.
-    pub fn listen<T>(&mut self, until: Instant, mut handle: impl FnMut(&Message) -> Option<T>) -> Result<Option<T>> {
+    pub fn listen<T>(&mut self, within: Duration, mut handle: impl FnMut(&Message) -> Option<T>) -> Result<Option<T>> {
         let mut made = None;
         for body in self.unheard.drain(..) {
             if let Ok(message) = postcard::from_bytes::<Message>(&body) {
                 made = handle(&message).or(made);
             }
         }
-        if made.is_some() { Ok(made) } else { self.hear(until, |_, message| handle(message)) }
+        if made.is_some() { Ok(made) } else { self.hear(within, |_, message| handle(message)) }
     }
 
-    fn hear<T>(&mut self, until: Instant, mut handle: impl FnMut(&[u8], &Message) -> Option<T>) -> Result<Option<T>> {
+    fn hear<T>(&mut self, within: Duration, mut handle: impl FnMut(&[u8], &Message) -> Option<T>) -> Result<Option<T>> {
         let mut bytes = [0; 4096];
-        while Instant::now() < until {
+        let mut wait = self.port.clock.wait(within)?;
+        while !wait.is_over()? {
             output::check_interrupt()?;
-            let count = line::read(&mut *self.line, &mut bytes).map_err(|e| self.gone(&e))?;
+            let count = line::read(&mut *self.line, &mut bytes).map_err(|e| gone(&self.port.name, &e))?;
             let mut made = None;
             for &byte in &bytes[..count] {
                 // What is no frame has been lost on the way: samples are numbered, answers are asked for again.
@@ -203,12 +218,12 @@ impl Connection {
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        self.line.write_all(bytes).and_then(|()| self.line.flush()).map_err(|e| self.gone(&e))
+        self.line.write_all(bytes).and_then(|()| self.line.flush()).map_err(|e| gone(&self.port.name, &e))
     }
+}
 
-    fn gone(&self, error: &std::io::Error) -> Error {
-        Error::link(format!("the link over {} has broken: {error}", self.name), line::remedy(&self.name, error))
-    }
+fn gone(name: &str, error: &std::io::Error) -> Error {
+    Error::link(format!("the link over {name} has broken: {error}"), line::remedy(name, error))
 }
 
 /// Fails unless parameters of this greyrig mean the same to the device.

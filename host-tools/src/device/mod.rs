@@ -1,6 +1,7 @@
 //! The microcontroller, seen from the host: the link, its parameters, and recordings from it.
 
 pub mod capture;
+pub mod clock;
 pub mod connection;
 pub mod image;
 pub mod line;
@@ -10,4 +11,4 @@ pub mod probe;
 pub mod recorded;
 pub mod update;
 
-pub use connection::{Connection, Device};
+pub use connection::{Connection, Device, Port};

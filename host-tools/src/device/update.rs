@@ -1,24 +1,27 @@
 //! Parameters over the link: sent, written, restarted, read back.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use greyrig::link::message::{CHUNK, InForce, Mode, Reply, Request};
 use greyrig::parameters::FINGERPRINT;
 use greyrig::parameters::block::payload_crc;
 
-use super::connection::{Connection, Device, check_layout};
+use super::connection::{Connection, Device, Port, check_layout};
 use crate::error::{Error, Result};
 use crate::output;
 
 /// A microcontroller that has not come back after this time will not.
 const RESTART: Duration = Duration::from_secs(10);
 
+/// Time to start in: what is asked meanwhile is lost, and asked again only after a while.
+const START: Duration = Duration::from_millis(20);
+
 /// Writes a payload, restarts the microcontroller, and checks that it runs with exactly these bytes.
 ///
 /// # Errors
 /// A refusal, a link that has gone, other bytes than were sent.
-pub fn write(name: &str, payload: &[u8]) -> Result<(Device, InForce)> {
-    let (mut connection, device) = Connection::open(name)?;
+pub fn write(port: &Port, payload: &[u8]) -> Result<(Device, InForce)> {
+    let (mut connection, device) = Connection::open(port)?;
     check_layout(&device)?;
     connection.tell(Request::Stop)?;
     let bar = output::progress("writing", payload.len() as u64);
@@ -33,8 +36,9 @@ pub fn write(name: &str, payload: &[u8]) -> Result<(Device, InForce)> {
         connection.ask(request, |reply| if let Reply::Committed(block) = reply { Some(*block) } else { None })?;
     connection.tell(Request::Restart)?;
     drop(connection);
+    port.clock.pause(START)?;
 
-    let mut connection = reopen(name, &device)?;
+    let mut connection = reopen(port, &device)?;
     let status = connection.status()?;
     let back = connection.read_parameters()?;
     if status.in_force != Some(committed) || status.mode != Mode::Running || back != payload {
@@ -50,19 +54,22 @@ pub fn write(name: &str, payload: &[u8]) -> Result<(Device, InForce)> {
 ///
 /// # Errors
 /// Nobody, or another one, comes back in time; Ctrl-C.
-pub fn reopen(name: &str, device: &Device) -> Result<Connection> {
-    let deadline = Instant::now() + RESTART;
+pub fn reopen(port: &Port, device: &Device) -> Result<Connection> {
+    let mut wait = port.clock.wait(RESTART)?;
     loop {
-        match Connection::open(name) {
+        match Connection::open(port) {
             Ok((connection, again)) if again.chip == device.chip => return Ok(connection),
             Ok((_, again)) => {
                 return Err(Error::link(
-                    format!("another microcontroller answers on {name} ({}, before {})", again.chip, device.chip),
+                    format!(
+                        "another microcontroller answers on {} ({}, before {})",
+                        port.name, again.chip, device.chip
+                    ),
                     "connect the first one again",
                 ));
             }
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) if Instant::now() > deadline => return Err(error),
+            Err(error) if wait.is_over()? => return Err(error),
             Err(_) => std::thread::sleep(Duration::from_millis(100)),
         }
         output::check_interrupt()?;

@@ -6,7 +6,7 @@
 //! The verdict is the microcontroller's. Its periods make the same [`Replay`] as a recording does, so that all that is done
 //! with a replay can be done with a test on line.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use greyrig::link::message::{Judged, Message, Request, Status};
 use greyrig::parameters::SAMPLE_RATE_HZ;
@@ -14,7 +14,7 @@ use greyrig::parameters::SAMPLE_RATE_HZ;
 use super::replay::{Replay, Row};
 use crate::device::capture::Capture;
 use crate::device::update::reopen;
-use crate::device::{Connection, Device};
+use crate::device::{Connection, Device, Port};
 use crate::error::{Error, Result};
 
 /// Longest test, s.
@@ -70,13 +70,13 @@ pub struct Finished {
 /// # Errors
 /// A microcontroller without limits, one that has restarted, a link that does not come back, Ctrl-C.
 pub fn run(
-    name: &str,
+    port: &Port,
     device: &Device,
     connection: Connection,
     plan: &Plan,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Finished> {
-    let mut session = Session { name, device, connection, test: 0, judged: Vec::new(), capture: Capture::with_room(0) };
+    let mut session = Session { port, device, connection, test: 0, judged: Vec::new(), capture: Capture::with_room(0) };
     let finished = session.run(plan, tell);
     // Politeness only: the next one who asks stops it, too.
     let _ = session.connection.tell(Request::Stop);
@@ -84,7 +84,7 @@ pub fn run(
 }
 
 struct Session<'a> {
-    name: &'a str,
+    port: &'a Port,
     device: &'a Device,
     connection: Connection,
     test: u32,
@@ -146,7 +146,7 @@ impl Session<'_> {
         };
         tell(Event::Broken(&error));
         let before = self.judged.last().map(|j| j.index);
-        self.connection = reopen(self.name, self.device)?;
+        self.connection = reopen(self.port, self.device)?;
         if self.connection.status()?.test != self.test {
             return Err(Error::link(
                 "the microcontroller has restarted during the test",
@@ -167,7 +167,7 @@ impl Session<'_> {
     fn listen(&mut self) -> Result<()> {
         let Self { connection, judged, capture, test, .. } = self;
         let most = (LONGEST_S * f64::from(SAMPLE_RATE_HZ)) as usize;
-        let came = connection.listen(Instant::now() + SILENCE, |message| match message {
+        let came = connection.listen(SILENCE, |message| match message {
             Message::Samples(samples) => {
                 capture.take(samples, most);
                 None
@@ -185,7 +185,7 @@ impl Session<'_> {
     fn wait_for_samples(&mut self) -> Result<()> {
         let Some(end) = self.judged.last().map(|j| j.sample) else { return Ok(()) };
         let Self { connection, capture, .. } = self;
-        connection.listen(Instant::now() + LAST_FRAME, |message| {
+        connection.listen(LAST_FRAME, |message| {
             if let Message::Samples(samples) = message {
                 capture.take(samples, usize::MAX);
             }

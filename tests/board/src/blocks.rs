@@ -1,4 +1,4 @@
-//! How many instructions a block has, and what in it the emulator does not tell: SEV.
+//! How many instructions a block has, and what in it the emulator does not tell: SEV, floating-point instructions.
 //!
 //! A block is a stretch of instructions without a branch. The emulator names its begin and its length in bytes; a Thumb
 //! instruction has four bytes if its upper five bits are 0b11101, 0b11110 or 0b11111, else two (ARMv7-M ARM, section A5.1).
@@ -12,10 +12,17 @@ pub struct Block {
     pub instructions: u16,
     /// Whether one of them is SEV.
     pub sends_event: bool,
+    /// Where its first floating-point instruction is, bytes from its begin.
+    pub floats: Option<u16>,
 }
 
 /// SEV (ARMv7-M ARM, section A7.7.129).
 const SEV: u16 = 0xBF40;
+
+/// Whether a long instruction is one of coprocessors 10 and 11, the FPU (ARMv7-M ARM, sections A5.3.18 and A6.4).
+fn is_float(first: u16, second: u16) -> bool {
+    first & 0xEC00 == 0xEC00 && second & 0x0E00 == 0x0A00
+}
 
 impl Block {
     /// Counts in the block's halfwords.
@@ -25,7 +32,11 @@ impl Block {
         while let Some(&first) = code.get(at) {
             block.instructions += 1;
             block.sends_event |= first == SEV;
-            at += if first >> 11 >= 0b11101 { 2 } else { 1 };
+            let long = first >> 11 >= 0b11101;
+            if long && block.floats.is_none() && code.get(at + 1).is_some_and(|&second| is_float(first, second)) {
+                block.floats = Some(2 * at as u16);
+            }
+            at += if long { 2 } else { 1 };
         }
         block
     }
@@ -81,5 +92,17 @@ mod tests {
         assert_eq!((block.instructions, block.sends_event), (4, true));
         // The second half of a long instruction is no SEV, whatever it looks like.
         assert!(!Block::new(&[0xF240, 0xBF40]).sends_event);
+    }
+
+    #[test]
+    fn finds_floating_point_instructions() {
+        // ldr r0, [r1]; then vmov s0, #1.0; vldr s0, [r0]; vadd.f32 s0, s0, s1; vmrs r0, fpscr
+        for code in [[0xEEB7, 0x0A00], [0xED90, 0x0A00], [0xEE30, 0x0A20], [0xEEF1, 0x0A10]] {
+            assert_eq!(Block::new(&[0x6808, code[0], code[1]]).floats, Some(2));
+        }
+        // ldr.w r0, [r1]; strex; mul; mrc of another coprocessor; the second half of movw.
+        for code in [[0xF8D1, 0x0A00], [0xE840, 0x1A00], [0xFB01, 0xFA02], [0xEE10, 0x0F10], [0xF240, 0xEEB7]] {
+            assert_eq!(Block::new(&code).floats, None, "{code:x?}");
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::fault::{Fault, Trouble};
 use crate::peripherals::NEVER;
 use crate::peripherals::adc::{Adc, Clocks};
 use crate::peripherals::dbgmcu::Dbgmcu;
-use crate::peripherals::dma::{Dma, USART2_RX, USART2_TX};
+use crate::peripherals::dma::{Dma, MULTIPLEXER, USART2_RX, USART2_TX};
 use crate::peripherals::flash::{BANK_2, Contents, Flash};
 use crate::peripherals::gpio::{Mode, Port};
 use crate::peripherals::iwdg::Iwdg;
@@ -217,6 +217,8 @@ impl Machine {
             }
         }
         self.tim15.advance(now);
+        // Nobody listens to this one.
+        self.tim15.take_trigger();
         self.adc.advance(now);
         self.flash.advance(now);
         self.usart2.advance(now);
@@ -370,6 +372,7 @@ impl Machine {
             Device::Syscfg => self.syscfg.read(offset),
             Device::Tim15 => self.tim15.read(offset),
             Device::Dma1 => self.dma1.read(offset),
+            Device::Dmamux1 => self.dma1.read(MULTIPLEXER + offset),
             Device::Rcc => self.rcc.read(offset),
             Device::Flash => self.flash.read(offset),
             Device::Gpio => self.ports[((base - 0x4800_0000) / 0x400) as usize].read(offset),
@@ -418,6 +421,7 @@ impl Machine {
             Device::Syscfg => self.syscfg.write(offset, value),
             Device::Tim15 => self.tim15.write(offset, value, now),
             Device::Dma1 => self.dma1.write(offset, value),
+            Device::Dmamux1 => self.dma1.write(MULTIPLEXER + offset, value),
             Device::Rcc => self.rcc.write(offset, value).and_then(|()| self.enough_wait_states()),
             Device::Flash => self.flash.write(offset, value, now, hclk_hz),
             Device::Gpio => self.ports[((base - 0x4800_0000) / 0x400) as usize].write(offset, value),
@@ -433,7 +437,7 @@ impl Machine {
         (device, answer)
     }
 
-    /// A wait state for each 34 MHz in range 1 boost mode (RM0440, section 5.3.3).
+    /// A wait state for each 34 MHz in range 1 boost mode (RM0440, section 3.3.3).
     fn enough_wait_states(&self) -> Result<(), Trouble> {
         let needed = (self.rcc.hclk_hz() - 1) / 34_000_000;
         if self.flash.wait_states() >= needed {
@@ -454,6 +458,7 @@ enum Device {
     Syscfg,
     Tim15,
     Dma1,
+    Dmamux1,
     Rcc,
     Flash,
     Gpio,
@@ -475,6 +480,7 @@ impl Device {
             Self::Syscfg => "SYSCFG",
             Self::Tim15 => "TIM15",
             Self::Dma1 => "DMA1",
+            Self::Dmamux1 => "DMAMUX1",
             Self::Rcc => "RCC",
             Self::Flash => "FLASH",
             Self::Gpio => "GPIO",
@@ -496,8 +502,9 @@ fn place(address: u32) -> (Device, u32) {
         0x4000_7000..0x4000_7400 => (Device::Pwr, 0x4000_7000),
         0x4001_0000..0x4001_0030 => (Device::Syscfg, 0x4001_0000),
         0x4001_4000..0x4001_4400 => (Device::Tim15, 0x4001_4000),
+        0x4002_0000..0x4002_0400 => (Device::Dma1, 0x4002_0000),
         // The multiplexer's first eight channels are those of DMA1.
-        0x4002_0000..0x4002_0400 | 0x4002_0800..0x4002_0820 => (Device::Dma1, 0x4002_0000),
+        0x4002_0800..0x4002_0820 => (Device::Dmamux1, 0x4002_0800),
         0x4002_1000..0x4002_1400 => (Device::Rcc, 0x4002_1000),
         0x4002_2000..0x4002_2400 => (Device::Flash, 0x4002_2000),
         0x4800_0000..0x4800_1C00 => (Device::Gpio, address & !0x3FF),

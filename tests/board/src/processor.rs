@@ -3,8 +3,9 @@
 //! - **Time.** A hook at the begin of each block counts its instructions and stops the emulator when a peripheral is due and an
 //!   exception follows. Interrupts are therefore taken between blocks, a few instructions late at most. Nothing else may stop it:
 //!   an emulator that is stopped by an access to a device executes the instruction once more.
-//! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8. With a floating-point context the extended frame is stacked at
-//!   once (eagerly, as with FPCCR.LSPEN = 0); what a program can see of lazy stacking is that it is faster.
+//! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8; both forget exclusive accesses. Floating-point registers are stacked
+//!   lazily, where the handler's first block with such an instruction begins, unless FPCCR.LSPEN = 0. A block with one while
+//!   CPACR keeps the FPU off ends the run.
 //! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there, at which the
 //!   hook stops.
 //! - **Sleep.** The emulator reports WFE as an invalid instruction with the program counter behind it, and halts at WFI. The
@@ -37,6 +38,12 @@ pub const CCM_LENGTH: usize = 0x8000;
 const RETURN_PAGE: u32 = 0xFFFF_F000;
 /// Cycles of an entry and of a return (Cortex-M4 technical reference manual, exception handling).
 const ENTRY_CYCLES: u64 = 12;
+/// Cycles of stacking or unstacking S0 to S15 and FPSCR: an entry that does it takes 29 instead of 12.
+const FLOAT_CYCLES: u64 = 17;
+/// Where the emulator is given CLREX to execute: below 0xE0000000, where it may, and nowhere near the chip's memory.
+const CLREX_AT: u32 = 0x0FFF_F000;
+/// CLREX (ARMv7-M ARM, section A7.7.23).
+const CLREX: [u8; 4] = [0xBF, 0xF3, 0x2F, 0x8F];
 
 /// Devices: first address and length.
 const DEVICES: [(u32, u64); 7] = [
@@ -316,9 +323,9 @@ impl Processor {
         let registers = [R::R0, R::R1, R::R2, R::R3, R::R12, R::LR, R::PC];
         let mut words: Vec<u32> = registers.iter().map(|&register| self.get(register)).collect();
         words.push(xpsr & !(1 << 9) | padded << 9);
-        if with_floats {
-            words.extend((0..16).map(|n| self.get(single(n))));
-            words.extend([self.get(R::FPSCR), 0]);
+        if with_floats && self.shared.borrow_mut().machine.system.reserve(frame + 0x20) {
+            words.extend(floats(&self.emulator));
+            self.shared.borrow_mut().machine.now += FLOAT_CYCLES;
         }
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let pc = self.get(R::PC);
@@ -327,6 +334,7 @@ impl Processor {
             access: "stacking",
             pc,
         })?;
+        self.forget_exclusive()?;
         self.set(R::SP, frame);
         // The handler runs on the main stack, without a floating-point context of its own yet.
         self.set(R::CONTROL, control & 1);
@@ -384,7 +392,9 @@ impl Processor {
             self.set(register, word);
         }
         let (pc, xpsr) = (words[6], words[7]);
-        if with_floats {
+        // Registers that nobody has used meanwhile are as they were.
+        if with_floats && self.shared.borrow_mut().machine.system.take_reserved().is_none() {
+            self.shared.borrow_mut().machine.now += FLOAT_CYCLES;
             for (n, &word) in words[8..24].iter().enumerate() {
                 self.set(single(n), word);
             }
@@ -394,6 +404,7 @@ impl Processor {
         if (xpsr & 0x1FF == 0) != to_thread {
             return Err(refuse("EXC_RETURN and the stacked IPSR disagree"));
         }
+        self.forget_exclusive()?;
         self.set(R::XPSR_NZCVQG, xpsr & !(1 << 9) | 1 << 24);
         self.set(R::PC, pc | 1);
         let machine = &mut self.shared.borrow_mut().machine;
@@ -401,6 +412,13 @@ impl Processor {
         machine.event = true;
         machine.now += ENTRY_CYCLES;
         Ok(())
+    }
+
+    /// Entry and return clear the exclusive monitor (ARMv7-M ARM, section B1.5.6), which only an instruction can do here.
+    fn forget_exclusive(&mut self) -> Result<(), Fault> {
+        self.shared.borrow_mut().stopping = true;
+        let end = u64::from(CLREX_AT) + CLREX.len() as u64;
+        self.emulator.emu_start(u64::from(CLREX_AT | 1), end, 0, 0).map_err(broken("CLREX"))
     }
 
     /// Keeps registers and memory.
@@ -465,6 +483,12 @@ fn single(n: usize) -> R {
     ALL[n % 16]
 }
 
+/// S0 to S15, FPSCR and a word that is reserved, as an extended frame holds them.
+fn floats(emulator: &Unicorn<'_, ()>) -> impl Iterator<Item = u32> {
+    let get = |register: R| emulator.reg_read(register).unwrap_or_default() as u32;
+    (0..16).map(single).chain([R::FPSCR]).map(get).chain([0])
+}
+
 fn masks(emulator: &Unicorn<'_, ()>) -> Masks {
     let get = |register: R| emulator.reg_read(register).unwrap_or_default() as u32;
     Masks { primask: get(R::PRIMASK) & 1 == 1, faultmask: get(R::FAULTMASK) & 1 == 1, basepri: get(R::BASEPRI) as u8 }
@@ -477,6 +501,8 @@ fn map(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Res
     emulator.mem_map(RETURN_PAGE.into(), 0x1000, Prot::READ | Prot::EXEC)?;
     // Branches to themselves: nothing beyond the end of memory is looked at.
     emulator.mem_write(RETURN_PAGE.into(), &[0xFE, 0xE7].repeat(0x800))?;
+    emulator.mem_map(CLREX_AT.into(), 0x1000, Prot::EXEC)?;
+    emulator.mem_write(CLREX_AT.into(), &CLREX)?;
     for (base, length) in DEVICES {
         let (reader, writer) = (Rc::clone(shared), Rc::clone(shared));
         let read = move |emulator: &mut Unicorn<'_, ()>, offset: u64, bytes: usize| {
@@ -593,6 +619,27 @@ fn begin_block(emulator: &mut Unicorn<'_, ()>, shared: &mut Shared, address: u32
         shared.blocks.put(address, block);
         block
     });
+    if let Some(offset) = block.floats {
+        let pc = address + u32::from(offset);
+        if let Err(fault) = begin_floats(emulator, &mut shared.machine, pc) {
+            shared.machine.fault.get_or_insert(fault);
+            stop(emulator, shared, Why::Due);
+            return;
+        }
+    }
     shared.machine.event |= block.sends_event;
     shared.machine.spend(block.instructions.into());
+}
+
+/// Before a block with floating-point instructions, the first of them at `pc`.
+#[inline]
+fn begin_floats(emulator: &mut Unicorn<'_, ()>, machine: &mut Machine, pc: u32) -> Result<(), Fault> {
+    if !machine.system.fpu_is_on() {
+        let what = "a floating-point instruction while CPACR keeps the FPU off (usage fault NOCP)".to_owned();
+        return Err(Fault::Processor { pc, what });
+    }
+    let Some(address) = machine.system.take_reserved() else { return Ok(()) };
+    let bytes: Vec<u8> = floats(emulator).flat_map(u32::to_le_bytes).collect();
+    machine.now += FLOAT_CYCLES;
+    emulator.mem_write(address.into(), &bytes).map_err(|_| Fault::Memory { address, access: "stacking", pc })
 }

@@ -12,6 +12,7 @@ use greyrig_board::peripherals::flash::{BANK_LENGTH, Contents};
 use greyrig_board::rig::Rig;
 use greyrig_board::terminal::Terminal;
 use greyrig_board::{Board, Image};
+use greyrig_host::device::clock;
 use greyrig_host::error::{EXIT_BAD_INPUT, EXIT_HARDWARE};
 use greyrig_host::rig::{Kind, Motor, Setup};
 
@@ -52,6 +53,12 @@ struct Args {
     /// Cycles that an instruction takes
     #[arg(long, value_name = "CYCLES", default_value_t = 1.0)]
     pace: f64,
+    /// At most so many times real time, 0.001 to 1
+    #[arg(long, value_name = "FRACTION", default_value_t = 1.0, value_parser = speed)]
+    speed: f64,
+    /// File in which to publish the board's time; with the same --clock the time-outs of flash, record and monitor follow it
+    #[arg(long, value_name = "FILE")]
+    clock: Option<PathBuf>,
     /// File that keeps bank 2 of the flash, the parameters; without it they are gone at the end
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
@@ -65,7 +72,9 @@ struct Args {
 
 /// What is run at once, s of virtual time: ten samples.
 const SLICE_S: f64 = 1e-3;
-/// So far behind real time, the host's time-outs begin to matter.
+/// So many of these, and the clock is published again.
+const SLICES_A_TIME: u32 = 5;
+/// So far behind time, the host's time-outs begin to matter.
 const BEHIND: Duration = Duration::from_millis(250);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -97,26 +106,33 @@ fn run(args: &Args) -> Result<(), Failure> {
     let mut terminal = Terminal::open().map_err(|e| (format!("no pseudo-terminal: {e}"), EXIT_HARDWARE))?;
     // A second handler could only be this one.
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+    publish(args, &board)?;
     if args.json {
-        println!(
-            "{}",
-            serde_json::json!({ "schema": 1, "command": "board", "recordings": [], "port": terminal.name() })
-        );
+        let told = serde_json::json!({
+            "schema": 1, "command": "board", "recordings": [], "port": terminal.name(), "clock": args.clock,
+        });
+        println!("{told}");
     } else {
-        println!("a virtual NUCLEO-G474RE on {}, until Ctrl-C", terminal.name());
+        let clock = args.clock.as_ref().map_or_else(String::new, |file| format!(", its time in {}", file.display()));
+        println!("a virtual NUCLEO-G474RE on {}{clock}, until Ctrl-C", terminal.name());
     }
-    let outcome = serve(&mut board, &mut terminal);
+    let outcome = serve(args, &mut board, &mut terminal);
+    if let Some(path) = &args.clock {
+        // A clock that is not there is told at once, one that stands still only later.
+        let _ = std::fs::remove_file(path);
+    }
     if let Some(path) = &args.flash {
         std::fs::write(path, &board.machine().flash.contents.bytes).map_err(|e| file(path, &e))?;
     }
     outcome
 }
 
-/// In real time, as long as the machine is fast enough.
-fn serve(board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
+/// In real time or slower, as long as the machine is fast enough.
+fn serve(args: &Args, board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
     let line = |e: std::io::Error| (format!("the pseudo-terminal has gone: {e}"), EXIT_HARDWARE);
     let (mut begin, mut begin_s) = (Instant::now(), board.seconds());
     let mut warned = false;
+    let mut slices: u32 = 0;
     let mut shown = [false; 2];
     while !INTERRUPTED.load(Ordering::Relaxed) {
         let bytes = terminal.read().map_err(line)?;
@@ -132,15 +148,22 @@ fn serve(board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
                 ["no verdict", "PB10 is high: the motor passes", "PB5 is high: the motor fails"][pin(pins)]
             );
         }
-        let ahead = (begin + Duration::from_secs_f64(board.seconds() - begin_s)).checked_duration_since(Instant::now());
-        match ahead {
+        slices = slices.wrapping_add(1);
+        if slices.is_multiple_of(SLICES_A_TIME) {
+            publish(args, board)?;
+        }
+        let due = begin + Duration::from_secs_f64((board.seconds() - begin_s) / args.speed);
+        match due.checked_duration_since(Instant::now()) {
             Some(time) => std::thread::sleep(time),
-            None if begin.elapsed().as_secs_f64() > board.seconds() - begin_s + BEHIND.as_secs_f64() => {
+            None if due.elapsed() > BEHIND => {
                 let speed = (board.seconds() - begin_s) / begin.elapsed().as_secs_f64();
                 if !warned {
-                    eprintln!(
-                        "greyrig board: runs at {speed:.2} times real time; close other programs if requests time out"
-                    );
+                    let remedy = if args.clock.is_some() {
+                        "give greyrig the same --clock if requests time out"
+                    } else {
+                        "close other programs or give --clock if requests time out"
+                    };
+                    eprintln!("greyrig board: runs at {speed:.2} times real time; {remedy}");
                     warned = true;
                 }
                 (begin, begin_s) = (Instant::now(), board.seconds());
@@ -149,6 +172,18 @@ fn serve(board: &mut Board, terminal: &mut Terminal) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Publishes the board's time, where it is wanted.
+fn publish(args: &Args, board: &Board) -> Result<(), Failure> {
+    let Some(path) = &args.clock else { return Ok(()) };
+    clock::publish(path, Duration::from_secs_f64(board.seconds())).map_err(|e| file(path, &e))
+}
+
+/// A slower clock would be published too seldom.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| (0.001..=1.0).contains(speed));
+    speed.ok_or_else(|| "give 0.001 to 1".to_owned())
 }
 
 /// Which sentence tells the pins for pass and alarm.

@@ -30,6 +30,9 @@ fn board(program: &[u16], handler: &[u16]) -> Board {
 #[test]
 fn an_exception_leaves_no_trace() {
     let program = [
+        0xF64E, 0x5788, 0xF2CE, 0x0700, 0xF44F, 0x0070,
+        0x6038, // r7 = 0xE000ED88 (CPACR); r0 = 0xF00000; str r0, [r7]
+        0xF3BF, 0x8F4F, 0xF3BF, 0x8F6F, // dsb; isb
         0xF64E, 0x5704, 0xF2CE, 0x0700, // r7 = 0xE000ED04 (ICSR)
         0xF04F, 0x5080, // mov r0, #0x10000000 (PENDSVSET)
         0x2102, 0x2203, 0x2304, // movs r1, #2; movs r2, #3; movs r3, #4
@@ -55,6 +58,64 @@ fn an_exception_leaves_no_trace() {
     // 0xFFFFFFE9: to thread mode, main stack, extended frame (ARMv7-M ARM, section B1.5.8).
     let [one, two] = [1.0_f32, 2.0].map(f32::to_bits);
     assert_eq!(stored, [0x1000_0000, 2, 3, 4, 0xFFFF_FFE9, one, two, 14, 12]);
+}
+
+/// ARMv7-M ARM, section B1.5.7: the frame has room for the floating-point registers, which are written there only when the handler uses
+/// its first.
+#[test]
+fn floats_are_stacked_when_the_handler_uses_some() {
+    let program = [
+        0xF64E, 0x5788, 0xF2CE, 0x0700, 0xF44F, 0x0070, 0x6038, 0xF3BF, 0x8F4F, 0xF3BF, 0x8F6F, // CPACR as above
+        0xEEB7, 0x0A00, // vmov s0, #1.0
+        0xF64E, 0x5704, 0xF2CE, 0x0700, 0xF04F, 0x5080, 0x6038, // PENDSVSET
+        0xE7FF, // b to the next instruction: here it is interrupted
+        0xEE10, 0x5A10, // vmov r5, s0
+        0xF04F, 0x5900, 0xF8C9, 0x5020, // r9 = 0x20000000; str r5, [r9, #0x20]
+        0xBF20, 0xE7FD, // wfe, for ever
+    ];
+    let handler = [
+        0xF64E, 0x7034, 0xF2CE, 0x0000, // r0 = 0xE000EF34 (FPCCR)
+        0x6804, 0x6845, 0x682E, // r4 = FPCCR; r5 = FPCAR; r6 = what is there
+        0xE7FF, // b to the next instruction
+        0x2100, 0xEE00, 0x1A10, // s0 = 0
+        0x6829, 0x6802, // r1 = what is there now; r2 = FPCCR
+        0xF04F, 0x5300, 0xE883, 0x0076, // stm of r1, r2, r4, r5, r6 to 0x20000000
+        0x4770, // bx lr
+    ];
+    let mut board = board(&program, &handler);
+    board.run(1e-4).unwrap();
+    let stored: Vec<u32> = (0..5).map(|n| board.word(RAM + 4 * n).unwrap()).collect();
+    let one = 1.0_f32.to_bits();
+    // LSPACT while they are not there; RAM without power holds a pattern.
+    assert_eq!(stored, [one, 0xC000_0000, 0xC000_0001, RAM + 0x1000 - 0x68 + 0x20, 0xC3C3_C3C3]);
+    assert_eq!(board.word(RAM + 0x20), Some(one));
+}
+
+/// movs r0, #1; vmov s0, #1.0
+#[test]
+fn the_fpu_is_off_until_it_is_enabled() {
+    let error = board(&[0x2001, 0xEEB7, 0x0A00, 0xE7FE], &[]).run(1e-4).unwrap_err().to_string();
+    assert!(error.contains("at 0x08000202") && error.contains("NOCP"), "{error}");
+}
+
+/// ldrex, an exception or none, strex: 1 where it has failed.
+#[test]
+fn an_exception_ends_an_exclusive_access() {
+    for (pend, failed) in [([0xF04F, 0x5380], 1), ([0xF04F, 0x0300], 0)] {
+        let program = [
+            0xF64E, 0x5704, 0xF2CE, 0x0700, // r7 = 0xE000ED04 (ICSR)
+            0xF04F, 0x5000, // mov r0, #0x20000000
+            pend[0], pend[1], // mov r3, #0x10000000 (PENDSVSET), or 0
+            0xE850, 0x1F00, // ldrex r1, [r0]
+            0x603B, 0xE7FF, // str r3, [r7]; b to the next instruction
+            0xE840, 0x1200, // strex r2, r1, [r0]
+            0x6042, // str r2, [r0, #4]
+            0xBF20, 0xE7FD, // wfe, for ever
+        ];
+        let mut board = board(&program, &[0x4770]);
+        board.run(1e-4).unwrap();
+        assert_eq!(board.word(RAM + 4), Some(failed));
+    }
 }
 
 /// A loop of two instructions that counts in r0, until the run ends.

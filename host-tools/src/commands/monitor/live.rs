@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::{Args, Judged, note};
 use crate::device::connection::{check_layout, faults};
-use crate::device::{Connection, parameters, recorded};
+use crate::device::{Connection, Port, parameters, recorded};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::air;
@@ -28,19 +28,20 @@ const QUIET_S: f64 = 0.5;
 const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
-pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
     if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
         return Err(Error::usage(
             format!("a test of {seconds} s cannot be"),
             format!("choose --seconds between 0.1 and {LONGEST_S}"),
         ));
     }
-    let (mut connection, device) = Connection::open(port)?;
+    let port = Port { name: name.to_owned(), clock: args.clock.clone().into() };
+    let (mut connection, device) = Connection::open(&port)?;
     check_layout(&device)?;
-    let settings = in_force(&mut connection, model, &args.model, port)?;
+    let settings = in_force(&mut connection, model, &args.model, name)?;
     let plan = Plan { seconds: args.seconds, nominal_voltage: detector.nominal_voltage };
     let mut talk = Talk::new(args.json);
-    let result = live::run(port, &device, connection, &plan, &mut |event| talk.event(event));
+    let result = live::run(&port, &device, connection, &plan, &mut |event| talk.event(event));
     talk.end();
     let finished = result?;
 
@@ -51,7 +52,7 @@ pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> 
         .collect();
     recorded::describe(&mut metadata, &device);
     let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?;
-    recording.path = args.out.clone().unwrap_or_else(|| port.into());
+    recording.path = args.out.clone().unwrap_or_else(|| name.into());
     let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
     if lost > 0 {
         eprintln!(
@@ -78,7 +79,7 @@ pub fn run(args: &Args, port: &str, model: &Model, detector: &DetectorEntry) -> 
         recording::write(&recording, path, args.force)?;
     }
     let more = json!({
-        "port": port, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
+        "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
         "reconnections": finished.capture.reconnections,
     });
     Ok(Judged { tests: vec![test], files: vec![Origin::from(&recording)], more })

@@ -8,6 +8,9 @@ pub const USART2_RX: u32 = 26;
 /// See [`USART2_RX`].
 pub const USART2_TX: u32 = 27;
 
+/// Offset of the multiplexer's registers from the controller's.
+pub const MULTIPLEXER: u32 = 0x800;
+
 const CHANNELS: usize = 8;
 const TCIF: u32 = 1 << 1;
 const HTIF: u32 = 1 << 2;
@@ -147,8 +150,9 @@ enum Register {
 }
 
 fn place(offset: u32) -> Answer<(usize, Register)> {
-    if let 0x800..0x820 = offset {
-        return Ok(((offset as usize - 0x800) / 4, Register::Request));
+    if let Some(within) = offset.checked_sub(MULTIPLEXER) {
+        let n = within as usize / 4;
+        return if n < CHANNELS { Ok((n, Register::Request)) } else { Err(Trouble::Register) };
     }
     let within = offset.checked_sub(8).ok_or(Trouble::Register)?;
     let n = (within / 20) as usize;

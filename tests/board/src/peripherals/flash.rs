@@ -1,8 +1,8 @@
-//! Flash memory in dual-bank mode (RM0440, section 5): bank 1 holds the program and is only read; bank 2 can be erased by pages and
+//! Flash memory in dual-bank mode (RM0440, section 3, devices of category 3): bank 1 holds the program and is only read; bank 2 can be erased by pages and
 //! programmed by double words, each with check bits.
 //!
 //! A double word that was cut while it was programmed or erased cannot be read: ECCD is set and a non-maskable interrupt raised
-//! (section 5.3.2). Times are the typical ones of data sheet DS12288.
+//! (section 3.3.2). Times are the typical ones of data sheet DS12288.
 
 use std::collections::BTreeSet;
 
@@ -163,15 +163,15 @@ impl Flash {
         let at = offset & !(WORD - 1);
         let unreadable = self.contents.unreadable.contains(&at);
         if unreadable {
-            // ADDR_ECC counts double words; BK_ECC; ECCD.
-            self.eccr = self.eccr & 1 << 24 | (at / WORD) as u32 | 1 << 21 | 1 << 31;
+            // ADDR_ECC, in bytes: it has as many bits as the memory; BK_ECC; ECCD.
+            self.eccr = self.eccr & 1 << 24 | at as u32 | 1 << 21 | 1 << 31;
             // What is read is arbitrary: bits of the double word that are neither.
             value.iter_mut().for_each(|byte| *byte ^= 0x5A);
         }
         Ok((u32::from_le_bytes(value), unreadable))
     }
 
-    /// Writes a word of bank 2: two of them make a double word, which is then programmed (section 5.3.7).
+    /// Writes a word of bank 2: two of them make a double word, which is then programmed (section 3.3.7).
     ///
     /// # Errors
     /// A write while the bank is at work.
@@ -191,7 +191,7 @@ impl Flash {
             None if offset.is_multiple_of(WORD) => self.first_half = Some((offset, value)),
             Some((first, low)) if offset == first + 4 => {
                 let value = u64::from(value) << 32 | u64::from(low);
-                // Only zeros can be written over something (section 5.7.5, PROGERR).
+                // Only zeros can be written over something (section 3.7.5, PROGERR).
                 let erased = self.contents.bytes[first..first + WORD].iter().all(|&byte| byte == 0xFF);
                 if (!erased && value != 0) || self.contents.unreadable.contains(&first) {
                     self.sr |= PROGERR;
@@ -289,7 +289,7 @@ mod tests {
         flash
     }
 
-    /// RM0440, section 5.7.5: PROGERR if the double word is not erased, and nothing is programmed.
+    /// RM0440, section 3.7.5: PROGERR if the double word is not erased, and nothing is programmed.
     #[test]
     fn a_double_word_is_programmed_once() {
         let mut flash = open();
@@ -315,8 +315,8 @@ mod tests {
         let mut flash = Flash::new(flash.cut(|| 2));
         let (_, interrupt) = flash.read_bank(0x104, 1).unwrap();
         assert!(interrupt);
-        // ECCD, BK_ECC and the number of the double word (section 5.7.6).
-        assert_eq!(flash.read(0x18), Ok(0x8020_0020));
+        // ECCD, BK_ECC and the offset of the double word (section 3.7.7).
+        assert_eq!(flash.read(0x18), Ok(0x8020_0100));
         flash.write(0x18, 1 << 31, 0, HZ).unwrap();
         assert_eq!(flash.read(0x18).unwrap() >> 31, 0);
     }

@@ -30,7 +30,7 @@ impl Port {
     pub fn new(n: usize) -> Self {
         let (moder, speed, pull) = match n {
             0 => (0xABFF_FFFF, 0x0C00_0000, 0x6400_0000),
-            1 => (0xFFFF_FEBF, 0, 0x0000_0100),
+            1 => (0xFFFF_FEBF, 0x0000_00C0, 0x0000_0100),
             _ => (0xFFFF_FFFF, 0, 0),
         };
         Self { settings: [moder, 0, speed, pull], odr: 0, afr: [0; 2] }

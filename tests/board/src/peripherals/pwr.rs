@@ -25,7 +25,7 @@ impl Pwr {
     /// One that is not modelled.
     pub fn read(&self, offset: u32) -> Answer<u32> {
         match offset {
-            0x00..=0x0C | 0x20..=0x5C | 0x80 => Ok(self.registers[offset as usize / 4]),
+            0x00..=0x0C | 0x20..=0x54 | 0x80 => Ok(self.registers[offset as usize / 4]),
             // SR1: nothing has woken; SR2: VOSF is clear, REGLPF is clear.
             0x10 | 0x14 => Ok(0),
             _ => Err(Trouble::Register),
@@ -38,7 +38,7 @@ impl Pwr {
     /// One that is not modelled.
     pub fn write(&mut self, offset: u32, value: u32) -> Answer<()> {
         match offset {
-            0x00..=0x0C | 0x20..=0x5C | 0x80 => self.registers[offset as usize / 4] = value,
+            0x00..=0x0C | 0x20..=0x54 | 0x80 => self.registers[offset as usize / 4] = value,
             // SCR clears flags that are never set.
             0x18 => {}
             _ => return Err(Trouble::Register),

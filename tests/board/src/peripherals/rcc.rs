@@ -45,6 +45,22 @@ const PLAIN: [u32; 27] = [
     0x80, CFGR, PLLCFGR, CCIPR, CCIPR2, BDCR, CRRCR, CR,
 ];
 
+/// What is not zero after a reset; the last six are clocks in sleep.
+const RESETS: [(u32, u32); 12] = [
+    (CR, 1 << 8),
+    (0x04, 0x4000_0000),
+    (CFGR, 1),
+    (PLLCFGR, 0x1000),
+    (AHB1ENR, 1 << 8),
+    (APB1ENR1, 1 << 10),
+    (0x68, 0x130F),
+    (0x6C, 0x050F_667F),
+    (0x70, 0x101),
+    (0x78, 0xD2FE_CD3F),
+    (0x7C, 0x103),
+    (0x80, 0x0437_F801),
+];
+
 /// The registers.
 #[derive(Debug, Clone)]
 pub struct Rcc {
@@ -58,10 +74,9 @@ impl Rcc {
     /// After a reset.
     pub fn new(reset: Reset) -> Self {
         let mut rcc = Self { registers: [0; 0x28], flags: 0, hclk_hz: HSI_HZ as u32 };
-        rcc.set(CR, 1 << 8);
-        rcc.set(CFGR, 1);
-        rcc.set(0x04, 0x4000_0000);
-        rcc.set(AHB1ENR, 1 << 8);
+        for (offset, value) in RESETS {
+            rcc.set(offset, value);
+        }
         rcc.flags = match reset {
             Reset::Power => 1 << 27 | 1 << 26,
             Reset::Software => 1 << 28 | 1 << 26,

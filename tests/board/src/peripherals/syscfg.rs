@@ -5,9 +5,16 @@ use super::Answer;
 use crate::fault::Trouble;
 
 /// MEMRMP, CFGR1, EXTICR1 … EXTICR4, SCSR, CFGR2, SWPR, SKR.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Syscfg {
     registers: [u32; 10],
+}
+
+impl Default for Syscfg {
+    fn default() -> Self {
+        // CFGR1: interrupts of the FPU are allowed, all but that of an inexact result.
+        Self { registers: [0, 0x7C00_0001, 0, 0, 0, 0, 0, 0, 0, 0] }
+    }
 }
 
 impl Syscfg {

@@ -30,7 +30,12 @@ pub struct System {
     pub hfsr: u32,
     cpacr: u32,
     demcr: u32,
+    /// FPCCR without LSPACT.
     fpccr: u32,
+    /// FPCAR.
+    fpcar: u32,
+    /// FPCCR.LSPACT: the floating-point registers of an interrupted program still have to be written to FPCAR.
+    lazy: bool,
     fpdscr: u32,
     dwt: u32,
     /// CYCCNT is the cycle less this.
@@ -59,6 +64,8 @@ impl Default for System {
             cpacr: 0,
             demcr: 0,
             fpccr: 0xC000_0000,
+            fpcar: 0,
+            lazy: false,
             fpdscr: 0,
             dwt: 0x4000_0000,
             counted_from: 0,
@@ -75,6 +82,25 @@ impl System {
     /// When SysTick reaches zero.
     pub fn next(&self) -> u64 {
         self.systick.zero
+    }
+
+    /// Whether CPACR lets privileged programs use the FPU (ARMv7-M ARM, section B3.2.20).
+    #[inline]
+    pub fn fpu_is_on(&self) -> bool {
+        self.cpacr >> 20 & 0b0101 == 0b0101
+    }
+
+    /// An exception's frame has room for floating-point registers here. Says whether they have to be written there at once.
+    pub fn reserve(&mut self, address: u32) -> bool {
+        self.lazy = bit(self.fpccr, 30);
+        self.fpcar = address;
+        !self.lazy
+    }
+
+    /// Where floating-point registers still have to be written, if they have; from now on they have not.
+    #[inline]
+    pub fn take_reserved(&mut self) -> Option<u32> {
+        std::mem::take(&mut self.lazy).then_some(self.fpcar)
     }
 
     /// Time has passed; says whether SysTick's exception becomes pending.
@@ -132,7 +158,8 @@ impl System {
             0xED88 => self.cpacr,
             0xEDF0 => 0,
             0xEDFC => self.demcr,
-            0xEF34 => self.fpccr,
+            0xEF34 => self.fpccr | u32::from(self.lazy),
+            0xEF38 => self.fpcar,
             0xEF3C => self.fpdscr,
             _ => return Err(Trouble::Register),
         })
@@ -218,8 +245,8 @@ impl System {
             0xED88 => self.cpacr = value,
             0xEDFC => self.keep_count(now, |s| s.demcr = value),
             // ASPEN has to stay: the emulator keeps track of floating-point contexts by it.
-            0xEF34 if bit(value, 31) => self.fpccr = value,
-            0xEF34 => return Err(Trouble::used("FPCCR.ASPEN = 0 is not modelled")),
+            0xEF34 if bit(value, 31) && bit(value, 0) == self.lazy => self.fpccr = value & 0xC000_0000,
+            0xEF34 => return Err(Trouble::used("FPCCR: only LSPEN can be changed")),
             0xEF3C if value == 0 => self.fpdscr = value,
             _ => return Err(Trouble::Register),
         }

@@ -70,6 +70,11 @@ impl Timer {
         }
     }
 
+    /// BDTR: TIM15 has it, TIM2 has not.
+    fn has_break(&self) -> bool {
+        self.channels == 2
+    }
+
     fn runs(&self) -> bool {
         bit(self.cr1, CEN)
     }
@@ -94,6 +99,9 @@ impl Timer {
 
     /// When something happens that an interrupt or another peripheral waits for.
     pub fn next(&self) -> u64 {
+        if let Some(at) = self.trigger {
+            return at;
+        }
         if !self.runs() {
             return NEVER;
         }
@@ -187,7 +195,7 @@ impl Timer {
             0x28 => self.prescaler[0],
             0x2C => self.period[0],
             0x34..=0x40 if (offset as usize - 0x34) / 4 < self.channels => self.ccr[(offset as usize - 0x34) / 4],
-            0x44 => self.bdtr,
+            0x44 if self.has_break() => self.bdtr,
             _ => return Err(Trouble::Register),
         })
     }
@@ -253,7 +261,7 @@ impl Timer {
             0x34..=0x40 if (offset as usize - 0x34) / 4 < self.channels => {
                 self.ccr[(offset as usize - 0x34) / 4] = value & self.widest;
             }
-            0x44 => self.bdtr = value,
+            0x44 if self.has_break() => self.bdtr = value,
             _ => return Err(Trouble::Register),
         }
         Ok(())

@@ -15,7 +15,7 @@ use crate::{board, count, image, payload};
 /// The processor's cycles between two samples.
 const PERIOD: u64 = CLOCK_HZ / 10_000;
 
-/// How long to look, s: 10, or a minute with GREYRIG_LONG set.
+/// How long to look, s: 10, or a minute with GREYRIG_LONG set, as `cargo xtask test --long` does.
 fn seconds() -> f64 {
     if std::env::var_os("GREYRIG_LONG").is_some() { 60.0 } else { 10.0 }
 }
@@ -67,9 +67,9 @@ fn samples_go_on(cycles_per_instruction: f64) {
     assert!(host.reports.windows(2).all(|pair| pair[1].sample == pair[0].sample + 100));
     let (simulated, taken) = (board.seconds() - begin, processor_seconds() - started);
     println!(
-        "{cycles_per_instruction} cycles per instruction: {simulated:.2} s in {taken:.2} s of a core, {n} blocks written, longest tick \
-         {} cycles of {PERIOD}, latest interrupt {} cycles",
-        status.cycles[1], machine.latest
+        "{cycles_per_instruction} cycles per instruction: {simulated:.2} s in {taken:.2} s of a core, {n} blocks written, {} samples, none \
+         lost or late, longest tick {} cycles of {PERIOD}, latest interrupt {} cycles",
+        status.samples, status.cycles[1], machine.latest
     );
     // A fifth of real time, so that the host's time-outs, ten times what an answer takes, still hold.
     assert!(simulated > 0.2 * taken, "{simulated} s took {taken} s");

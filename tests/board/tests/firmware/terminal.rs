@@ -1,17 +1,17 @@
 //! The board behind its pseudo-terminal, and the host's own side of the link: parameters, a recording, its verdict.
 
 use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
-use greyrig::app::bench::MOTOR;
-use greyrig::parameters::block::MAX_PAYLOAD;
-use greyrig::parameters::{Settings, section};
-use greyrig_host::device::{Connection, capture, update};
+use greyrig_host::device::clock::Clock;
+use greyrig_host::device::{Connection, Port, capture, update};
 
 /// The program; it ends with the test.
 struct Program {
     child: Child,
-    port: String,
+    port: Port,
 }
 
 impl Drop for Program {
@@ -33,14 +33,14 @@ fn start(arguments: &[&str]) -> Program {
     let mut line = String::new();
     BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut line).expect("it says its port");
     let told: serde_json::Value = serde_json::from_str(&line).expect("JSON");
-    Program { child, port: told["port"].as_str().expect("a port").to_owned() }
+    let clock = told["clock"].as_str().map(PathBuf::from).into();
+    Program { child, port: Port { name: told["port"].as_str().expect("a port").to_owned(), clock } }
 }
 
 #[test]
 fn the_hosts_commands_work_on_it() {
     let board = start(&["--profile", "steady"]);
-    let settings = Settings { motor_type: "VC-1400".try_into().unwrap(), motor: MOTOR, ..Settings::default() };
-    let payload = section::encode(&settings, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
+    let payload = crate::payload("VC-1400");
     let (device, block) = update::write(&board.port, &payload).unwrap();
     assert_eq!((device.board.as_str(), block.sequence), ("NUCLEO-G474RE", 1));
 
@@ -50,6 +50,26 @@ fn the_hosts_commands_work_on_it() {
     // The amplitude rises from a tenth of nominal within 15 % of 10 s (rig/profiles.rs): the motor turns.
     let highest = capture.samples.iter().flatten().map(|counts| counts.speed).max();
     assert!(highest > Some(500), "{highest:?}");
+}
+
+/// At a hundredth of real time a write, 24 ms of the board's time, takes longer than all four attempts of half a second.
+#[test]
+fn time_outs_follow_the_boards_clock() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("clock");
+    let board = start(&["--speed", "0.01", "--clock", file.to_str().unwrap()]);
+    // The firmware does not listen yet; what it misses is asked again after half a second, which here is a long time.
+    board.port.clock.pause(Duration::from_millis(20)).unwrap();
+    let payload = crate::payload("VC-1400");
+    let (_, block) = update::write(&board.port, &payload).unwrap();
+    assert_eq!(block.sequence, 1);
+    let (connection, device) = Connection::open(&board.port).unwrap();
+    let capture = capture::record(&board.port, &device, connection, 100).unwrap();
+    assert_eq!((capture.samples.len(), capture.lost().len(), capture.reconnections), (100, 0, 0));
+
+    let impatient = Port { clock: Clock::System, ..board.port.clone() };
+    let error = update::write(&impatient, &crate::payload("another")).unwrap_err().to_string();
+    assert!(error.starts_with("nobody answers on /dev/"), "{error}");
 }
 
 #[test]
