@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use greyrig::effects::Effect;
 use serde_json::json;
 
+use super::answer::Answer;
 use super::{input, words};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
@@ -38,15 +39,8 @@ pub struct Args {
     out: Option<PathBuf>,
     #[command(flatten)]
     map: MapArgs,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// A model on the way, with its errors on the data that the fit saw and on those that it did not.
@@ -62,8 +56,8 @@ struct Stage {
 /// # Errors
 /// A model or recordings that cannot be used, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    for path in args.out.iter().chain(&args.report) {
-        output::refuse_overwrite(path, args.force)?;
+    for path in args.out.iter().chain(&args.answer.report) {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let known = |path: &PathBuf| {
         let id = path.to_str()?;
@@ -99,9 +93,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     // What is written has seen all the data; the judgement above has not.
     let final_fit = identify::identify(&recordings, &settings(&model, &effects, &args.term))?;
     if let Some(path) = &args.out {
-        final_fit.model.save(path, args.force)?;
+        final_fit.model.save(path, args.answer.force)?;
     }
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.answer.report {
         let steps: Vec<Step> = stages.iter().map(|s| Step { label: s.label.clone(), esr: s.held_out.esr }).collect();
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         Report::new("The error falls")
@@ -109,10 +103,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             .comparison("After, on data held out", &last.held_out, &last.model)
             .comparison("Before, on data held out", &first.held_out, &first.model)
             .recordings(&files)
-            .write(path, args.force)?;
+            .write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
         output::print_json(
             "add",

@@ -8,6 +8,7 @@ use clap::Subcommand;
 use greyrig::anfis;
 use serde_json::json;
 
+use super::answer::Answer;
 use super::words;
 use crate::anfis::csv::{self, Named};
 use crate::anfis::file::{File, FiringName, ShapeName};
@@ -85,15 +86,8 @@ struct Fit {
     /// File to write the network to
     #[arg(long, value_name = "NET.toml")]
     out: Option<PathBuf>,
-    /// HTML report to write
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Exponent of the bells, if it is fixed.
@@ -153,8 +147,8 @@ impl Fit {
 }
 
 fn fit(args: &Fit) -> Result<ExitCode> {
-    for path in [&args.out, &args.report].into_iter().flatten() {
-        output::refuse_overwrite(path, args.force)?;
+    for path in [&args.out, &args.answer.report].into_iter().flatten() {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let data = csv::read(&args.train)?;
     let check = args.check.as_deref().map(csv::read).transpose()?;
@@ -176,21 +170,25 @@ fn fit(args: &Fit) -> Result<ExitCode> {
         eprintln!("greyrig: {note}");
     }
     if let Some(path) = &args.out {
-        File::new(&trained, args.method, MARGIN, &data.inputs, &data.target).save(path, &trained.reach, args.force)?;
+        File::new(&trained, args.method, MARGIN, &data.inputs, &data.target).save(
+            path,
+            &trained.reach,
+            args.answer.force,
+        )?;
     }
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.answer.report {
         let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
         let command = format!("greyrig {}", words.join(" "));
-        report::report(&data, &trained, &command).write(path, args.force)?;
+        report::report(&data, &trained, &command).write(path, args.answer.force)?;
     }
-    if args.json {
+    if args.answer.json {
         let names: Vec<String> =
             [Some(&args.train), args.check.as_ref()].into_iter().flatten().map(|p| p.display().to_string()).collect();
         output::print_json("anfis fit", &names, as_json(&data, &trained, args))?;
         return Ok(ExitCode::SUCCESS);
     }
     print(&data, &trained)?;
-    for path in [&args.out, &args.report].into_iter().flatten() {
+    for path in [&args.out, &args.answer.report].into_iter().flatten() {
         output::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -254,7 +252,7 @@ fn as_json(data: &Named, trained: &Trained, args: &Fit) -> serde_json::Value {
         "reach": trained.reach,
         "notes": notes(trained),
         "net": args.out,
-        "report": args.report,
+        "report": args.answer.report,
     })
 }
 

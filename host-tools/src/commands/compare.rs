@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use super::answer::Answer;
 use super::input::Input;
 use super::words;
 use crate::compare::compare;
@@ -20,15 +21,8 @@ pub struct Args {
     /// Model file
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace an existing report
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Runs the command.
@@ -36,22 +30,22 @@ pub struct Args {
 /// # Errors
 /// A model or recordings that cannot be used, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if let Some(path) = &args.report {
-        output::refuse_overwrite(path, args.force)?;
+    if let Some(path) = &args.answer.report {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = Model::load(&args.model)?;
     let recordings = args.input.load()?;
     let comparison = compare(&model, &recordings)?;
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let name = model.motor.as_deref().unwrap_or("motor");
         Report::new(format!("{name}: model against measurement"))
             .comparison("Model against measurement", &comparison, &model)
             .recordings(&files)
-            .write(path, args.force)?;
+            .write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         output::print_json("compare", &args.input.names(), &comparison)?;
     } else {
         output::print_line(&words::errors(&comparison))?;

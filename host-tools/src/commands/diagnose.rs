@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
+use super::answer::Answer;
 use super::input::Input;
 use super::words;
 use crate::compare::{Comparison, compare};
@@ -38,15 +39,8 @@ pub struct Args {
     /// Effect that is not to be considered (repeatable)
     #[arg(long, value_name = "ID")]
     exclude: Vec<String>,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Runs the command.
@@ -54,8 +48,8 @@ pub struct Args {
 /// # Errors
 /// A model or recordings that cannot be used, or a report that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if let Some(path) = &args.report {
-        output::refuse_overwrite(path, args.force)?;
+    if let Some(path) = &args.answer.report {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = args.model.as_deref().map(Model::load).transpose()?;
     let recordings = args.input.load()?;
@@ -86,7 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     });
     bar.finish_and_clear();
     let d = result?;
-    if let (Some(path), Some(model), Some(comparison)) = (&args.report, &fitted, &comparison) {
+    if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let mut report = Report::new("Which effect is missing").lead(headline(&d)).text("Why", d.verdict.text.clone());
         if let Some(shape) = &d.shape {
@@ -96,10 +90,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             .table("Candidates", candidates_in_report(&d))
             .comparison("The model as it is", comparison, model)
             .recordings(&files)
-            .write(path, args.force)?;
+            .write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         output::print_json("diagnose", &args.input.names(), as_json(&d, comparison.as_ref()))?;
         return Ok(ExitCode::SUCCESS);
     }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
+use super::answer::Answer;
 use super::input::Input;
 use super::words;
 use crate::error::{Error, Result};
@@ -46,15 +47,8 @@ pub struct Args {
     /// (# operator:)
     #[arg(long)]
     study: bool,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace an existing report
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Runs the command.
@@ -62,8 +56,8 @@ pub struct Args {
 /// # Errors
 /// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    if let Some(path) = &args.report {
-        output::refuse_overwrite(path, args.force)?;
+    if let Some(path) = &args.answer.report {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
@@ -88,12 +82,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     // Of a motor that does not pass nothing can be said about the rig.
     let drifted = verdict == Outcome::Pass && shift.charts.iter().any(Chart::drifted);
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        page(&tests, &shift, drifted).recordings(&files).write(path, args.force)?;
+        page(&tests, &shift, drifted).recordings(&files).write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         let charts: Vec<_> = shift.charts.iter().map(|c| json!({ "chart": c, "drifted": c.drifted() })).collect();
         output::print_json(
             "master",

@@ -2,6 +2,7 @@
 
 pub mod add;
 pub mod anfis;
+mod answer;
 pub mod board;
 pub mod calibrate;
 pub mod challenge;

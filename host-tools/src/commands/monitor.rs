@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
+use super::answer::Answer;
 use super::input;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -66,15 +67,8 @@ pub struct Args {
     /// File to which a line for each motor is added
     #[arg(long, value_name = "FILE.csv")]
     results: Option<PathBuf>,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Runs the command.
@@ -83,8 +77,8 @@ pub struct Args {
 /// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble with the
 /// link.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    for path in args.report.iter().chain(&args.out) {
-        output::refuse_overwrite(path, args.force)?;
+    for path in args.answer.report.iter().chain(&args.out) {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = Model::load(&args.model)?;
     if let Some(wanted) = args.motor.as_deref().filter(|wanted| model.motor.as_deref() != Some(*wanted)) {
@@ -100,11 +94,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let tests = &judged.tests;
     let worst = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
-    if let Some(path) = &args.report {
-        page::report(tests, detector, &judged.files).write(path, args.force)?;
+    if let Some(path) = &args.answer.report {
+        page::report(tests, detector, &judged.files).write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         let alarms: Vec<_> = tests.iter().flat_map(|t| &t.alarms).collect();
         let mut body = json!({ "verdict": worst, "alarms": alarms, "runs": tests, "model": args.model });
         if let (Some(body), Some(more)) = (body.as_object_mut(), judged.more.as_object_mut()) {

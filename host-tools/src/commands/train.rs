@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::add::split;
 use super::anfis::{Bell, notes, parse_bell};
+use super::answer::Answer;
 use super::input::Input;
 use super::words;
 use crate::anfis::file::FiringName;
@@ -62,15 +63,8 @@ pub struct Args {
     /// Threads, 0 for all processors
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Report to write, one HTML file that needs no network
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// Replace existing files
-    #[arg(long)]
-    force: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    answer: Answer,
 }
 
 /// Runs the command.
@@ -78,8 +72,8 @@ pub struct Args {
 /// # Errors
 /// A model or recordings that cannot be used, or a file that cannot be written.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    for path in args.out.iter().chain(&args.report) {
-        output::refuse_overwrite(path, args.force)?;
+    for path in args.out.iter().chain(&args.answer.report) {
+        output::refuse_overwrite(path, args.answer.force)?;
     }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
     let recordings = args.input.load()?;
@@ -116,9 +110,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let share = correction_share(&before[1], &after[1]);
     let accepted = super::add::falls(&before[1].esr, &after[1].esr);
     if let Some(path) = &args.out {
-        model.save(path, args.force)?;
+        model.save(path, args.answer.force)?;
     }
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let steps = [
             Step { label: "physical model".to_owned(), esr: before[1].esr },
@@ -131,10 +125,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         network(report, &hybrid::INPUTS.map(str::to_owned), hybrid::TARGET, &trained)
             .comparison("With the correction, on data held out", &after[1], &model)
             .recordings(&files)
-            .write(path, args.force)?;
+            .write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
-    if args.json {
+    if args.answer.json {
         output::print_json(
             "train",
             &args.input.names(),

@@ -40,7 +40,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
     check_layout(&device)?;
     let settings = in_force(&mut connection, model, &args.model, name)?;
     let plan = Plan { seconds: args.seconds, nominal_voltage: detector.nominal_voltage };
-    let mut talk = Talk::new(args.json);
+    let mut talk = Talk::new(args.answer.json);
     let result = live::run(&port, &device, connection, &plan, &mut |event| talk.event(event));
     talk.end();
     let finished = result?;
@@ -76,7 +76,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
     }
     note(args.results.as_deref(), &test)?;
     if let Some(path) = &args.out {
-        recording::write(&recording, path, args.force)?;
+        recording::write(&recording, path, args.answer.force)?;
     }
     let more = json!({
         "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
