@@ -71,14 +71,16 @@ pub fn all(counter: &mut impl Counter) {
             black_box(sampler.sample(counts, 0));
         });
     }
-    let Some(sampler) = scenarios::full_sampler(&shared, Some(2.0)) else { return };
     // A square wave of 50 Hz.
-    counter.count_runs("interrupt_full_bell_2_end_of_period", PERIODS, (sampler, 0), |(sampler, n)| {
-        *n += 1;
-        let voltage = if *n % 200 < 100 { 3_225 } else { 870 };
-        let counts = black_box(Counts { voltage, current: 2_380, speed: 2_785 });
-        black_box(sampler.sample(counts, 0));
-    });
+    for (name, b) in [("interrupt_full_periods_bell_free", None), ("interrupt_full_periods_bell_2", Some(2.0))] {
+        let Some(sampler) = scenarios::full_sampler(&shared, b) else { return };
+        counter.count_runs(name, PERIODS, (sampler, 0), |(sampler, n)| {
+            *n += 1;
+            let voltage = if *n % 200 < 100 { 3_225 } else { 870 };
+            let counts = black_box(Counts { voltage, current: 2_380, speed: 2_785 });
+            black_box(sampler.sample(counts, 0));
+        });
+    }
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {
         let Some(stepper) = scenarios::stepper(MOTOR, effects) else { return };
