@@ -158,6 +158,11 @@ impl Sums {
         core::mem::replace(self, Self { mean_magnitude, ..Self::default() })
     }
 
+    /// The features.
+    pub fn features(&self) -> Features {
+        Features::of(core::array::from_fn(|place| self.feature(place)))
+    }
+
     /// A feature by its place in the order of declaration.
     pub(super) fn feature(&self, place: usize) -> f32 {
         let n = self.samples();
