@@ -37,14 +37,16 @@ impl Output {
     }
 }
 
-/// The state of the rig's computation between two samples.
+/// The state of the rig's computation between two samples. In this order, because an instruction of the processor reaches a
+/// kilobyte beyond the address that it has.
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub struct Tick {
-    stepper: Stepper<f32>,
     filter: Coefficients<f32>,
     /// Of the measured and the modelled current and speed.
     channels: Bank<f32, 4>,
     last_voltage: Option<f32>,
+    stepper: Stepper<f32>,
     correction: Option<Anfis3x3>,
 }
 
