@@ -22,7 +22,7 @@ pub(super) enum Exponent {
     Gaussian,
 }
 
-/// A membership function: z = scale · u + offset is (x − c)/a.
+/// A membership function: z = scale · u + offset is (x − c)/a, with a free exponent 2^(1/4) times that.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Member<S> {
     pub scale: S,
@@ -93,7 +93,7 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
         match self.exponent {
             Exponent::One => each(|z2, _| S::ONE + z2),
             Exponent::Two => each(|z2, _| S::ONE + z2 * z2),
-            Exponent::Free => each(|z2, member| S::ONE + (z2.log2() * member.power).exp2()),
+            Exponent::Free => each(|z2, member| S::ONE + (z2.log2_over_root_two() * member.power).exp2()),
             Exponent::Gaussian => each(|z2, member| (z2 * member.power).exp2()),
         }
     }
