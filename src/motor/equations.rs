@@ -187,8 +187,20 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub fn balance<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Balance<N> {
         let mut balance = self.base(at);
+        self.contribute(at, memories, &mut balance);
+        balance
+    }
+
+    /// What effects and terms of the user's own change, in place: the balance has more numbers than the processor has registers.
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(
+        &self,
+        at: &OperatingPoint<N>,
+        memories: &Memories<S>,
+        balance: &mut Balance<N>,
+    ) {
         for (effect, memory) in self.effects.iter().zip(memories) {
-            effect.contribute(at, memory, &mut balance);
+            effect.contribute(at, memory, balance);
         }
         for term in &self.terms {
             let value = term.value(at.current, at.speed, at.voltage);
@@ -197,7 +209,6 @@ impl<S: Scalar<Base = S>> Motor<S> {
                 Target::Torque => balance.friction += value,
             }
         }
-        balance
     }
 
     /// The terms without effects.
@@ -272,7 +283,9 @@ impl<S: Scalar<Base = S>> Motor<S> {
         if self.effects.is_empty() && self.terms.is_empty() {
             self.slopes_of(at, direction, &self.base(at), false)
         } else {
-            self.slopes_of(at, direction, &self.balance(at, memories), self.lags)
+            let mut balance = self.base(at);
+            self.contribute(at, memories, &mut balance);
+            self.slopes_of(at, direction, &balance, self.lags)
         }
     }
 
