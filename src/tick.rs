@@ -72,7 +72,7 @@ impl Tick {
     ///
     /// A sample that is not a finite number is replaced: the voltage by the last one, current and speed within the
     /// filter, so that one bad sample does not silence the model for ever.
-    #[inline]
+    #[inline(always)]
     pub fn process(&mut self, sample: Sample, constraints: Constraints<f32>) -> Output {
         let measured = State { current: sample.current.0, speed: sample.speed.0 };
         let voltage = sample.voltage.0;
