@@ -6,6 +6,7 @@
 //! | 1 | whether the period is judged; abrupt changes |
 //! | 7 | a cause of an alarm each |
 //! | 1 | where the fault sits |
+//! | 1 | the period is told |
 
 use super::features::FEATURES;
 use super::{
@@ -13,7 +14,7 @@ use super::{
 };
 
 /// Samples after a period's end with the last of which it has been judged: less than the shortest period at any sampling rate.
-pub const STEPS: usize = FEATURES + CAUSES + 2;
+pub const STEPS: usize = FEATURES + CAUSES + 3;
 
 const CAUSES: usize = Cause::ALL.len();
 
@@ -75,10 +76,11 @@ impl Judge {
             *feature = self.sums.feature(step);
         } else if step == FEATURES {
             self.admit();
+        } else if step == STEPS - 2 {
+            self.conclude();
         } else if let Some(&cause) = Cause::ALL.get(step - FEATURES - 1) {
             self.watch(cause);
         } else {
-            self.conclude();
             return Some(self.period);
         }
         None
