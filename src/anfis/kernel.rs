@@ -9,11 +9,8 @@
 //! 2^p    = 2^⌊p⌋ q(1 + p − ⌊p⌋)        q of degree 4 on [1, 2)
 //! ```
 //!
-//! The factor √2 is put into the scale of z, where it costs nothing; without it 1/2 would have to be taken off, or the mantissa to
-//! be centred about 1.
-//!
 //! with the coefficients that make the largest error smallest (by iteratively reweighted least squares on Chebyshev points,
-//! then rounded to `f32`).
+//! then rounded to `f32`). The factor √2 is in the scale of z, where it costs nothing; without it 1/2 would have to be added to e.
 //!
 //! The error of t = v^b: |Δt/t| ≤ ln 2 (b ([`LOG2_ERROR`] + ε e) + ε |b log2 v|) + [`EXP2_ERROR`], ε = 2^-24 from the rounding
 //! of the sum and of the product. Since μ = 1/(1 + t) and t/(1 + t)² ≤ 1/4, |Δμ| ≤ |Δt/t|/4: for b = 2 at most
@@ -41,7 +38,7 @@ pub trait Kernel: Scalar {
     const EXPONENT: f64;
     /// The nearest number within ±2^24; NaN becomes 0, which the caller has to notice.
     fn saturate(self) -> Self;
-    /// log2 v of √2 v ≥ 0; for 0 some number below −126.
+    /// log2(v/√2) of v ≥ 0; for 0 some number below −126.
     fn log2_over_root_two(self) -> Self;
     /// 2^(p/[`Kernel::EXPONENT`]), within 2^-32 to 2^32.
     fn exp2(self) -> Self;
