@@ -16,7 +16,7 @@ use crate::motor::{Constraints, State};
 
 /// The modelled current and speed with the correction at a voltage (V), and the correction's validity. Where the current is
 /// imposed (an open supply) there is nothing to correct.
-#[inline]
+#[inline(never)]
 pub fn corrected(
     correction: &Anfis3x3,
     voltage: f32,

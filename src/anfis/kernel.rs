@@ -2,15 +2,15 @@
 //!
 //! # v^b in `f32`
 //!
-//! v^b = 2^(b log2 v). The exponent field of v gives the whole part e, and the mantissa m in \[1/√2, √2) the rest:
+//! v^b = 2^(b log2 v). The exponent field of √2 v gives a whole number e, and its mantissa m in \[1, 2) the rest:
 //!
 //! ```text
-//! log2 v = e + s (c0 + c1 s²)          s = (m − 1)/(m + 1), |s| < 0.172
+//! log2 v = e + s (c0 + c1 s²)          s = (m − √2)/(m + √2), |s| < 0.172
 //! 2^p    = 2^⌊p⌋ q(1 + p − ⌊p⌋)        q of degree 4 on [1, 2)
 //! ```
 //!
 //! with the coefficients that make the largest error smallest (by iteratively reweighted least squares on Chebyshev points,
-//! then rounded to `f32`).
+//! then rounded to `f32`). The factor √2 is in the scale of z, where it costs nothing; without it 1/2 would have to be added to e.
 //!
 //! The error of t = v^b: |Δt/t| ≤ ln 2 (b ([`LOG2_ERROR`] + ε e) + ε |b log2 v|) + [`EXP2_ERROR`], ε = 2^-24 from the rounding
 //! of the sum and of the product. Since μ = 1/(1 + t) and t/(1 + t)² ≤ 1/4, |Δμ| ≤ |Δt/t|/4: for b = 2 at most
@@ -18,6 +18,8 @@
 //!
 //! No step branches, so that every argument takes the same time; conversions to integers saturate, which keeps 0 and
 //! +∞ in range.
+
+use core::f32::consts::SQRT_2;
 
 use crate::scalar::Scalar;
 
@@ -32,18 +34,19 @@ pub const EXP2_ERROR: f64 = 2.8e-6;
 
 /// A number type that the network can be evaluated in.
 pub trait Kernel: Scalar {
-    /// What 1 in the exponent of 2 is, as [`Kernel::exp2`] wants it: 2^23 in `f32`.
+    /// What 1 in the exponent of 2 is, as [`Kernel::exp2`] wants it: 2^26 in `f32`.
     const EXPONENT: f64;
     /// The nearest number within ±2^24; NaN becomes 0, which the caller has to notice.
     fn saturate(self) -> Self;
-    /// log2 v of v ≥ 0; for 0 some number below −126.
-    fn log2(self) -> Self;
+    /// log2(v/√2) of v ≥ 0; for 0 some number below −126.
+    fn log2_over_root_two(self) -> Self;
     /// 2^(p/[`Kernel::EXPONENT`]), within 2^-32 to 2^32.
     fn exp2(self) -> Self;
 }
 
 impl Kernel for f32 {
-    const EXPONENT: f64 = 8_388_608.0;
+    /// A conversion to an integer then saturates at 2^±32.
+    const EXPONENT: f64 = 67_108_864.0;
 
     #[inline(always)]
     fn saturate(self) -> Self {
@@ -51,24 +54,32 @@ impl Kernel for f32 {
     }
 
     #[inline(always)]
-    fn log2(self) -> Self {
-        /// The bits of 1/√2, where the mantissa's interval begins.
-        const START: i32 = 0x3f35_04f3;
-        let offset = self.to_bits().cast_signed() - START;
-        let m = Self::from_bits(((offset & 0x007f_ffff) + START).cast_unsigned());
-        let s = (m - 1.0) / (m + 1.0);
-        (offset >> 23) as Self + s * (s * s * 0.983_534_5 + 2.885_228_6)
+    fn log2_over_root_two(self) -> Self {
+        const WHOLE: f32 = 8_388_608.0;
+        const OFFSET: f32 = WHOLE + 127.0;
+        let bits = self.to_bits();
+        let exponent = Self::from_bits(WHOLE.to_bits() | (bits >> MANTISSA_BITS)) - OFFSET;
+        let m = Self::from_bits(with_mantissa_of(bits));
+        let s = (m - SQRT_2) / (m + SQRT_2);
+        exponent + s * (s * s * 0.983_534_5 + 2.885_228_6)
     }
 
     #[inline(always)]
     fn exp2(self) -> Self {
-        const MANTISSA: i32 = 0x007f_ffff;
-        const ONE: i32 = 0x3f80_0000;
-        let p = (self as i32).clamp(-(1 << 28), (1 << 28) - 1);
-        let m = Self::from_bits(((p & MANTISSA) | ONE).cast_unsigned());
+        let p = self as i32;
+        let m = Self::from_bits(with_mantissa_of((p >> 3).cast_unsigned()));
         let q = (((m * 0.013_534_168 - 0.002_125_211) * m + 0.166_613_39) * m + 0.312_016_04) * m + 0.509_964_2;
-        Self::from_bits(q.to_bits().wrapping_add((p & !MANTISSA).cast_unsigned()))
+        let whole = p >> (MANTISSA_BITS + 3);
+        Self::from_bits(q.to_bits().wrapping_add((whole << MANTISSA_BITS).cast_unsigned()))
     }
+}
+
+const MANTISSA_BITS: u32 = 23;
+
+/// The bits of the number in [1, 2) with the mantissa in these.
+#[inline(always)]
+fn with_mantissa_of(bits: u32) -> u32 {
+    (bits & ((1 << MANTISSA_BITS) - 1)) | 1.0_f32.to_bits()
 }
 
 /// The reference: `libm` and comparisons.
@@ -81,8 +92,8 @@ impl Kernel for f64 {
     }
 
     #[inline]
-    fn log2(self) -> Self {
-        libm::log2(self)
+    fn log2_over_root_two(self) -> Self {
+        libm::log2(self) - 0.5
     }
 
     #[inline]

@@ -22,7 +22,7 @@ pub(super) enum Exponent {
     Gaussian,
 }
 
-/// A membership function: z = scale · u + offset is (x − c)/a.
+/// A membership function: z = scale · u + offset is (x − c)/a, with a free exponent 2^(1/4) times that.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Member<S> {
     pub scale: S,
@@ -93,7 +93,7 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
         match self.exponent {
             Exponent::One => each(|z2, _| S::ONE + z2),
             Exponent::Two => each(|z2, _| S::ONE + z2 * z2),
-            Exponent::Free => each(|z2, member| S::ONE + (z2.log2() * member.power).exp2()),
+            Exponent::Free => each(|z2, member| S::ONE + (z2.log2_over_root_two() * member.power).exp2()),
             Exponent::Gaussian => each(|z2, member| (z2 * member.power).exp2()),
         }
     }
@@ -114,23 +114,15 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
     /// consequents are [differences](differences).
     #[inline(always)]
     fn product(&self, u: [S; N]) -> S {
+        const { assert!(N <= 4, "a level of the sum for each input") };
         let strengths = self.inverse_memberships(u).map(normalised);
-        let mut f = [S::ZERO; RULES];
-        for (rule, f) in f.iter_mut().enumerate() {
-            *f = self.consequent(rule, u);
-        }
-        let mut count = RULES;
-        for i in (0..N).rev() {
-            count /= M;
-            for group in 0..count {
-                let mut sum = f[group * M];
-                for j in 1..M {
-                    sum += f[group * M + j] * strengths[i][j];
-                }
-                f[group] = sum;
-            }
-        }
-        f[0]
+        let from_last = |k: usize| N.checked_sub(k).map(|input| strengths[input]);
+        let sum = |rule: usize| self.consequent(rule, u);
+        let sum = summed(from_last(1), 1, sum);
+        let sum = summed(from_last(2), M, sum);
+        let sum = summed(from_last(3), M * M, sum);
+        let sum = summed(from_last(4), M * M * M, sum);
+        sum(0)
     }
 
     /// Layers 2 to 5 for the minimum.
@@ -184,6 +176,29 @@ fn normalised<S: Kernel, const M: usize>(inverse: [S; M]) -> [S; M] {
     }
     let share = S::ONE / total;
     mu.map(|mu| mu * share)
+}
+
+/// The sum over an input whose membership functions are `stride` rules apart, of what the sum over the inputs behind it gives
+/// from a rule on.
+#[inline(always)]
+fn summed<S: Kernel, const M: usize>(
+    strengths: Option<[S; M]>,
+    stride: usize,
+    behind: impl Fn(usize) -> S,
+) -> impl Fn(usize) -> S {
+    move |rule| {
+        let mut sum = behind(rule);
+        if let Some(strengths) = strengths {
+            #[expect(
+                clippy::needless_range_loop,
+                reason = "an iterator that skips is not unrolled: twice the instructions"
+            )]
+            for j in 1..M {
+                sum += behind(rule + j * stride) * strengths[j];
+            }
+        }
+        sum
+    }
 }
 
 /// A value for each rule as differences along each input from that of the first membership function. As an input's

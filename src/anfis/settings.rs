@@ -87,6 +87,8 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
+const FOURTH_ROOT_OF_TWO: f64 = 1.189_207_115_002_721;
+
 fn check(ok: bool, name: &'static str, index: usize, required: &'static str) -> Result<(), SettingsError> {
     if ok { Ok(()) } else { Err(SettingsError { name, index, required }) }
 }
@@ -131,6 +133,8 @@ impl<const N: usize, const M: usize, const RULES: usize> Settings<N, M, RULES> {
             check(range(*inputs), "inputs", index, "finite, the lower end below the upper one")?;
         }
         let exponent = self.exponent();
+        // Its square is what `Kernel::log2_over_root_two` wants.
+        let unit = if exponent == Exponent::Free { FOURTH_ROOT_OF_TWO } else { 1.0 };
         // Box coordinates: x = centre + u · half / BOX.
         let centre = self.inputs.map(|(low, high)| 0.5 * (low + high));
         let half = self.inputs.map(|(low, high)| 0.5 * (high - low));
@@ -144,8 +148,8 @@ impl<const N: usize, const M: usize, const RULES: usize> Settings<N, M, RULES> {
                 let bell = self.shape == Shape::Bell;
                 check(!bell || (p.b > 0.0 && p.b <= MAX_EXPONENT), "b", index, "positive and at most 16")?;
                 *member = Member {
-                    scale: S::constant(half[index] / BOX / p.a),
-                    offset: S::constant((centre[index] - p.c) / p.a),
+                    scale: S::constant(unit * half[index] / BOX / p.a),
+                    offset: S::constant(unit * (centre[index] - p.c) / p.a),
                     power: S::constant(match self.shape {
                         Shape::Bell => p.b * S::EXPONENT,
                         // exp(−z²/2) = 2^(−z²/(2 ln 2))

@@ -21,10 +21,32 @@ const ZERO_COUNTS: f32 = 8.0;
 /// What has to be remembered between samples.
 #[derive(Debug, Clone)]
 pub struct Watch {
-    /// Of voltage, current and speed: whether the lower and the upper end of the range mean clipping.
-    ends: [[bool; 2]; 3],
+    /// Of voltage, current and speed: the counts that do not mean clipping.
+    unclipped: [Range; 3],
     last_speed: Option<u16>,
     rest: Rest,
+}
+
+/// Counts from the lowest on, as many as the span is wide.
+#[derive(Debug, Clone, Copy)]
+struct Range {
+    lowest: u16,
+    span: u16,
+}
+
+impl Range {
+    /// Without the ends of the converter's range that mean clipping.
+    fn between([lower_clips, upper_clips]: [bool; 2]) -> Self {
+        let lowest = u16::from(lower_clips);
+        let highest = if upper_clips { FULL_SCALE - 1 } else { u16::MAX };
+        Self { lowest, span: highest - lowest }
+    }
+
+    /// By one comparison: what lies below the lowest wraps around.
+    #[inline(always)]
+    fn contains(self, count: u16) -> bool {
+        count.wrapping_sub(self.lowest) <= self.span
+    }
 }
 
 /// A stretch in which the current has not moved.
@@ -46,7 +68,7 @@ impl Watch {
     /// For channels of this calibration; without one, both ends of every channel but the lower one of the speed clip.
     pub fn new(calibration: Option<&Calibration>) -> Self {
         let usual = [[true; 2], [true; 2], [false, true]];
-        let ends = calibration.map_or(usual, |calibration| {
+        let clips = calibration.map_or(usual, |calibration| {
             calibration.scales().map(|scale| {
                 [0, FULL_SCALE].map(|end| {
                     let counts_from_zero = f32::from(end) - scale.zero;
@@ -54,7 +76,7 @@ impl Watch {
                 })
             })
         });
-        Self { ends, last_speed: None, rest: Rest::new(Counts::default()) }
+        Self { unclipped: clips.map(Range::between), last_speed: None, rest: Rest::new(Counts::default()) }
     }
 
     /// Looks at a sample and gives what is wrong to `raise`.
@@ -65,8 +87,8 @@ impl Watch {
             (counts.current, Fault::CurrentClipped),
             (counts.speed, Fault::SpeedClipped),
         ];
-        for ((count, fault), [lower, upper]) in channels.into_iter().zip(self.ends) {
-            if (count == 0 && lower) || (count >= FULL_SCALE && upper) {
+        for ((count, fault), unclipped) in channels.into_iter().zip(self.unclipped) {
+            if !unclipped.contains(count) {
                 raise(fault);
             }
         }

@@ -23,13 +23,17 @@ struct Section<S> {
     gamma: S,
 }
 
-/// What a channel remembers. A new one has seen nothing but zeros.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Cascade<S> {
-    held: S,
-    first_order: S,
-    sections: [[S; 2]; MAX_SECTIONS],
+/// What a number of channels remember that are filtered alike, all at once. New ones have seen nothing but zeros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bank<S, const CHANNELS: usize> {
+    held: [S; CHANNELS],
+    first_order: [S; CHANNELS],
+    sections: [[[S; CHANNELS]; 2]; MAX_SECTIONS],
 }
+
+/// A single channel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Cascade<S: Scalar>(Bank<S, 1>);
 
 impl<S: Scalar> Coefficients<S> {
     pub(super) fn new(design: &Design) -> Self {
@@ -50,36 +54,77 @@ impl<S: Scalar> Coefficients<S> {
     }
 }
 
-impl<S: Scalar> Cascade<S> {
-    /// Takes a sample, gives the filtered one. A sample that is not finite, or above 1e30 in magnitude, counts as a
-    /// repetition of the one before.
-    #[inline]
-    pub fn process(&mut self, coefficients: &Coefficients<S>, sample: S) -> S {
-        if usable(sample) {
-            self.held = sample;
+impl<S: Scalar, const CHANNELS: usize> Default for Bank<S, CHANNELS> {
+    fn default() -> Self {
+        let zeros = [S::ZERO; CHANNELS];
+        Self { held: zeros, first_order: zeros, sections: [[zeros; 2]; MAX_SECTIONS] }
+    }
+}
+
+impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
+    /// Takes a sample of each channel, gives the filtered ones. A sample that is not finite, or above 1e30 in magnitude, counts
+    /// as a repetition of the one before.
+    #[inline(always)]
+    pub fn process(&mut self, coefficients: &Coefficients<S>, samples: [S; CHANNELS]) -> [S; CHANNELS] {
+        // One comparison for all of them; only if it fails, it matters which.
+        let mut magnitude = S::ZERO;
+        for sample in samples {
+            magnitude += sample.abs();
+        }
+        if usable(magnitude) {
+            self.held = samples;
+        } else {
+            self.hold_usable(samples);
         }
         let mut x = self.held;
         if let Some(alpha) = coefficients.first_order {
-            let d = alpha * (x - self.first_order);
-            x = self.first_order + d;
-            self.first_order = x + d;
+            for (x, s) in x.iter_mut().zip(&mut self.first_order) {
+                let d = alpha * (*x - *s);
+                *x = *s + d;
+                *s = *x + d;
+            }
         }
         for (section, [s1, s2]) in coefficients.sections.iter().zip(&mut self.sections).take(coefficients.count) {
-            let v = x - *s2;
-            let d = section.alpha * *s1 + section.beta * v;
-            let e = section.alpha * v - section.gamma * *s1;
-            x = *s2 + d;
-            *s1 = *s1 + e + e;
-            *s2 = x + d;
+            for ((x, s1), s2) in x.iter_mut().zip(s1).zip(s2) {
+                let v = *x - *s2;
+                let d = section.alpha * *s1 + section.beta * v;
+                let e = section.alpha * v - section.gamma * *s1;
+                *x = *s2 + d;
+                *s1 = *s1 + e + e;
+                *s2 = *x + d;
+            }
         }
         x
     }
 
-    /// Puts the channel into the steady state of a constant input, so that a recording which starts there has no
-    /// transient. A value that [`Cascade::process`] would not accept counts as zero.
+    #[cold]
+    fn hold_usable(&mut self, samples: [S; CHANNELS]) {
+        for (held, sample) in self.held.iter_mut().zip(samples) {
+            if usable(sample) {
+                *held = sample;
+            }
+        }
+    }
+
+    /// Puts the channels into the steady state of constant inputs, so that a recording which starts there has no
+    /// transient. A value that [`Bank::process`] would not accept counts as zero.
+    pub fn reset_to(&mut self, values: [S; CHANNELS]) {
+        let values = values.map(|value| if usable(value) { value } else { S::ZERO });
+        *self = Self { held: values, first_order: values, sections: [[[S::ZERO; CHANNELS], values]; MAX_SECTIONS] };
+    }
+}
+
+impl<S: Scalar> Cascade<S> {
+    /// As [`Bank::process`].
+    #[inline]
+    pub fn process(&mut self, coefficients: &Coefficients<S>, sample: S) -> S {
+        let [filtered] = self.0.process(coefficients, [sample]);
+        filtered
+    }
+
+    /// As [`Bank::reset_to`].
     pub fn reset_to(&mut self, value: S) {
-        let value = if usable(value) { value } else { S::ZERO };
-        *self = Self { held: value, first_order: value, sections: [[S::ZERO, value]; MAX_SECTIONS] };
+        self.0.reset_to([value]);
     }
 }
 

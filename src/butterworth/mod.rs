@@ -1,7 +1,8 @@
 //! The low-pass filter in front of everything: Butterworth, order 1 to 8, on every signal alike.
 //!
 //! Settings in the user's units are checked once and become coefficients ([`Settings::build`]); the coefficients are
-//! shared by all channels, and each channel has a state of its own:
+//! shared by all channels, and each channel has a state of its own ([`Cascade`], or [`Bank`] of several that are filtered at
+//! once):
 //!
 //! ```
 //! use greyrig::butterworth::{Cascade, Settings};
@@ -70,7 +71,7 @@ mod high_pass;
 
 use core::fmt;
 
-pub use cascade::{Cascade, Coefficients};
+pub use cascade::{Bank, Cascade, Coefficients};
 pub use high_pass::HighPass;
 
 use crate::scalar::Scalar;

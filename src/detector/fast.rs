@@ -34,6 +34,11 @@ impl Fast {
         self.calls.then_some(ratio)
     }
 
+    /// Whether it calls.
+    pub fn calls(&self) -> bool {
+        self.calls
+    }
+
     /// A feature over the limit; 0 without a limit.
     pub fn ratio(&self, feature: f32) -> f32 {
         if self.limit > 0.0 && self.limit.is_finite() { feature / self.limit } else { 0.0 }

@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::motor::State;
 
+/// How many features a period has.
+pub const FEATURES: usize = 10;
+
 /// The features of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Features {
@@ -58,7 +61,7 @@ impl Features {
     }
 
     /// From all of them, in order of declaration.
-    pub(crate) fn of(values: [f32; 10]) -> Self {
+    pub(crate) fn of(values: [f32; FEATURES]) -> Self {
         let mut features = Self::default();
         for (place, value) in features.each_mut().into_iter().zip(values) {
             *place = value;
@@ -67,12 +70,12 @@ impl Features {
     }
 
     /// All of them, in order of declaration.
-    pub(crate) fn each(&self) -> [f32; 10] {
+    pub(crate) fn each(&self) -> [f32; FEATURES] {
         let mut copy = *self;
         copy.each_mut().map(|x| *x)
     }
 
-    fn each_mut(&mut self) -> [&mut f32; 10] {
+    fn each_mut(&mut self) -> [&mut f32; FEATURES] {
         [
             &mut self.current,
             &mut self.speed,
@@ -149,23 +152,40 @@ impl Sums {
         self.validity += p.validity;
     }
 
-    /// The features, and a new period that knows the mean magnitude of the current of this one.
-    pub fn finish(&mut self) -> Features {
-        let n = if self.count > 0.0 { self.count } else { 1.0 };
-        let ratio = |a: f32, b: f32| if b > 0.0 { a / b } else { 0.0 };
-        let features = Features {
-            current: libm::sqrtf(ratio(self.current_error, self.current)),
-            speed: libm::sqrtf(ratio(self.speed_error, self.speed)),
-            current_deviation: -ratio(self.current_product, self.model_current),
-            speed_deviation: -ratio(self.speed_product, self.model_speed),
-            sparking: libm::sqrtf(self.high / n),
-            sparking_phase: ratio(self.high_at_load, self.high),
-            voltage_rms: libm::sqrtf(self.voltage / n),
-            current_rms: libm::sqrtf(self.current / n),
-            speed_mean: self.speed_sum / n,
-            validity: self.validity / n,
-        };
-        *self = Self { mean_magnitude: self.magnitude / n, ..Self::default() };
-        features
+    /// The sums, and a new period that knows the mean magnitude of the current of this one.
+    pub fn finish(&mut self) -> Self {
+        let mean_magnitude = self.magnitude / self.samples();
+        core::mem::replace(self, Self { mean_magnitude, ..Self::default() })
     }
+
+    /// The features.
+    pub fn features(&self) -> Features {
+        Features::of(core::array::from_fn(|place| self.feature(place)))
+    }
+
+    /// A feature by its place in the order of declaration.
+    pub(super) fn feature(&self, place: usize) -> f32 {
+        let n = self.samples();
+        match place {
+            0 => libm::sqrtf(ratio(self.current_error, self.current)),
+            1 => libm::sqrtf(ratio(self.speed_error, self.speed)),
+            2 => -ratio(self.current_product, self.model_current),
+            3 => -ratio(self.speed_product, self.model_speed),
+            4 => libm::sqrtf(self.high / n),
+            5 => ratio(self.high_at_load, self.high),
+            6 => libm::sqrtf(self.voltage / n),
+            7 => libm::sqrtf(self.current / n),
+            8 => self.speed_sum / n,
+            _ => self.validity / n,
+        }
+    }
+
+    /// How many samples have been added, at least 1.
+    fn samples(&self) -> f32 {
+        if self.count > 0.0 { self.count } else { 1.0 }
+    }
+}
+
+fn ratio(a: f32, b: f32) -> f32 {
+    if b > 0.0 { a / b } else { 0.0 }
 }

@@ -5,6 +5,9 @@
 //! raw current ─► above 1 kHz ─┘                                      ├─► fast: abrupt change of the deviations
 //!                                                                    └─► cumulative: deviation of current, speed
 //! ```
+//! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much longer than
+//! another.
+//!
 //! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
 //! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
 
@@ -12,6 +15,7 @@ mod cumulative;
 mod fast;
 mod features;
 mod isolation;
+mod judge;
 mod jump;
 mod period;
 
@@ -21,9 +25,11 @@ pub use cumulative::{Cumulative, THRESHOLD, Tolerance};
 pub use fast::{CONFIRM, Fast, RELEASE};
 pub use features::{Features, Point, Sums};
 pub use isolation::{Kind, locate};
+pub use judge::STEPS;
 pub use jump::{Jump, PAST};
 pub use period::PeriodClock;
 
+use judge::Judge;
 use serde::{Deserialize, Serialize};
 
 use crate::butterworth::HighPass;
@@ -32,9 +38,6 @@ use crate::units::Sample;
 
 /// Lower end of the band in which sparks are looked for, Hz.
 pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
-
-/// Validity of the correction below which a period is not judged.
-const LEAST_VALIDITY: f32 = 0.9;
 
 /// What is healthy, learnt from healthy motors; a limit of 0 is not watched.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -185,17 +188,12 @@ pub enum Verdict {
 /// The detector's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detector {
-    settings: Settings,
     clock: PeriodClock,
     high_pass: HighPass,
     sums: Sums,
-    watches: [Fast; 5],
-    jumps: [Jump; 2],
-    deviations: [Cumulative; 2],
+    judge: Judge,
     started: bool,
     blank: u32,
-    judged: u32,
-    called: bool,
 }
 
 impl Settings {
@@ -230,25 +228,19 @@ impl Settings {
         {
             return Err(SettingsError::Limit);
         }
-        let tolerance = |[centre, half_width]: [f32; 2]| Cumulative::new(Tolerance { centre, half_width });
         Ok(Detector {
             clock: PeriodClock::new(self.sample_rate_hz, self.nominal_voltage),
             high_pass,
             sums: Sums::default(),
-            watches: [l.current, l.speed, l.sparking, l.current_jump, l.speed_jump].map(Fast::new),
-            jumps: [Jump::default(); 2],
-            deviations: [tolerance(l.current_deviation), tolerance(l.speed_deviation)],
+            judge: Judge::new(self),
             started: false,
             blank: (self.blanking_s * self.sample_rate_hz) as u32,
-            judged: 0,
-            called: false,
-            settings: self,
         })
     }
 }
 
 impl Detector {
-    /// Takes a sample and what the tick made of it; at the end of a period, gives what that period brought.
+    /// Takes a sample and what the tick made of it; [`STEPS`] samples after the end of a period, gives what that period brought.
     #[inline]
     pub fn process(&mut self, sample: &Sample, output: &Output) -> Option<Period> {
         let current = if sample.current.0.is_finite() { sample.current.0 } else { output.measured.current };
@@ -256,7 +248,12 @@ impl Detector {
             self.high_pass.reset_to(current);
             self.started = true;
         }
-        let ended = self.clock.process(sample.voltage.0).map(|_| self.end_of_period());
+        let mut told = None;
+        if self.clock.process(sample.voltage.0).is_some() {
+            self.judge.begin(self.sums.finish(), self.blank > 0);
+        } else {
+            told = self.judge.step();
+        }
         self.sums.add(&Point {
             voltage: if sample.voltage.0.is_finite() { sample.voltage.0 } else { 0.0 },
             measured: output.measured,
@@ -265,72 +262,11 @@ impl Detector {
             validity: output.validity,
         });
         self.blank = self.blank.saturating_sub(1);
-        ended
-    }
-
-    fn end_of_period(&mut self) -> Period {
-        let features = self.sums.finish();
-        let s = &self.settings;
-        let judged = self.blank == 0
-            && features.voltage_rms >= s.least_voltage * s.nominal_voltage
-            && features.voltage_rms <= s.most_voltage * s.nominal_voltage
-            && features.speed_mean.abs() >= s.least_speed
-            && features.validity >= LEAST_VALIDITY;
-        if !judged {
-            self.jumps.iter_mut().for_each(Jump::reset);
-            return Period { features, jumps: [0.0; 2], judged, alarm: None };
-        }
-        self.judged += 1;
-        let jumps =
-            [self.jumps[0].process(features.current_deviation), self.jumps[1].process(features.speed_deviation)];
-        let alarm = self.watch(&features, jumps);
-        self.called |= alarm.is_some();
-        Period { features, jumps, judged, alarm }
-    }
-
-    fn watch(&mut self, f: &Features, jumps: [f32; 2]) -> Option<Alarm> {
-        let called = [
-            (Cause::CurrentError, self.watches[0].process(f.current)),
-            (Cause::SpeedError, self.watches[1].process(f.speed)),
-            (Cause::Sparking, self.watches[2].process(f.sparking)),
-            (Cause::CurrentJump, self.watches[3].process(jumps[0].abs())),
-            (Cause::SpeedJump, self.watches[4].process(jumps[1].abs())),
-            (Cause::CurrentDeviation, self.deviations[0].process(f.current_deviation).map(f32::abs)),
-            (Cause::SpeedDeviation, self.deviations[1].process(f.speed_deviation).map(f32::abs)),
-        ];
-        let jumped = called[3].1.is_some() || called[4].1.is_some();
-        let kind = if jumped {
-            locate(jumps[0], jumps[1])
-        } else {
-            locate(
-                self.deviations[0].in_tolerances(f.current_deviation),
-                self.deviations[1].in_tolerances(f.speed_deviation),
-            )
-        };
-        let mut strongest: Option<Alarm> = None;
-        for (cause, ratio) in called {
-            let Some(ratio) = ratio else { continue };
-            if strongest.is_none_or(|s| ratio > s.ratio) {
-                strongest = Some(Alarm { cause, kind, ratio });
-            }
-        }
-        // Sparks take voltage, which moves current and speed, too, and more.
-        if called[2].1.is_some()
-            && let Some(alarm) = &mut strongest
-        {
-            *alarm = Alarm { cause: Cause::Sparking, kind: Kind::Electrical, ..*alarm };
-        }
-        strongest
+        told
     }
 
     /// The verdict so far; once a motor has failed it stays so.
     pub fn verdict(&self) -> Verdict {
-        if self.called {
-            Verdict::Fail
-        } else if self.judged >= self.settings.fewest_periods {
-            Verdict::Pass
-        } else {
-            Verdict::CannotJudge
-        }
+        self.judge.verdict()
     }
 }

@@ -55,6 +55,6 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
         balance.friction += at.speed.abs().times(self.viscous);
-        balance.friction = balance.friction.plus(self.dry * at.direction * at.direction);
+        balance.dry_asymmetry += self.dry;
     }
 }

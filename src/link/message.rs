@@ -164,7 +164,7 @@ pub struct Judged {
     pub first: u32,
     /// Periods before it in the test; a gap to the message before is the number of messages lost.
     pub index: u32,
-    /// Number of the first sample after it.
+    /// Number of the sample with which it was judged, [`STEPS`](crate::detector::STEPS) after the first one that follows it.
     pub sample: u32,
     /// What it has brought.
     pub period: Period,

@@ -2,6 +2,7 @@
 
 use crate::effects::{Acts, Effect, MAX_EFFECTS, Memory, Passed};
 use crate::motor::State;
+use crate::motor::gradient::Gradient;
 use crate::motor::parameters::{FluxLaw, ParameterError, Parameters};
 use crate::scalar::Scalar;
 use crate::term::{Op, Target, Term};
@@ -13,8 +14,6 @@ pub struct OperatingPoint<N: Scalar> {
     pub current: N,
     /// ω, rad/s.
     pub speed: N,
-    /// Direction of motion, or at standstill of the incipient motion: −1, 0 (held by dry friction), 1.
-    pub direction: N::Base,
     /// u, the supply voltage as it is recorded, V.
     pub voltage: N,
     /// du/dt, V/s.
@@ -23,14 +22,14 @@ pub struct OperatingPoint<N: Scalar> {
 
 impl<N: Scalar> OperatingPoint<N> {
     /// A point without a supply, as the mechanical side sees it.
-    pub fn unsupplied(current: N, speed: N, direction: N::Base) -> Self {
-        Self { current, speed, direction, voltage: N::ZERO, voltage_rate: N::Base::ZERO }
+    pub fn unsupplied(current: N, speed: N) -> Self {
+        Self { current, speed, voltage: N::ZERO, voltage_rate: N::Base::ZERO }
     }
 }
 
 /// What effects act on; each starts as the base model has it and is changed by the effects in the catalogue's order.
 #[derive(Debug, Clone, Copy)]
-pub struct Balance<N> {
+pub struct Balance<N: Scalar> {
     /// Current that magnetises a series motor, A: i, changed by remanence and hysteresis.
     pub magnetising: N,
     /// Flux per magnetising current (series) or flux (permanent magnets), relative to the base model's: 1 without effects.
@@ -53,6 +52,8 @@ pub struct Balance<N> {
     pub torque: N,
     /// Dry friction, N m, as a magnitude that opposes motion.
     pub dry_friction: N,
+    /// By how much dry friction is larger forwards, and smaller backwards, N m; at rest it is not.
+    pub dry_asymmetry: N::Base,
     /// Viscous friction μ1, N m s/rad.
     pub viscous_friction: N,
     /// Turbulent friction μ2, N m s²/rad².
@@ -63,13 +64,15 @@ pub struct Balance<N> {
 
 /// Time derivatives of the states, and what the decision at standstill needs.
 #[derive(Debug, Clone, Copy)]
-pub struct Slopes<N> {
+pub struct Slopes<N: Scalar> {
     /// di/dt, A/s.
     pub current: N,
     /// dω/dt, rad/s².
     pub speed: N,
     /// Incremental inductance, H.
     pub inductance: N,
+    /// Direction of the motion: −1, 0 (held by dry friction), 1.
+    pub direction: N::Base,
 }
 
 /// A validated motor, ready to be stepped.
@@ -184,8 +187,20 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub fn balance<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Balance<N> {
         let mut balance = self.base(at);
+        self.contribute(at, memories, &mut balance);
+        balance
+    }
+
+    /// What effects and terms of the user's own change, in place: the balance has more numbers than the processor has registers.
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(
+        &self,
+        at: &OperatingPoint<N>,
+        memories: &Memories<S>,
+        balance: &mut Balance<N>,
+    ) {
         for (effect, memory) in self.effects.iter().zip(memories) {
-            effect.contribute(at, memory, &mut balance);
+            effect.contribute(at, memory, balance);
         }
         for term in &self.terms {
             let value = term.value(at.current, at.speed, at.voltage);
@@ -194,7 +209,6 @@ impl<S: Scalar<Base = S>> Motor<S> {
                 Target::Torque => balance.friction += value,
             }
         }
-        balance
     }
 
     /// The terms without effects.
@@ -213,28 +227,30 @@ impl<S: Scalar<Base = S>> Motor<S> {
             voltage: N::ZERO,
             torque: N::ZERO,
             dry_friction: N::lift(p.dry_friction),
+            dry_asymmetry: S::ZERO,
             viscous_friction: N::lift(p.viscous_friction),
             turbulent_friction: N::lift(p.turbulent_friction),
             friction: N::ZERO,
         }
     }
 
-    /// Rate of di/dt by time, A/s², while the voltage goes from that of `at` to `to` within `interval` seconds. `inductance` is
-    /// that at `at`.
+    /// Rate of di/dt by time, A/s², while the voltage goes from that of `at` to `to` within `interval` seconds. `slopes` are
+    /// those at `at`.
     #[inline(always)]
     pub(crate) fn drift(
         &self,
         at: &OperatingPoint<S>,
         to: S,
         inverse_interval: S,
-        inductance: S,
+        slopes: &Slopes<Gradient<S>>,
         memories: &Memories<S>,
     ) -> S {
         if self.bends_supply {
             let ahead = OperatingPoint { voltage: to, ..*at };
-            (self.slopes(&ahead, memories).current - self.slopes(at, memories).current) * inverse_interval
+            let current = |at| self.slopes(at, Some(slopes.direction), memories).current;
+            (current(&ahead) - current(at)) * inverse_interval
         } else {
-            at.voltage_rate / inductance
+            at.voltage_rate / slopes.inductance.value
         }
     }
 
@@ -254,17 +270,33 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// Flux that lags by T, with a share χ of the inductance, is φ − T dφ/dt and λ − χ T L d²i/dt² to first order in T. With
     /// the derivative of the voltage balance for L d²i/dt² both stay algebraic:
     /// `(L − K φ' T ω + χ T (R + K φ' ω)) di/dt = u + χ T du/dt − R i − K φ ω − v`.
+    ///
+    /// Without a `direction` the rotor is at rest, and the balance of torques decides: it begins to move if the driving torque
+    /// exceeds the dry friction.
     #[inline(always)]
-    pub fn slopes<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memories: &Memories<S>) -> Slopes<N> {
+    pub fn slopes<N: Scalar<Base = S>>(
+        &self,
+        at: &OperatingPoint<N>,
+        direction: Option<S>,
+        memories: &Memories<S>,
+    ) -> Slopes<N> {
         if self.effects.is_empty() && self.terms.is_empty() {
-            self.slopes_of(at, &self.base(at), false)
+            self.slopes_of(at, direction, &self.base(at), false)
         } else {
-            self.slopes_of(at, &self.balance(at, memories), self.lags)
+            let mut balance = self.base(at);
+            self.contribute(at, memories, &mut balance);
+            self.slopes_of(at, direction, &balance, self.lags)
         }
     }
 
     #[inline(always)]
-    fn slopes_of<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, b: &Balance<N>, lags: bool) -> Slopes<N> {
+    fn slopes_of<N: Scalar<Base = S>>(
+        &self,
+        at: &OperatingPoint<N>,
+        direction: Option<S>,
+        b: &Balance<N>,
+        lags: bool,
+    ) -> Slopes<N> {
         let linkage = self.linkage(b);
         let mut inductance = b.inductance;
         let mut left = b.supply - b.resistance * at.current - linkage * at.speed - b.voltage;
@@ -283,42 +315,39 @@ impl<S: Scalar<Base = S>> Motor<S> {
             lagged -= slope * b.flux_lag * current;
         }
         let friction = (b.viscous_friction + b.turbulent_friction * at.speed.abs()) * at.speed + b.friction;
-        Slopes {
-            current,
-            speed: (lagged * at.current + b.torque - b.dry_friction.times(at.direction) - friction)
-                .times(self.inverse_inertia),
-            inductance,
-        }
+        let torque = lagged * at.current + b.torque - friction;
+        let direction = direction.unwrap_or_else(|| incipient(torque.value(), b.dry_friction.value()));
+        let dry_friction = b.dry_friction.plus(b.dry_asymmetry * direction).times(direction);
+        Slopes { current, speed: (torque - dry_friction).times(self.inverse_inertia), inductance, direction }
     }
 
     /// The torque, N m, that has to be applied from outside (or by the current) for a given motion: friction less the
     /// driving torques of effects, without J dω/dt and K φ i.
     pub fn load_torque(&self, speed: S, direction: S) -> S {
-        let at = OperatingPoint::unsupplied(S::ZERO, speed, direction);
+        let at = OperatingPoint::unsupplied(S::ZERO, speed);
         let b = self.balance(&at, &[Memory::default(); MAX_EFFECTS]);
-        (b.viscous_friction + b.turbulent_friction * speed.abs()) * speed + b.friction + direction * b.dry_friction
+        (b.viscous_friction + b.turbulent_friction * speed.abs()) * speed
+            + b.friction
+            + direction * (b.dry_friction + b.dry_asymmetry * direction)
             - b.torque
     }
 
-    /// The direction in which the motor moves or, at standstill, is about to move: the driving torque has to exceed
-    /// the dry friction, else the rotor sticks and the answer is 0.
-    #[inline(always)]
-    pub fn direction(&self, current: S, speed: S, memories: &Memories<S>) -> S {
-        if speed > S::ZERO {
-            return S::ONE;
-        }
-        if speed < S::ZERO {
-            return -S::ONE;
-        }
-        let at = OperatingPoint::unsupplied(current, speed, S::ZERO);
-        let b = self.balance(&at, memories);
+    /// The direction in which a rotor at rest is about to move; 0: dry friction holds it. And the dry friction, N m.
+    pub(crate) fn breaking_away(&self, current: S, memories: &Memories<S>) -> (S, S) {
+        let b = self.balance(&OperatingPoint::unsupplied(current, S::ZERO), memories);
         let torque = self.linkage(&b) * current + b.torque - b.friction;
-        if torque > b.dry_friction {
-            S::ONE
-        } else if torque < -b.dry_friction {
-            -S::ONE
-        } else {
-            S::ZERO
-        }
+        (incipient(torque, b.dry_friction), b.dry_friction)
+    }
+}
+
+/// The direction of the motion that a torque begins: 0 unless it exceeds the dry friction.
+#[inline(always)]
+fn incipient<S: Scalar>(torque: S, dry_friction: S) -> S {
+    if torque > dry_friction {
+        S::ONE
+    } else if torque < -dry_friction {
+        -S::ONE
+    } else {
+        S::ZERO
     }
 }

@@ -212,24 +212,22 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             self.rounding.current = S::ZERO;
         }
         let State { current, speed } = self.state;
-        let direction = self.motor.direction(current, speed, &self.memories);
         let before = self.state;
-        let rotor_held = constraints.speed.is_some() || (speed == S::ZERO && direction == S::ZERO);
-
         let rate = (to - from) * self.inverse_interval;
         let here = OperatingPoint {
             current: Gradient::current(current),
             speed: Gradient::speed(speed),
-            direction,
             voltage: Gradient::lift(from),
             voltage_rate: rate,
         };
-        let slopes = self.motor.slopes(&here, &self.memories);
+        let slopes = self.motor.slopes(&here, moving(speed), &self.memories);
+        let direction = slopes.direction;
+        let rotor_held = constraints.speed.is_some() || direction == S::ZERO;
         let mut f = [slopes.current.value, slopes.speed.value];
         let mut jacobian =
             [[slopes.current.by_current, slopes.current.by_speed], [slopes.speed.by_current, slopes.speed.by_speed]];
-        let begin = OperatingPoint { current, speed, direction, voltage: from, voltage_rate: rate };
-        let mut drift = self.motor.drift(&begin, to, self.inverse_interval, slopes.inductance.value, &self.memories);
+        let begin = OperatingPoint { current, speed, voltage: from, voltage_rate: rate };
+        let mut drift = self.motor.drift(&begin, to, self.inverse_interval, &slopes, &self.memories);
         if constraints.current.is_some() {
             (f[0], jacobian[0], drift) = (S::ZERO, [S::ZERO; 2], S::ZERO);
         }
@@ -244,11 +242,10 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let second = OperatingPoint {
             current: current + k1[0],
             speed: speed + k1[1],
-            direction,
             voltage: from + (to - from) * S::constant(GAMMA),
             voltage_rate: rate,
         };
-        let slopes = self.motor.slopes(&second, &self.memories);
+        let slopes = self.motor.slopes(&second, Some(direction), &self.memories);
         let f = [
             if constraints.current.is_some() { S::ZERO } else { slopes.current },
             if rotor_held { S::ZERO } else { slopes.speed },
@@ -279,14 +276,26 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;
         let reversed = -direction;
-        if self.motor.direction(current, S::ZERO, &self.memories) != reversed {
+        let (incipient, dry_friction) = self.motor.breaking_away(current, &self.memories);
+        if incipient != reversed {
             return S::ZERO;
         }
         let share_after = crossed / (crossed - before);
-        let at = OperatingPoint::unsupplied(current, S::ZERO, reversed);
-        let friction = self.motor.balance(&at, &self.memories).dry_friction / self.motor.parameters().inertia;
+        let friction = dry_friction / self.motor.parameters().inertia;
         let corrected = crossed - reversed * S::constant(2.0) * friction * self.interval * share_after;
         if corrected * reversed > S::ZERO { corrected } else { S::ZERO }
+    }
+}
+
+/// The direction of a motion; none at rest.
+#[inline(always)]
+fn moving<S: Scalar>(speed: S) -> Option<S> {
+    if speed > S::ZERO {
+        Some(S::ONE)
+    } else if speed < S::ZERO {
+        Some(-S::ONE)
+    } else {
+        None
     }
 }
 

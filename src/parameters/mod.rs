@@ -87,15 +87,16 @@ impl Default for Settings {
     }
 }
 
-/// What the sampling interrupt runs with.
+/// What the sampling interrupt runs with. In this order, as in [`Tick`].
 #[derive(Debug, Clone)]
+#[repr(C)]
 pub struct Active {
+    /// What judges the motor, if it has limits.
+    pub detector: Option<Detector>,
     /// Counts to SI units.
     pub calibration: Calibration,
     /// Model and filters, at rest.
     pub tick: Tick,
-    /// What judges the motor, if it has limits.
-    pub detector: Option<Detector>,
 }
 
 impl Settings {

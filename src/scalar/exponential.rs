@@ -1,10 +1,13 @@
-//! The exponential, without branches and divisions: it is the dearest function of the model's smooth steps and of the
-//! stepper, and most of a diagnosis went into that of `libm`.
+//! The exponential, without divisions, and without branches where arguments usually are: it is the dearest function of the
+//! model's smooth steps and of the stepper, and most of a diagnosis went into that of `libm`.
 //!
 //! `e^x = 2^n · e^r` with `n` the whole number nearest to `x / ln 2`, so that `|r| ≤ ½ ln 2`; `ln 2` is taken off in two parts,
 //! of which `n` times the first is exact (Cody and Waite, *Software Manual for the Elementary Functions*, 1980, chapter 6).
-//! `2^n` is multiplied in as two halves, so that results below the smallest normal number and beyond the largest come out as
-//! IEEE 754 rounds them. NaN stays NaN.
+//! In double precision `2^n` is multiplied in as two halves, so that results below the smallest normal number and beyond the
+//! largest come out as IEEE 754 rounds them; in single precision it is added to the exponent, and results below the smallest normal
+//! number are zero. NaN stays NaN.
+
+use core::f32::consts::{LN_2, LOG2_E};
 
 /// Adding and subtracting 1.5 · 2^52 rounds to a whole number, which then stands in the low bits.
 const ROUND_F64: f64 = 6_755_399_441_055_744.0;
@@ -44,24 +47,22 @@ pub(super) fn single(x: f32) -> f32 {
     /// `ln 2` less `FIRST`.
     const REST: f32 = -2.121_944_4e-4;
     const C: [f32; 5] = [0.499_999_94, 0.166_665_12, 0.041_668_393, 0.008_368_781, 0.001_381_446_6];
-    let x = x.clamp(-104.0, 89.0);
-    let shifted = x * core::f32::consts::LOG2_E + ROUND_F32;
-    let n = shifted - ROUND_F32;
-    let r = (x - n * FIRST) - n * REST;
-    let series = 1.0 + (r + r * r * (C[0] + r * (C[1] + r * (C[2] + r * (C[3] + r * C[4])))));
-    let n = shifted.to_bits().wrapping_sub(ROUND_F32.to_bits()) as i32;
-    let half = n >> 1;
-    series * power_of_two_f32(half) * power_of_two_f32(n - half)
+    // From 2^-126 to 2^128.
+    if (x - LN_2).abs() < 127.0 * LN_2 {
+        let shifted = x * LOG2_E + ROUND_F32;
+        let n = shifted - ROUND_F32;
+        let r = (x - n * FIRST) - n * REST;
+        let series = 1.0 + (r + r * r * (C[0] + r * (C[1] + r * (C[2] + r * (C[3] + r * C[4])))));
+        f32::from_bits(series.to_bits().wrapping_add(shifted.to_bits() << 23))
+    } else if x < 0.0 {
+        0.0
+    } else {
+        x * f32::INFINITY
+    }
 }
 
 /// `2^n`, `|n| ≤ 1,022`.
 #[inline(always)]
 fn power_of_two_f64(n: i32) -> f64 {
     f64::from_bits((i64::from(n + 1_023) as u64) << 52)
-}
-
-/// `2^n`, `|n| ≤ 126`.
-#[inline(always)]
-fn power_of_two_f32(n: i32) -> f32 {
-    f32::from_bits(((n + 127) as u32) << 23)
 }

@@ -298,8 +298,8 @@ fn voltage_at(effect: Effect<f64>, current: f64, speed: f64) -> f64 {
     let motor = motor(effect);
     let memories = motor.memories_at_start(State { current, speed });
     let slope = |voltage| {
-        let at = OperatingPoint { voltage, ..OperatingPoint::unsupplied(current, speed, speed.signum()) };
-        motor.slopes(&at, &memories).current
+        let at = OperatingPoint { voltage, ..OperatingPoint::unsupplied(current, speed) };
+        motor.slopes(&at, Some(speed.signum()), &memories).current
     };
     let (low, high) = (slope(100.0), slope(300.0));
     100.0 - low * 200.0 / (high - low)
@@ -310,9 +310,10 @@ fn torque(effect: Effect<f64>, current: f64, speed: f64) -> f64 {
     let of = |motor: &Motor<f64>| {
         let at = OperatingPoint {
             voltage: 2.2 * current + 9.45e-3 * current * speed,
-            ..OperatingPoint::unsupplied(current, speed, if speed == 0.0 { 0.0 } else { speed.signum() })
+            ..OperatingPoint::unsupplied(current, speed)
         };
-        motor.slopes(&at, &motor.memories_at_start(State { current, speed })).speed * UNIVERSAL.inertia
+        let direction = if speed == 0.0 { 0.0 } else { speed.signum() };
+        motor.slopes(&at, Some(direction), &motor.memories_at_start(State { current, speed })).speed * UNIVERSAL.inertia
     };
     of(&motor(effect)) - of(&motor(None))
 }
@@ -429,9 +430,8 @@ fn hysteresis_forgets_with_the_current_alone() {
     let (coercive, width) = (0.5, 3.0);
     let effect = Effect::Hysteresis(Hysteresis { coercive, width, linked: 0.6 });
     let motor = motor(effect);
-    let magnetising = |memories: &Memories<f64>, i: f64| {
-        motor.balance(&OperatingPoint::unsupplied(i, 0.0, 0.0), memories).magnetising
-    };
+    let magnetising =
+        |memories: &Memories<f64>, i: f64| motor.balance(&OperatingPoint::unsupplied(i, 0.0), memories).magnetising;
     // 1e-5: the width counts as 1 µA larger.
     for steps in [1, 7, 500] {
         let top = 3.0 * width * coercive;
@@ -466,7 +466,7 @@ fn hysteresis_loop_has_its_area() {
     for n in 0..60_000 {
         let passed = Passed { interval: H, before: carrying(at(n)), after: carrying(at(n + 1)) };
         motor.advance(&passed, &mut memories);
-        let magnetising = motor.balance(&OperatingPoint::unsupplied(at(n + 1), 0.0, 0.0), &memories).magnetising;
+        let magnetising = motor.balance(&OperatingPoint::unsupplied(at(n + 1), 0.0), &memories).magnetising;
         let next = (at(n + 1) - magnetising) / coercive;
         if n >= 40_000 {
             area += 0.5 * (z + next) * (at(n + 1) - at(n));
@@ -491,8 +491,8 @@ fn eddy_currents_delay_torque_and_inductive_voltage() {
         if n >= 20_000 {
             let angle = w * f64::from(n + 1) * 1e-5;
             let voltage_rate = 50.0 * w * angle.cos();
-            let at = OperatingPoint { voltage: u(n + 1), voltage_rate, ..OperatingPoint::unsupplied(i, 0.0, 0.0) };
-            let m = motor.slopes(&at, &motor.memories_at_start(State::default())).speed * UNIVERSAL.inertia;
+            let at = OperatingPoint { voltage: u(n + 1), voltage_rate, ..OperatingPoint::unsupplied(i, 0.0) };
+            let m = motor.slopes(&at, Some(0.0), &motor.memories_at_start(State::default())).speed * UNIVERSAL.inertia;
             for (sums, value, order) in [(&mut current, i, 1.0), (&mut torque, m, 2.0)] {
                 sums[0] += value * (order * angle).cos() / 1000.0;
                 sums[1] += value * (order * angle).sin() / 1000.0;
@@ -519,12 +519,9 @@ fn transformer_emf_fades_with_the_speed() {
     // At the fading speed it is an eddy current of half the lag, at standstill of all of it.
     let slopes = |effect, speed| {
         let motor = motor(effect);
-        let at = OperatingPoint {
-            voltage: 150.0,
-            voltage_rate: 3e4,
-            ..OperatingPoint::unsupplied(4.0, speed, if speed == 0.0 { 0.0 } else { 1.0 })
-        };
-        let slopes = motor.slopes(&at, &motor.memories_at_start(State::default()));
+        let at = OperatingPoint { voltage: 150.0, voltage_rate: 3e4, ..OperatingPoint::unsupplied(4.0, speed) };
+        let direction = if speed == 0.0 { 0.0 } else { 1.0 };
+        let slopes = motor.slopes(&at, Some(direction), &motor.memories_at_start(State::default()));
         (slopes.current, slopes.speed)
     };
     let transformer = Effect::TransformerEmf(TransformerEmf { lag: 2e-4, fading: 1000.0, linked: 0.6 });
@@ -607,7 +604,7 @@ fn winding_warms_to_heat_times_time() {
     let motor = motor(Effect::WindingTemperature(WindingTemperature { heating, time }));
     let resistance = |steps| {
         let memories = after(&motor, carrying(current), steps, |_| carrying(current));
-        motor.balance(&OperatingPoint::unsupplied(current, 0.0, 0.0), &memories).resistance
+        motor.balance(&OperatingPoint::unsupplied(current, 0.0), &memories).resistance
     };
     let rise = heating * current * current * time;
     near(resistance(400_000), 2.2 * (1.0 + rise), 1e-8);
@@ -615,7 +612,7 @@ fn winding_warms_to_heat_times_time() {
     near(resistance(20_000) / 2.2 - 1.0, rise * (1.0 - 1.0 / E), 2.5e-5);
     // A triangle heats with a third of the square of its peak.
     let swings = after(&motor, carrying(0.0), 100, |t| carrying(8.0 * t / 0.01));
-    let risen = motor.balance(&OperatingPoint::unsupplied(0.0, 0.0, 0.0), &swings).resistance / 2.2 - 1.0;
+    let risen = motor.balance(&OperatingPoint::unsupplied(0.0, 0.0), &swings).resistance / 2.2 - 1.0;
     // Cooling over 10 ms takes a quarter of 10 ms/τ, but for h/(2τ) = 2.5e-5 as above.
     near(risen, heating * 64.0 / 3.0 * 0.01 * (1.0 - 0.01 / time / 4.0), 3e-5);
 }
@@ -625,7 +622,7 @@ fn bearings_warm_up() {
     let motor = motor(Effect::BearingWarmup(BearingWarmup { excess: 2.0, time: 3.0 }));
     let balance = |steps| {
         let memories = after(&motor, State::default(), steps, |_| State::default());
-        motor.balance(&OperatingPoint::unsupplied(0.0, 100.0, 1.0), &memories)
+        motor.balance(&OperatingPoint::unsupplied(0.0, 100.0), &memories)
     };
     for (steps, x) in [(0, 1.0), (30_000, 1.0 / E), (90_000, (-3f64).exp())] {
         near(balance(steps).dry_friction, 0.015 * (1.0 + 2.0 * x), 1e-9);
@@ -639,7 +636,7 @@ fn air_follows_the_fan_late() {
     let (share, time) = (0.4, 0.05);
     let motor = motor(Effect::FanDynamics(FanDynamics { share, time }));
     let load = |memories: &Memories<f64>, speed: f64| {
-        let b = motor.balance(&OperatingPoint::unsupplied(0.0, speed, 1.0), memories);
+        let b = motor.balance(&OperatingPoint::unsupplied(0.0, speed), memories);
         b.turbulent_friction * speed * speed.abs() + b.friction
     };
     // The speed jumps from 0 to 3000 rad/s and stays for τ.
@@ -662,7 +659,7 @@ fn ripples_go_with_the_angle() {
     let tacho = motor(Effect::SpeedRipple(SpeedRipple { cosine: 0.01, sine: 0.02 }));
     let driven = |motor: &Motor<f64>, steps| {
         let memories = after(motor, moving(speed), steps, |_| moving(speed));
-        motor.balance(&OperatingPoint::unsupplied(0.0, speed, 1.0), &memories).torque
+        motor.balance(&OperatingPoint::unsupplied(0.0, speed), &memories).torque
     };
     for (quarters, once, thrice) in [(0, 0.01, 0.01), (1, 0.02, -0.02), (2, -0.01, -0.01), (3, -0.02, 0.02)] {
         // Also ten turns later: the angle is wrapped without loss.

@@ -260,14 +260,8 @@ fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>
             let passed = Passed { interval: e.interval_s, before: state(n - 1), after: state(n) };
             motor.advance(&passed, &mut memories);
         }
-        let at = OperatingPoint {
-            current: i[n],
-            speed: w[n],
-            direction: direction[n],
-            voltage: e.input[n],
-            voltage_rate: du[n],
-        };
-        let slopes = motor.slopes(&at, &memories);
+        let at = OperatingPoint { current: i[n], speed: w[n], voltage: e.input[n], voltage_rate: du[n] };
+        let slopes = motor.slopes(&at, Some(direction[n]), &memories);
         voltage.push(slopes.inductance * (slopes.current - di[n]));
         let inertia = motor.parameters().inertia;
         torque.push(inertia * (slopes.speed - dw[n]));

@@ -250,7 +250,7 @@ impl<'a> MotionPart<'a> {
                     return torque - e.input[n];
                 }
                 let current = torque / p.flux_coefficient;
-                let at = OperatingPoint { current, speed, direction, voltage: e.input[n], voltage_rate: 0.0 };
+                let at = OperatingPoint { current, speed, voltage: e.input[n], voltage_rate: 0.0 };
                 let b = motor.balance(&at, &memories);
                 b.resistance * current + motor.linkage(&b) * speed + b.voltage - b.supply
             })
@@ -337,11 +337,10 @@ impl<'a> MotorPart<'a> {
             let at = OperatingPoint {
                 current: state.current,
                 speed: state.speed,
-                direction: self.directions[n],
                 voltage: e.input[n],
                 voltage_rate: self.voltage_rate[n],
             };
-            let slopes = motor.slopes(&at, &memories);
+            let slopes = motor.slopes(&at, Some(self.directions[n]), &memories);
             let left = slopes.inductance * (current_rate[n] - slopes.current);
             if n == 0 {
                 filter.reset_to(left);

@@ -71,7 +71,7 @@ pub fn linkage(motor: &Motor<f64>, peak: f64, speed: f64) -> f64 {
         motor.advance(&Passed { interval: INTERVAL_S, before, after }, &mut memories);
         before = after;
     }
-    let balance = motor.balance(&OperatingPoint::unsupplied(peak, speed, speed.signum()), &memories);
+    let balance = motor.balance(&OperatingPoint::unsupplied(peak, speed), &memories);
     motor.linkage(&balance)
 }
 

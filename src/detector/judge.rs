@@ -1,0 +1,159 @@
+//! The judgement of a period that has ended: a step with each of the next samples, in this order.
+//!
+//! | steps | what |
+//! | --- | --- |
+//! | 10 | a feature each |
+//! | 1 | whether the period is judged; abrupt changes |
+//! | 7 | a cause of an alarm each |
+//! | 1 | where the fault sits |
+//! | 1 | the period is told |
+
+use super::features::FEATURES;
+use super::{
+    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Settings, Sums, Tolerance, Verdict, isolation::locate,
+};
+
+/// Samples after a period's end with the last of which it has been judged: less than the shortest period at any sampling rate.
+pub const STEPS: usize = FEATURES + CAUSES + 3;
+
+const CAUSES: usize = Cause::ALL.len();
+
+/// Validity of the correction below which a period is not judged.
+const LEAST_VALIDITY: f32 = 0.9;
+
+/// What is watched, and the period that is being judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Judge {
+    settings: Settings,
+    watches: [Fast; 5],
+    jumps: [Jump; 2],
+    deviations: [Cumulative; 2],
+    judged: u32,
+    called: bool,
+    /// The next step; [`STEPS`]: nothing is to be done.
+    step: usize,
+    sums: Sums,
+    starting: bool,
+    features: [f32; FEATURES],
+    period: Period,
+}
+
+impl Judge {
+    /// Nothing has been judged.
+    pub fn new(settings: Settings) -> Self {
+        let l = settings.limits;
+        let tolerance = |[centre, half_width]: [f32; 2]| Cumulative::new(Tolerance { centre, half_width });
+        Self {
+            watches: [l.current, l.speed, l.sparking, l.current_jump, l.speed_jump].map(Fast::new),
+            jumps: [Jump::default(); 2],
+            deviations: [tolerance(l.current_deviation), tolerance(l.speed_deviation)],
+            settings,
+            judged: 0,
+            called: false,
+            step: STEPS,
+            sums: Sums::default(),
+            starting: false,
+            features: [0.0; FEATURES],
+            period: Period { features: Features::default(), jumps: [0.0; 2], judged: false, alarm: None },
+        }
+    }
+
+    /// Begins with the sums of a period that has ended; one during the start is not judged.
+    #[inline]
+    pub fn begin(&mut self, sums: Sums, starting: bool) {
+        (self.sums, self.starting, self.step) = (sums, starting, 0);
+    }
+
+    /// Makes a step; gives the period with the last one.
+    #[inline]
+    pub fn step(&mut self) -> Option<Period> {
+        let step = self.step;
+        if step == STEPS {
+            return None;
+        }
+        self.step = step + 1;
+        if let Some(feature) = self.features.get_mut(step) {
+            *feature = self.sums.feature(step);
+        } else if step == FEATURES {
+            self.admit();
+        } else if step == STEPS - 2 {
+            self.conclude();
+        } else if let Some(&cause) = Cause::ALL.get(step - FEATURES - 1) {
+            self.watch(cause);
+        } else {
+            return Some(self.period);
+        }
+        None
+    }
+
+    /// Whether the period is judged, and what has changed abruptly.
+    fn admit(&mut self) {
+        let (s, f) = (&self.settings, Features::of(self.features));
+        let judged = !self.starting
+            && f.voltage_rms >= s.least_voltage * s.nominal_voltage
+            && f.voltage_rms <= s.most_voltage * s.nominal_voltage
+            && f.speed_mean.abs() >= s.least_speed
+            && f.validity >= LEAST_VALIDITY;
+        let [current, speed] = &mut self.jumps;
+        let jumps = if judged {
+            [current.process(f.current_deviation), speed.process(f.speed_deviation)]
+        } else {
+            current.reset();
+            speed.reset();
+            [0.0; 2]
+        };
+        self.period = Period { features: f, jumps, judged, alarm: None };
+    }
+
+    /// Lets a cause call; the strongest one is kept.
+    fn watch(&mut self, cause: Cause) {
+        let Period { features: f, jumps, judged, alarm } = &mut self.period;
+        if !*judged {
+            return;
+        }
+        let ratio = match cause {
+            Cause::CurrentError => self.watches[0].process(f.current),
+            Cause::SpeedError => self.watches[1].process(f.speed),
+            Cause::Sparking => self.watches[2].process(f.sparking),
+            Cause::CurrentJump => self.watches[3].process(jumps[0].abs()),
+            Cause::SpeedJump => self.watches[4].process(jumps[1].abs()),
+            Cause::CurrentDeviation => self.deviations[0].process(f.current_deviation).map(f32::abs),
+            Cause::SpeedDeviation => self.deviations[1].process(f.speed_deviation).map(f32::abs),
+        };
+        if let Some(ratio) = ratio
+            && alarm.is_none_or(|strongest| ratio > strongest.ratio)
+        {
+            *alarm = Some(Alarm { cause, kind: Kind::Sensor, ratio });
+        }
+    }
+
+    /// Counts the period, and says where the fault sits if a cause has called.
+    fn conclude(&mut self) {
+        let Period { features: f, jumps, judged, alarm } = &mut self.period;
+        self.judged += u32::from(*judged);
+        let Some(alarm) = alarm else { return };
+        self.called = true;
+        let [_, _, sparking, current_jump, speed_jump] = self.watches.each_ref().map(Fast::calls);
+        alarm.kind = if sparking {
+            // Sparks take voltage, which moves current and speed, too, and more.
+            alarm.cause = Cause::Sparking;
+            Kind::Electrical
+        } else if current_jump || speed_jump {
+            locate(jumps[0], jumps[1])
+        } else {
+            let [current, speed] = &self.deviations;
+            locate(current.in_tolerances(f.current_deviation), speed.in_tolerances(f.speed_deviation))
+        };
+    }
+
+    /// The verdict so far; once a motor has failed it stays so.
+    pub fn verdict(&self) -> Verdict {
+        if self.called {
+            Verdict::Fail
+        } else if self.judged >= self.settings.fewest_periods {
+            Verdict::Pass
+        } else {
+            Verdict::CannotJudge
+        }
+    }
+}
