@@ -11,6 +11,10 @@ use super::lead::Lead;
 use super::samples::Finding;
 use super::screening::Holds;
 
+/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
+/// most 1.04.
+const EXACT: f64 = 1.08;
+
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -82,8 +86,8 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
     classes.dedup();
     let complete = ladder.is_explained();
     let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
-    let offsets = OFFSETS.iter().filter(|id| ladder.found.contains(id)).count();
-    if offsets >= 2 && !holds.standstill {
+    let doubt = if holds.standstill { None } else { doubt_of_offsets(ladder) };
+    if doubt.is_some() {
         rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
     }
     let found = !effects.is_empty();
@@ -99,7 +103,7 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
     let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
     match (found, complete) {
         (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, sizes, text),
-        (true, _) if !rivals.is_empty() || (offsets >= 2 && !holds.standstill) => {
+        (true, _) if !rivals.is_empty() || doubt.is_some() => {
             for id in rivals.iter().map(|id| default_member(id)) {
                 if !effects.contains(&id) {
                     effects.push(id);
@@ -109,16 +113,12 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
                 description(id).map(|d| d.separated_by.to_owned())
             });
             let next = next.or_else(|| Some("a locked rotor, and a coast-down with the supply open".to_owned()));
-            text.push(if offsets >= 2 && !holds.standstill {
-                "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \
-                 part of the third"
-                    .to_owned()
-            } else {
+            text.push(doubt.unwrap_or_else(|| {
                 format!(
                     "{} would explain these data as well; another recording would tell",
                     rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
                 )
-            });
+            }));
             Verdict { kind: VerdictKind::Ambiguous, effects, classes, sizes, text: text.join("\n"), next_experiment: next }
         }
         (true, _) => {
@@ -165,6 +165,25 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
         },
         (false, false) => outside(ladder, lead, sizes, text),
     }
+}
+
+/// Why offsets that were found on a closed supply may be others.
+fn doubt_of_offsets(ladder: &Ladder) -> Option<String> {
+    let offsets = ladder.found.iter().filter(|id| OFFSETS.contains(id)).count();
+    if offsets >= 2 {
+        return Some(
+            "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \
+             part of the third"
+                .to_owned(),
+        );
+    }
+    let left = ladder.free_run.map_or(1.0, |(_, after)| after.electrical);
+    (offsets == 1 && ladder.found.len() == 1 && left > EXACT).then(|| {
+        format!(
+            "an offset has no other form, yet {left:.2} times what does not repeat is left of the current's error: remanence, \
+             current offset and voltage offset look alike while the motor runs on a closed supply"
+        )
+    })
 }
 
 /// A candidate of the first step that would explain everything, and that only one objection keeps from being named.
