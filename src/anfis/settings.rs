@@ -87,6 +87,7 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
+/// 2^(1/4): z with it gives z² √2.
 const FOURTH_ROOT_OF_TWO: f64 = 1.189_207_115_002_721;
 
 fn check(ok: bool, name: &'static str, index: usize, required: &'static str) -> Result<(), SettingsError> {

@@ -143,9 +143,9 @@ pub struct Ladder {
 }
 
 impl Ladder {
-    /// Whether every effect that was added is still there.
-    pub fn has_lost_none(&self) -> bool {
-        self.steps.iter().map(|s| s.winners.len()).sum::<usize>() == self.found.len()
+    /// Whether an effect that was added has been dropped since.
+    pub fn has_dropped(&self) -> bool {
+        self.steps.iter().map(|s| s.winners.len()).sum::<usize>() > self.found.len()
     }
 
     /// Whether nothing is left to explain, or nearly nothing of what there was, in the balances or in the free run.

@@ -137,7 +137,7 @@ impl<'a> SecondLook<'a> {
 
     /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
     fn again(&self, ladder: &Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
-        if ladder.has_lost_none() || ladder.found.is_empty() {
+        if !ladder.has_dropped() || ladder.found.is_empty() {
             return Ok(None);
         }
         let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
