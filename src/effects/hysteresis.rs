@@ -2,13 +2,16 @@
 //!
 //! The magnetising current is i − i_c z, where z runs from −1 to 1 with the history of the current alone (rate-independent):
 //! ```text
-//! dz/di = (1 − z sign(di/dt)) / (n i_c)
+//! dz/di = r (1 + e − z s)/((2 + e) i_c)  up to z = s,  s = sign(di/dt)
 //! ```
-//! which over a stretch of monotonic current is `z = s − (s − z₀) exp(−|i − i₀|/(n i_c))`, s = sign(i − i₀): exact for a
-//! step of any size, so that no time step limits it. The inductive voltage of the share c of the inductance follows:
-//! `dλ/di = L (1 − c i_c dz/di)`.
+//! which over a stretch of monotonic current is `z = s (1 + e) − (s (1 + e) − z₀) exp(−r |i − i₀|/((2 + e) i_c))`, ended at z = s:
+//! exact for a step of any size, so that no time step limits it. At a reversal from saturation the share r of the flux rests; then
+//! it follows the slower the nearer saturation is, with e = 0 for ever, else until a current at which the branch closes. This is
+//! what plays (Prandtl–Ishlinskii) do whose widths are distributed exponentially, with e up to a largest one; a large e is one
+//! play. The inductive voltage of the share c of the inductance follows: `dλ/di = L (1 − c i_c dz/di)`.
 //!
-//! Source: the Duhem model (P. Duhem 1897), of which this is the form of Bouc and Wen with exponent 1 and β = γ.
+//! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
+//! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
 use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative};
 use crate::motor::{Balance, OperatingPoint, State};
@@ -19,13 +22,15 @@ use crate::scalar::Scalar;
 pub struct Hysteresis<S> {
     /// i_c, A.
     pub coercive: S,
-    /// n.
-    pub width: S,
+    /// r.
+    pub resting: S,
+    /// e.
+    pub closing: S,
     /// c.
     pub linked: S,
 }
 
-/// Below this coercive current, A, the loop counts as closed; it keeps the width of the transition from zero.
+/// Below this coercive current, A, the loop counts as closed; it keeps the way of a reversal from zero.
 const CLOSED: f64 = 1e-6;
 
 impl<S: Scalar<Base = S>> Hysteresis<S> {
@@ -40,9 +45,14 @@ impl<S: Scalar<Base = S>> Hysteresis<S> {
         } else {
             memory[2]
         };
-        let steepness = S::ONE / (self.width * self.coercive + S::constant(CLOSED));
-        let z = gone.times(-(side * steepness)).exp().times(memory[0] - side).plus(side);
-        (z, z.times(-(side * steepness)).plus(steepness))
+        let aim = self.closing + S::ONE;
+        let steepness = self.resting / ((aim + S::ONE) * (self.coercive + S::constant(CLOSED)));
+        let z = gone.times(-(side * steepness)).exp().times(memory[0] - side * aim).plus(side * aim);
+        // What is closed stays so; rounding must not open it.
+        if z.value() * side > S::ONE || memory[0] * side >= S::ONE {
+            return (N::lift(side), N::ZERO);
+        }
+        (z, z.times(-(side * steepness)).plus(steepness * aim))
     }
 }
 
@@ -50,7 +60,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
     const DESCRIPTION: Description = Description {
         id: "hysteresis",
         name: "magnetic hysteresis",
-        equation: "φ(i − i_c z), dz/di = (1 − z sign(di/dt))/(n i_c); dλ/di = L (1 − c i_c dz/di)",
+        equation: "φ(i − i_c z), dz/di = r (1 + e − z s)/((2 + e) i_c) up to z = s, s = sign(di/dt); dλ/di = L (1 − c i_c dz/di)",
         acts: Acts::Both,
         motors: Motors::Series,
         parameters: &[
@@ -63,12 +73,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
                 meaning: "coercive current: half the width of the loop",
             },
             EffectParameter {
-                name: "hysteresis_width",
+                name: "hysteresis_resting",
                 unit: "1",
-                range: (2.0, 10.0),
-                start: 2.2,
+                range: (0.2, 1.0),
+                start: 0.9,
                 relative: Relative::Absolute,
-                meaning: "current that a reversal takes, in coercive currents; at 2 the flux rests at first",
+                meaning: "share of the flux that rests at first when the current turns round",
+            },
+            EffectParameter {
+                name: "hysteresis_closing",
+                unit: "1",
+                range: (0.0, 4.0),
+                start: 0.5,
+                relative: Relative::Absolute,
+                meaning: "how straight a branch comes to its end: 0 never quite, 1 after 3.3 coercive currents, 4 after 2.4 (r = 1)",
             },
             EffectParameter {
                 name: "hysteresis_linked",
@@ -83,11 +101,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
                     i²",
         confused_with: &["eddy_current", "channel_delay", "transformer_emf", "inductance_saturation"],
         separated_by: "slow DC ramps, where the loop stays and every lag in time vanishes; different amplitudes",
-        source: "Duhem model; Bouc and Wen with exponent 1",
+        source: "Duhem model; Bouc and Wen with exponent 1; plays of Prandtl and Ishlinskii",
         remembers: true,
         ..Description::USUAL
     };
-    fields!(coercive, width, linked);
+    fields!(coercive, resting, closing, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let (z, rise) = self.branch(at.current, memory);

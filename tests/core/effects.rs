@@ -418,8 +418,9 @@ fn flux_linkage_is_the_integral_of_the_inductance() {
     let square = (i / knee).powi(2);
     let flux = i * (1.0 - 0.8 * (1.0 - (1.0 + 1.5 * square + square * square).powf(-0.25)));
     near(l, 20e-3 * (0.4 * i + 0.6 * flux), 1e-7);
-    let (l, i) = linkage(Effect::Hysteresis(Hysteresis { coercive: 0.5, width: 3.0, linked: 0.6 }));
-    // 1e-6: the width counts as 1 µA larger, so that it can vanish.
+    let (l, i) =
+        linkage(Effect::Hysteresis(Hysteresis { coercive: 0.5, resting: 2.0 / 3.0, closing: 0.0, linked: 0.6 }));
+    // 1e-6: the coercive current counts as 1 µA larger where a reversal's way goes with it, so that it can vanish.
     near(l, 20e-3 * (i - 0.6 * 0.5 * (1.0 - (-i / 1.5).exp())), 1e-6);
     let (l, i) = linkage(Effect::SupplyImpedance(SupplyImpedance { resistance: 0.0, inductance: 5e-3 }));
     near(l, 25e-3 * i, 1e-7);
@@ -428,11 +429,11 @@ fn flux_linkage_is_the_integral_of_the_inductance() {
 #[test]
 fn hysteresis_forgets_with_the_current_alone() {
     let (coercive, width) = (0.5, 3.0);
-    let effect = Effect::Hysteresis(Hysteresis { coercive, width, linked: 0.6 });
+    let effect = Effect::Hysteresis(Hysteresis { coercive, resting: 2.0 / width, closing: 0.0, linked: 0.6 });
     let motor = motor(effect);
     let magnetising =
         |memories: &Memories<f64>, i: f64| motor.balance(&OperatingPoint::unsupplied(i, 0.0), memories).magnetising;
-    // 1e-5: the width counts as 1 µA larger.
+    // 1e-5: the coercive current counts as 1 µA larger.
     for steps in [1, 7, 500] {
         let top = 3.0 * width * coercive;
         let time = f64::from(steps) * H;
@@ -455,11 +456,47 @@ fn hysteresis_forgets_with_the_current_alone() {
 }
 
 #[test]
+fn hysteresis_is_that_of_plays() {
+    // A play of radius ρ lags by ρ and rests for 2 ρ after a reversal. Radii: none of them for 1 − r of the plays, then
+    // exponential with λ = (2 + e) i_c/(2 r), the largest λ ln((2 + e)/e): their mean is i_c.
+    const PLAYS: u32 = 4_000;
+    let (coercive, resting, closing, top) = (0.3, 0.8, 0.7, 4.0);
+    let motor = motor(Effect::Hysteresis(Hysteresis { coercive, resting, closing, linked: 0.6 }));
+    let scale = (2.0 + closing) * coercive / (2.0 * resting);
+    let largest = scale * f64::ln((2.0 + closing) / closing);
+    let radii: Vec<f64> = (0..PLAYS)
+        .map(|k| {
+            let share = (f64::from(k) + 0.5) / f64::from(PLAYS);
+            if share < 1.0 - resting { 0.0 } else { (-scale * ((1.0 - share) / resting).ln()).min(largest) }
+        })
+        .collect();
+    let mut centres = vec![0.0_f64; radii.len()];
+    let mut memories = motor.memories_at_start(carrying(0.0));
+    let at = |n: u32| top * (TAU * f64::from(n) / 2_000.0).sin();
+    let mut most = 0.0_f64;
+    for n in 0..6_000 {
+        motor.advance(&Passed { interval: H, before: carrying(at(n)), after: carrying(at(n + 1)) }, &mut memories);
+        let i = at(n + 1);
+        for (y, r) in centres.iter_mut().zip(&radii) {
+            *y = y.clamp(i - r, i + r);
+        }
+        let plays = centres.iter().sum::<f64>() / f64::from(PLAYS);
+        let magnetising = motor.balance(&OperatingPoint::unsupplied(i, 0.0), &memories).magnetising;
+        // From the first turning point on: before it, plays that start at rest lag by half as much as after a reversal.
+        if n >= 500 {
+            most = most.max((magnetising - plays).abs());
+        }
+    }
+    // Half a play's share of the largest radius, and 1 µA.
+    assert!(most < largest / f64::from(PLAYS) + 1e-5, "{most}");
+}
+
+#[test]
 fn hysteresis_loop_has_its_area() {
     // Between ±I, many widths away, the loop is 2 i_c wide but for the corners: ∮ z di = 4 (I − n i_c tanh(I/(n i_c))) with z
     // from the steady loop z = 1 − (1 + Z) exp(−(i + I)/(n i_c)), Z = tanh(I/(n i_c)).
     let (coercive, width, top) = (0.5, 2.2, 4.0);
-    let motor = motor(Effect::Hysteresis(Hysteresis { coercive, width, linked: 0.6 }));
+    let motor = motor(Effect::Hysteresis(Hysteresis { coercive, resting: 2.0 / width, closing: 0.0, linked: 0.6 }));
     let mut memories = motor.memories_at_start(carrying(0.0));
     let at = |n: u32| top * (TAU * f64::from(n) / 20_000.0).sin();
     let (mut area, mut z) = (0.0, 0.0);
@@ -474,7 +511,7 @@ fn hysteresis_loop_has_its_area() {
         z = next;
     }
     let scale = width * coercive;
-    // 1e-5: the trapezoidal rule, and the width that counts as 1 µA larger.
+    // 1e-5: the trapezoidal rule, and the coercive current that counts as 1 µA larger.
     near(area, 4.0 * (top - scale * (top / scale).tanh()), 1e-5);
 }
 

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::blocks::{self, held_out};
 use super::completeness::{Completeness, Floor};
-use super::ladder::{SMALLEST_GAIN, SMALLEST_SHARE, size_of};
+use super::ladder::{SMALLEST_GAIN, size_of};
 use super::screening::{Complement, log_fall};
 use crate::error::Result;
 use crate::experiment::Experiment;
@@ -21,6 +21,9 @@ use crate::identify::space::Space;
 
 /// How hard the free run is fitted.
 const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
+
+/// An effect that earns less than this share of what all together earn may only be making up for the form of another one.
+const LEAST_SHARE: f64 = 0.03;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;
@@ -89,7 +92,7 @@ impl<'a> Audit<'a> {
         let mut fit = fit;
         let mut proved: Vec<&'static str> = Vec::new();
         loop {
-            let smallest = SMALLEST_GAIN.max(SMALLEST_SHARE * self.fall(base, &fit));
+            let smallest = SMALLEST_GAIN.max(LEAST_SHARE * self.fall(base, &fit));
             let least = (0..found.len())
                 .filter(|k| !proved.contains(&found[*k]))
                 .map(|k| (k, self.earns(&fit, found[k])))

@@ -47,7 +47,7 @@ const PAIRS: usize = 4;
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
-pub const SMALLEST_SHARE: f64 = 0.02;
+const SMALLEST_SHARE: f64 = 0.02;
 /// How hard a model is fitted before candidates are tried on it.
 const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON };
 /// How hard each candidate is fitted at first.
@@ -351,6 +351,7 @@ impl<'a> Climb<'a> {
         }
         ladder.rivals = rivals;
         ladder.fit = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }
 

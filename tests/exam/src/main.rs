@@ -25,6 +25,9 @@ struct Args {
     /// First number
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// These numbers and no others
+    #[arg(long, value_delimiter = ',', conflicts_with_all = ["cases", "seed"])]
+    seeds: Vec<u64>,
     /// Write the cases to this directory instead of diagnosing them
     #[arg(long, value_name = "DIR")]
     export: Option<std::path::PathBuf>,
@@ -35,6 +38,16 @@ struct Args {
     #[arg(long)]
     verbose: bool,
 }
+
+impl Args {
+    /// Numbers of the cases.
+    fn numbers(&self) -> Vec<u64> {
+        if self.seeds.is_empty() { (self.seed..self.seed + self.cases).collect() } else { self.seeds.clone() }
+    }
+}
+
+/// Healthy motors that tell what stands out where the question is another one.
+const HEALTHY: u64 = 12;
 
 const QUESTIONS: &[(&str, Question)] = &[
     ("none", Question::None),
@@ -63,8 +76,8 @@ fn main() -> ExitCode {
                 if !asked(&id) && !needed {
                     continue;
                 }
-                let count = if asked(&id) { args.cases } else { 12 };
-                let outcomes = ask(*question, excitation, noise, args.seed, count, args.verbose);
+                let seeds = if asked(&id) { args.numbers() } else { (1..=HEALTHY).collect() };
+                let outcomes = ask(*question, excitation, noise, seeds, args.verbose);
                 if *name == "none" {
                     healthy = [0, 1].map(|k| median(outcomes.iter().map(|o| o.before[k]).collect()));
                 }
@@ -82,7 +95,8 @@ fn main() -> ExitCode {
 
 /// Whether all cases of a question could be written.
 fn export(question: Question, excitation: Excitation, noise: f64, args: &Args, folder: &std::path::Path) -> bool {
-    let written = (args.seed..args.seed + args.cases)
+    let written = args
+        .numbers()
         .into_par_iter()
         .try_for_each(|seed| export::export(&Case::new(question, excitation, noise, seed), folder));
     if let Err(error) = &written {
@@ -91,12 +105,12 @@ fn export(question: Question, excitation: Excitation, noise: f64, args: &Args, f
     written.is_ok()
 }
 
-fn ask(question: Question, excitation: Excitation, noise: f64, seed: u64, count: u64, verbose: bool) -> Vec<Outcome> {
-    let done = AtomicUsize::new(0);
-    (0..count)
+fn ask(question: Question, excitation: Excitation, noise: f64, seeds: Vec<u64>, verbose: bool) -> Vec<Outcome> {
+    let (count, done) = (seeds.len(), AtomicUsize::new(0));
+    seeds
         .into_par_iter()
-        .filter_map(|k| {
-            let case = Case::new(question, excitation, noise, seed + k);
+        .filter_map(|seed| {
+            let case = Case::new(question, excitation, noise, seed);
             let outcome = run(&case);
             let n = done.fetch_add(1, Ordering::Relaxed);
             if n.is_multiple_of(20) {

@@ -162,7 +162,7 @@ const OFFSET: [Effect<f32>; 1] = [Effect::TorqueOffset(TorqueOffset { torque: 1e
 
 /// A motor whose iron, brushes and winding are far from ideal.
 pub const EFFECTS: [Effect<f32>; 5] = [
-    Effect::Hysteresis(Hysteresis { coercive: 0.14, width: 2.2, linked: 0.6 }),
+    Effect::Hysteresis(Hysteresis { coercive: 0.14, resting: 0.9, closing: 0.5, linked: 0.6 }),
     Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
     Effect::EddyCurrent(EddyCurrent { lag: 8e-5, linked: 0.6 }),
     Effect::WindingTemperature(WindingTemperature { heating: 1.7e-4, time: 40.0 }),
