@@ -188,8 +188,24 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the true
     /// state at its end; [`Stepper::reading`] tells what the measuring chain shows of it.
-    #[inline]
+    #[inline(always)]
     pub fn step(&mut self, from: S, to: S, constraints: Constraints<S>) -> State<S> {
+        if constraints.speed.is_none() && constraints.current.is_none() {
+            self.step_freely(from, to);
+        } else {
+            self.step_by(from, to, constraints);
+        }
+        self.state
+    }
+
+    /// A step with nothing imposed, which does not have to ask for it.
+    #[inline(never)]
+    fn step_freely(&mut self, from: S, to: S) {
+        self.step_by(from, to, Constraints::FREE);
+    }
+
+    #[inline(always)]
+    fn step_by(&mut self, from: S, to: S, constraints: Constraints<S>) {
         let rise = (to - from) * self.inverse_substeps;
         let mut voltage = from;
         for _ in 1..self.substeps {
@@ -198,7 +214,6 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             voltage = next;
         }
         self.substep(voltage, to, constraints);
-        self.state
     }
 
     #[inline(always)]
