@@ -10,7 +10,8 @@
 
 use super::features::FEATURES;
 use super::{
-    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Settings, Sums, Tolerance, Verdict, isolation::locate,
+    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Progress, Settings, Sums, Tolerance, Verdict,
+    isolation::locate,
 };
 
 /// Samples after a period's end with the last of which it has been judged: less than the shortest period at any sampling rate.
@@ -64,12 +65,12 @@ impl Judge {
         (self.sums, self.starting, self.step) = (sums, starting, 0);
     }
 
-    /// Makes a step; gives the period with the last one.
+    /// Makes a step, if one is to be made.
     #[inline]
-    pub fn step(&mut self) -> Option<Period> {
+    pub fn step(&mut self) -> Progress {
         let step = self.step;
         if step == STEPS {
-            return None;
+            return Progress::Idle;
         }
         self.step = step + 1;
         if let Some(feature) = self.features.get_mut(step) {
@@ -81,9 +82,14 @@ impl Judge {
         } else if let Some(&cause) = Cause::ALL.get(step - FEATURES - 1) {
             self.watch(cause);
         } else {
-            return Some(self.period);
+            return Progress::Told;
         }
-        None
+        Progress::Step
+    }
+
+    /// The period that was judged last, until the next one is.
+    pub fn period(&self) -> &Period {
+        &self.period
     }
 
     /// Whether the period is judged, and what has changed abruptly.

@@ -161,6 +161,11 @@ impl<S: Scalar<Base = S>> Motor<S> {
         memories
     }
 
+    /// Whether an effect has a memory that moves.
+    pub(crate) fn remembers(&self) -> bool {
+        self.remembers
+    }
+
     /// Lets the memories of the effects move on over a step.
     #[inline(always)]
     pub fn advance(&self, passed: &Passed<S>, memories: &mut Memories<S>) {
@@ -239,16 +244,15 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub(crate) fn drift(
         &self,
-        at: &OperatingPoint<S>,
+        at: OperatingPoint<S>,
         to: S,
         inverse_interval: S,
         slopes: &Slopes<Gradient<S>>,
         memories: &Memories<S>,
     ) -> S {
         if self.bends_supply {
-            let ahead = OperatingPoint { voltage: to, ..*at };
-            let current = |at| self.slopes(at, Some(slopes.direction), memories).current;
-            (current(&ahead) - current(at)) * inverse_interval
+            let current = |at| self.slopes(&at, Some(slopes.direction), memories).current;
+            (current(OperatingPoint { voltage: to, ..at }) - current(at)) * inverse_interval
         } else {
             at.voltage_rate / slopes.inductance.value
         }

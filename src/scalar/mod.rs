@@ -7,6 +7,8 @@
 mod exponential;
 mod fourth_root;
 
+pub use fourth_root::root;
+
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
