@@ -77,7 +77,15 @@ fn run(program: &Path) -> String {
 struct Names(Vec<String>);
 
 impl Counter for Names {
-    fn count_runs<S>(&mut self, name: &str, _: usize, mut state: S, mut run: impl FnMut(&mut S)) {
+    fn count_runs<S>(
+        &mut self,
+        name: &str,
+        _: usize,
+        mut state: S,
+        mut ready: impl FnMut(&mut S),
+        mut run: impl FnMut(&mut S),
+    ) {
+        ready(&mut state);
         run(&mut state);
         self.0.push(name.to_owned());
     }
