@@ -71,12 +71,13 @@ impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
         for sample in samples {
             magnitude += sample.abs();
         }
+        let mut x = samples;
         if usable(magnitude) {
             self.held = samples;
         } else {
             self.hold_usable(samples);
+            x = self.held;
         }
-        let mut x = self.held;
         if let Some(alpha) = coefficients.first_order {
             for (x, s) in x.iter_mut().zip(&mut self.first_order) {
                 let d = alpha * (*x - *s);
