@@ -94,32 +94,19 @@ impl<'a> Sampler<'a> {
             self.begin(counts, number);
         }
         let active = self.active.as_mut()?;
-        let sample = active.calibration.sample(counts);
-        let output = active.tick.process(sample, Constraints::FREE);
-        let progress = active.detector.as_mut().map_or(Progress::Idle, |detector| detector.advance(&sample, &output));
+        let output = active.tick.process(active.calibration.sample(counts), Constraints::FREE);
+        let progress = active.detector.as_mut().map_or(Progress::Idle, |detector| detector.advance(&output));
         let every = shared.report_every();
         if every == 0 {
             self.window = Window::default();
         } else {
-            self.window.add(number, sample.voltage, &output);
+            self.window.add(number, &output);
         }
         // One thing at a time, so that no sample takes much longer than another.
-        match (progress, &active.detector) {
-            (Progress::Told, Some(detector)) => {
-                shared.judge(detector.verdict());
-                self.test.judged = number;
-                self.test.telling = if shared.following() { Telling::All } else { Telling::Nothing };
-                self.test.periods = self.test.periods.wrapping_add(1);
-            }
-            (Progress::Idle, Some(detector)) if self.test.telling != Telling::Nothing => {
-                self.test.tell(detector, shared);
-            }
-            (Progress::Idle, _) if every > 0 && self.window.count >= every => {
-                if !shared.reports.push(&self.window) {
-                    shared.raise(Fault::TelemetryLost);
-                }
-                self.window = Window::default();
-            }
+        match progress {
+            Progress::Told => self.judge(number),
+            Progress::Idle if self.test.telling != Telling::Nothing => self.tell(),
+            Progress::Idle if every > 0 && self.window.count >= every => self.report(),
             _ => {}
         }
         Some(output)
@@ -131,26 +118,48 @@ impl<'a> Sampler<'a> {
         begin(&mut self.active, &self.fresh, counts);
         self.shared.judge(Verdict::CannotJudge);
     }
-}
 
-impl Test {
+    /// Shows the verdict with which a period has been judged.
+    #[inline]
+    fn judge(&mut self, number: u32) {
+        let Some(detector) = self.detector() else { return };
+        self.shared.judge(detector.verdict());
+        self.test.judged = number;
+        self.test.periods = self.test.periods.wrapping_add(1);
+        self.test.telling = if self.shared.following() { Telling::All } else { Telling::Nothing };
+    }
+
     /// Puts the next part of a judged period into the queue.
     #[inline]
-    fn tell(&mut self, detector: &Detector, shared: &Shared) {
-        let period = detector.period();
-        self.telling = if self.telling == Telling::All {
-            let numbers = [self.number, self.first, self.periods.wrapping_sub(1), self.judged];
-            if shared.judged.write(0, judged::head(numbers, period, detector.verdict())) {
+    fn tell(&mut self) {
+        let Some(detector) = self.detector() else { return };
+        let (Test { number, first, periods, judged, telling }, queue) = (self.test, &self.shared.judged);
+        self.test.telling = if telling == Telling::All {
+            let numbers = [number, first, periods.wrapping_sub(1), judged];
+            if queue.write(0, judged::head(numbers, detector.period(), detector.verdict())) {
                 Telling::Features
             } else {
-                shared.raise(Fault::TelemetryLost);
+                self.shared.raise(Fault::TelemetryLost);
                 Telling::Nothing
             }
         } else {
-            if shared.judged.write(HEAD, judged::features(period)) {
-                shared.judged.add();
+            if queue.write(HEAD, judged::features(detector.period())) {
+                queue.add();
             }
             Telling::Nothing
         };
+    }
+
+    /// Puts the report into the queue.
+    #[inline(never)]
+    fn report(&mut self) {
+        if !self.shared.reports.push(&self.window) {
+            self.shared.raise(Fault::TelemetryLost);
+        }
+        self.window = Window::default();
+    }
+
+    fn detector(&self) -> Option<&Detector> {
+        self.active.as_ref()?.detector.as_ref()
     }
 }

@@ -168,23 +168,28 @@ impl Sums {
 
     /// The features.
     pub fn features(&self) -> Features {
-        Features::of(core::array::from_fn(|place| self.feature(place)))
+        let mut features = Features::default();
+        for place in 0..FEATURES {
+            self.feature(place, &mut features);
+        }
+        features
     }
 
     /// A feature by its place in the order of declaration.
-    pub(super) fn feature(&self, place: usize) -> f32 {
+    #[inline]
+    pub(super) fn feature(&self, place: usize, f: &mut Features) {
         let n = self.samples();
         match place {
-            0 => root(ratio(self.current_error, self.current)),
-            1 => root(ratio(self.speed_error, self.speed)),
-            2 => -ratio(self.current_product, self.model_current),
-            3 => -ratio(self.speed_product, self.model_speed),
-            4 => root(self.high / n),
-            5 => ratio(self.high_at_load, self.high),
-            6 => root(self.voltage / n),
-            7 => root(self.current / n),
-            8 => self.speed_sum / n,
-            _ => self.validity / n,
+            0 => f.current = root(ratio(self.current_error, self.current)),
+            1 => f.speed = root(ratio(self.speed_error, self.speed)),
+            2 => f.current_deviation = -ratio(self.current_product, self.model_current),
+            3 => f.speed_deviation = -ratio(self.speed_product, self.model_speed),
+            4 => f.sparking = root(self.high / n),
+            5 => f.sparking_phase = ratio(self.high_at_load, self.high),
+            6 => f.voltage_rms = root(self.voltage / n),
+            7 => f.current_rms = root(self.current / n),
+            8 => f.speed_mean = self.speed_sum / n,
+            _ => f.validity = self.validity / n,
         }
     }
 

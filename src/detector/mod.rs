@@ -34,7 +34,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::butterworth::HighPass;
 use crate::tick::Output;
-use crate::units::Sample;
 
 /// Lower end of the band in which sparks are looked for, Hz.
 pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
@@ -253,26 +252,26 @@ impl Settings {
 
 impl Detector {
     /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, gives what that period brought.
-    pub fn process(&mut self, sample: &Sample, output: &Output) -> Option<Period> {
-        (self.advance(sample, output) == Progress::Told).then_some(*self.period())
+    pub fn process(&mut self, output: &Output) -> Option<Period> {
+        (self.advance(output) == Progress::Told).then_some(*self.period())
     }
 
-    /// Takes a sample and what the tick made of it.
+    /// Takes what a tick gives.
     #[inline]
-    pub fn advance(&mut self, sample: &Sample, output: &Output) -> Progress {
-        let current = if sample.current.0.is_finite() { sample.current.0 } else { output.measured.current };
+    pub fn advance(&mut self, output: &Output) -> Progress {
+        let [voltage, current] = output.raw;
         if !self.started {
             self.high_pass.reset_to(current);
             self.started = true;
         }
         let point = Point {
-            voltage: if sample.voltage.0.is_finite() { sample.voltage.0 } else { 0.0 },
+            voltage,
             measured: output.measured,
             modelled: output.modelled,
             high: self.high_pass.process(current),
             validity: output.validity,
         };
-        if self.clock.process(sample.voltage.0).is_some() {
+        if self.clock.process(voltage).is_some() {
             self.blank = self.blank.saturating_sub(self.sums.count());
             self.judge.begin(self.sums, self.blank > 0);
             self.sums = self.sums.next(&point);

@@ -179,11 +179,12 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// What the measuring chain shows of the true state.
     #[inline(always)]
     pub fn measure(&self, memories: &Memories<S>, state: State<S>) -> State<S> {
+        if !self.measures {
+            return state;
+        }
         let mut reading = state;
-        if self.measures {
-            for (effect, memory) in self.effects.iter().zip(memories) {
-                effect.measure(memory, &mut reading);
-            }
+        for (effect, memory) in self.effects.iter().zip(memories) {
+            effect.measure(memory, &mut reading);
         }
         reading
     }

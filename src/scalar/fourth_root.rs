@@ -22,19 +22,3 @@ pub(super) fn inverse(x: f32) -> f32 {
     let square = y * y;
     y + y * (0.25 * (1.0 - x * (square * square)))
 }
-
-/// `√x` of a positive normal number, within 1 ulp; 0 of anything less, infinity of infinity, NaN of NaN. A step of Newton's from
-/// `x` times the square of `x^(−1/4)`.
-#[inline]
-pub fn root(x: f32) -> f32 {
-    if x < f32::MIN_POSITIVE {
-        return 0.0;
-    }
-    if x > f32::MAX {
-        return x;
-    }
-    let quarter = inverse(x);
-    let inverse = quarter * quarter;
-    let y = x * inverse;
-    y + y * (0.5 * (1.0 - y * inverse))
-}

@@ -6,11 +6,12 @@
 
 mod exponential;
 mod fourth_root;
-
-pub use fourth_root::root;
+mod root;
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+pub use root::root;
 
 /// A real number that the model can be evaluated in.
 pub trait Scalar:

@@ -9,7 +9,6 @@ use greyrig::detector::{
 };
 use greyrig::motor::State;
 use greyrig::tick::Output;
-use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
 
 const RATE: f32 = 10_000.0;
 
@@ -187,17 +186,13 @@ fn run(settings: Settings, seconds: f32, voltage: f32, factor: f32) -> (Verdict,
     let mut judged = 0;
     for n in 0..(seconds * RATE) as u32 {
         let s = (TAU * 50.0 * n as f32 / RATE).sin();
-        let sample = Sample {
-            voltage: Volts(voltage * 2f32.sqrt() * s),
-            current: Amperes(5.0 * s),
-            speed: RadiansPerSecond(1000.0),
-        };
         let output = Output {
+            raw: [voltage * 2f32.sqrt() * s, 5.0 * s],
             measured: State { current: 5.0 * s, speed: 1000.0 },
             modelled: State { current: factor * 5.0 * s, speed: 1000.0 },
             validity: 1.0,
         };
-        judged += u32::from(detector.process(&sample, &output).is_some_and(|period| period.judged));
+        judged += u32::from(detector.process(&output).is_some_and(|period| period.judged));
     }
     (detector.verdict(), judged)
 }
