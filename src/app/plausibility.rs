@@ -69,7 +69,7 @@ impl Rest {
     #[inline(always)]
     fn new(counts: Counts) -> Self {
         let voltage = counts.voltage.into();
-        Self { current: counts.current.into(), lowest_voltage: voltage, highest_voltage: voltage, samples: 0 }
+        Self { current: counts.current.into(), lowest_voltage: voltage, highest_voltage: voltage, samples: 1 }
     }
 }
 
@@ -112,6 +112,7 @@ impl Watch {
         // One either way.
         if u32::from(counts.current).wrapping_add(1).wrapping_sub(self.rest.current) > 2 {
             self.rest = Rest::new(counts);
+            return;
         }
         let rest = &mut self.rest;
         rest.lowest_voltage = rest.lowest_voltage.min(counts.voltage.into());
@@ -121,7 +122,7 @@ impl Watch {
             if rest.highest_voltage - rest.lowest_voltage > TENTH.into() {
                 raise(Fault::CurrentFrozen);
             }
-            *rest = Rest::new(counts);
+            *rest = Rest { samples: 0, ..Rest::new(counts) };
         }
     }
 }

@@ -76,7 +76,7 @@ impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
             magnitude += sample.abs();
         }
         let mut held = samples;
-        if usable(magnitude) {
+        if magnitude <= S::constant(MAX_MAGNITUDE) {
             self.held = samples;
         } else {
             self.hold_usable(samples);

@@ -261,8 +261,7 @@ impl Detector {
     pub fn advance(&mut self, output: &Output) -> Progress {
         let [voltage, current] = output.raw;
         if !self.started {
-            self.high_pass.reset_to(current);
-            self.started = true;
+            self.start(current);
         }
         let point = Point {
             voltage,
@@ -280,6 +279,13 @@ impl Detector {
             self.sums.add(&point);
             self.judge.step()
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn start(&mut self, current: f32) {
+        self.high_pass.reset_to(current);
+        self.started = true;
     }
 
     /// The period that was judged last.

@@ -73,16 +73,14 @@ pub fn all(counter: &mut impl Counter) {
     ] {
         let shared = scenarios::busy_shared();
         let Some(sampler) = scenarios::full_sampler(&shared, b, speed) else { return };
-        counter.count_runs(
-            name,
-            PERIODS,
-            (sampler, 0),
-            |_| scenarios::drain(&shared),
-            |(sampler, n)| {
-                *n += 1;
-                interrupt(sampler, scenarios::counts(*n));
-            },
-        );
+        let next = |(_, n, counts): &mut (Sampler, u16, Counts)| {
+            scenarios::drain(&shared);
+            *n += 1;
+            *counts = scenarios::counts(*n);
+        };
+        counter.count_runs(name, PERIODS, (sampler, 0, COUNTS), next, |(sampler, _, counts)| {
+            interrupt(sampler, *counts);
+        });
     }
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {

@@ -332,9 +332,13 @@ pub fn drain(shared: &Shared) {
     while shared.raw.pop().is_some() || shared.judged.pop().is_some() || shared.reports.pop().is_some() {}
 }
 
-/// The n-th sample of a square wave of 50 Hz; the current is unsteady.
+/// The n-th sample of a square wave of 50 Hz with an unsteady current; now and then everything is clipped.
 pub fn counts(n: u16) -> Counts {
-    Counts { voltage: if n % 200 < 100 { 3_225 } else { 870 }, current: 2_380 + n % 5, speed: 2_785 }
+    let positive = n % 200 < 100;
+    if n % 11 == 5 {
+        return Counts { voltage: if positive { 4_095 } else { 0 }, current: 4_095, speed: 4_095 };
+    }
+    Counts { voltage: if positive { 3_225 } else { 870 }, current: 2_380 + n % 5, speed: 2_785 }
 }
 
 /// What the network's instructions depend on.
