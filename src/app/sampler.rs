@@ -101,12 +101,13 @@ impl<'a> Sampler<'a> {
             self.window = Window::default();
         } else {
             self.window.add(number, &output);
+            if self.window.count >= every {
+                self.report();
+            }
         }
-        // One thing at a time, so that no sample takes much longer than another.
         match progress {
             Progress::Told => self.judge(number),
             Progress::Idle if self.test.telling != Telling::Nothing => self.tell(),
-            Progress::Idle if every > 0 && self.window.count >= every => self.report(),
             _ => {}
         }
         Some(output)

@@ -318,7 +318,7 @@ pub fn full_sampler(shared: &Shared, b: Option<f64>, speed: f32) -> Option<Sampl
     Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared))
 }
 
-/// A host that wants everything: raw samples, periods, and reports so often that one is due whatever else is to be done.
+/// A host that wants everything: raw samples, periods, and reports so often that one meets every step of a judgement.
 pub fn busy_shared() -> Shared {
     let shared = Shared::new();
     shared.capture(true);
