@@ -344,7 +344,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
     }
 
     /// The direction in which a rotor at rest is about to move; 0: dry friction holds it. And the dry friction, N m. What acts on
-    /// the circuit alone is left out: it costs as much, and the current is given.
+    /// the circuit alone is left out: it changes no torque at a given current.
     pub(crate) fn breaking_away(&self, current: S, memories: &Memories<S>) -> (S, S) {
         const { assert!(MAX_EFFECTS <= 8, "a bit for each") };
         let at = OperatingPoint::unsupplied(current, S::ZERO);
