@@ -11,12 +11,12 @@
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, section 2.3 and figure 5.
 
-use crate::anfis::Anfis3x3;
+use crate::anfis::{Anfis3x3, Correction};
 use crate::motor::{Constraints, State};
 
 /// The modelled current and speed with the correction at a voltage (V), and the correction's validity. Where the current is
 /// imposed (an open supply) there is nothing to correct.
-#[inline(never)]
+#[inline(always)]
 pub fn corrected(
     correction: &Anfis3x3,
     voltage: f32,
@@ -26,6 +26,12 @@ pub fn corrected(
     if constraints.current.is_some() {
         return (modelled, 1.0);
     }
-    let learned = correction.correct([voltage, modelled.current, modelled.speed]);
+    let learned = learned(correction, voltage, modelled.current, modelled.speed);
     (State { current: modelled.current + learned.value, speed: modelled.speed }, learned.validity)
+}
+
+/// By numbers, not by references, which go through memory.
+#[inline(never)]
+fn learned(correction: &Anfis3x3, voltage: f32, current: f32, speed: f32) -> Correction<f32> {
+    correction.correct([voltage, current, speed])
 }

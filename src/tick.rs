@@ -19,6 +19,8 @@ use crate::units::Sample;
 /// What one tick gives.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Output {
+    /// Raw voltage, V, and raw current, A; where they were unusable, the last usable ones.
+    pub raw: [f32; 2],
     /// Measured and filtered current (A) and speed (rad/s).
     pub measured: State<f32>,
     /// Modelled and filtered current (A) and speed (rad/s).
@@ -74,29 +76,45 @@ impl Tick {
     /// filter, so that one bad sample does not silence the model for ever.
     #[inline(always)]
     pub fn process(&mut self, sample: Sample, constraints: Constraints<f32>) -> Output {
-        let measured = State { current: sample.current.0, speed: sample.speed.0 };
-        let voltage = sample.voltage.0;
-        let first = self.last_voltage.is_none();
-        let last = self.last_voltage.unwrap_or(0.0);
-        let voltage = if voltage.is_finite() { voltage } else { last };
-        if !first {
-            self.stepper.step(last, voltage, constraints);
-        }
-        self.last_voltage = Some(voltage);
-        let reading = self.stepper.reading();
-        let (modelled, validity) = match &self.correction {
-            Some(correction) => corrected(correction, voltage, reading, constraints),
-            None => (reading, 1.0),
+        let voltage = match &mut self.last_voltage {
+            Some(last) => {
+                let voltage = if sample.voltage.0.is_finite() { sample.voltage.0 } else { *last };
+                self.stepper.step(*last, voltage, constraints);
+                *last = voltage;
+                voltage
+            }
+            None => self.begin(sample.voltage.0, sample.current.0, sample.speed.0, constraints),
         };
-        let signals = [measured.current, measured.speed, modelled.current, modelled.speed];
-        if first {
-            self.channels.reset_to(signals);
-        }
-        let [current, speed, modelled_current, modelled_speed] = self.channels.process(&self.filter, signals);
+        let (modelled, validity) = self.model(voltage, constraints);
+        let signals = [sample.current.0, sample.speed.0, modelled.current, modelled.speed];
+        let ([raw_current, ..], [current, speed, modelled_current, modelled_speed]) =
+            self.channels.process(&self.filter, signals);
         Output {
+            raw: [voltage, raw_current],
             measured: State { current, speed },
             modelled: State { current: modelled_current, speed: modelled_speed },
             validity,
         }
+    }
+
+    /// What the model shows at a voltage, and how far its correction can be relied on.
+    #[inline(always)]
+    fn model(&self, voltage: f32, constraints: Constraints<f32>) -> (State<f32>, f32) {
+        let reading = self.stepper.reading();
+        match &self.correction {
+            Some(correction) => corrected(correction, voltage, reading, constraints),
+            None => (reading, 1.0),
+        }
+    }
+
+    /// Starts the filters in the steady state of the first sample; gives its voltage.
+    #[cold]
+    #[inline(never)]
+    fn begin(&mut self, voltage: f32, current: f32, speed: f32, constraints: Constraints<f32>) -> f32 {
+        let voltage = if voltage.is_finite() { voltage } else { 0.0 };
+        self.last_voltage = Some(voltage);
+        let (modelled, _) = self.model(voltage, constraints);
+        self.channels.reset_to([current, speed, modelled.current, modelled.speed]);
+        voltage
     }
 }

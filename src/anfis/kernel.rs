@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! log2 v = e + s (c0 + c1 s²)          s = (m − √2)/(m + √2), |s| < 0.172
-//! 2^p    = 2^⌊p⌋ q(1 + p − ⌊p⌋)        q of degree 4 on [1, 2)
+//! U 2^p  = 2^⌊p⌋ q(1 + p − ⌊p⌋)        q of degree 4 on [1, 2), its leading coefficient 1
 //! ```
 //!
 //! with the coefficients that make the largest error smallest (by iteratively reweighted least squares on Chebyshev points,
@@ -40,13 +40,16 @@ pub trait Kernel: Scalar {
     fn saturate(self) -> Self;
     /// log2(v/√2) of v ≥ 0; for 0 some number below −126.
     fn log2_over_root_two(self) -> Self;
-    /// 2^(p/[`Kernel::EXPONENT`]), within 2^-32 to 2^32.
-    fn exp2(self) -> Self;
+    /// U of [`Kernel::scaled_exp2`].
+    const UNIT: f64;
+    /// U 2^(p/[`Kernel::EXPONENT`]), within U 2^-32 to U 2^32: a factor that all memberships share drops out of the network.
+    fn scaled_exp2(self) -> Self;
 }
 
 impl Kernel for f32 {
     /// A conversion to an integer then saturates at 2^±32.
     const EXPONENT: f64 = 67_108_864.0;
+    const UNIT: f64 = 73.887_07;
 
     #[inline(always)]
     fn saturate(self) -> Self {
@@ -65,10 +68,10 @@ impl Kernel for f32 {
     }
 
     #[inline(always)]
-    fn exp2(self) -> Self {
+    fn scaled_exp2(self) -> Self {
         let p = self as i32;
         let m = Self::from_bits(with_mantissa_of((p >> 3).cast_unsigned()));
-        let q = (((m * 0.013_534_168 - 0.002_125_211) * m + 0.166_613_39) * m + 0.312_016_04) * m + 0.509_964_2;
+        let q = (((m - 0.157_025_62) * m + 12.310_574) * m + 23.053_95) * m + 37.679_764;
         let whole = p >> (MANTISSA_BITS + 3);
         Self::from_bits(q.to_bits().wrapping_add((whole << MANTISSA_BITS).cast_unsigned()))
     }
@@ -85,6 +88,7 @@ fn with_mantissa_of(bits: u32) -> u32 {
 /// The reference: `libm` and comparisons.
 impl Kernel for f64 {
     const EXPONENT: f64 = 1.0;
+    const UNIT: f64 = 1.0;
 
     #[inline]
     fn saturate(self) -> Self {
@@ -97,7 +101,7 @@ impl Kernel for f64 {
     }
 
     #[inline]
-    fn exp2(self) -> Self {
+    fn scaled_exp2(self) -> Self {
         libm::exp2(self.clamp(-32.0, 32.0))
     }
 }

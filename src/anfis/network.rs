@@ -77,7 +77,7 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
         Correction { value: value * validity, validity }
     }
 
-    /// Layer 1: 1/μ of each membership function, at least 1.
+    /// Layer 1: 1/μ of each membership function, or the same multiple of all of them; at least 1.
     #[inline(always)]
     fn inverse_memberships(&self, u: [S; N]) -> [[S; M]; N] {
         let each = |inverse: fn(S, &Member<S>) -> S| {
@@ -93,8 +93,10 @@ impl<S: Kernel, const N: usize, const M: usize, const RULES: usize> Anfis<S, N, 
         match self.exponent {
             Exponent::One => each(|z2, _| S::ONE + z2),
             Exponent::Two => each(|z2, _| S::ONE + z2 * z2),
-            Exponent::Free => each(|z2, member| S::ONE + (z2.log2_over_root_two() * member.power).exp2()),
-            Exponent::Gaussian => each(|z2, member| (z2 * member.power).exp2()),
+            Exponent::Free => {
+                each(|z2, member| S::constant(S::UNIT) + (z2.log2_over_root_two() * member.power).scaled_exp2())
+            }
+            Exponent::Gaussian => each(|z2, member| (z2 * member.power).scaled_exp2()),
         }
     }
 

@@ -23,44 +23,53 @@ const ZERO_COUNTS: f32 = 8.0;
 pub struct Watch {
     /// Of voltage, current and speed: the counts that do not mean clipping.
     unclipped: [Range; 3],
-    last_speed: Option<u16>,
+    /// Where the next speed is no jump.
+    near: Range,
     rest: Rest,
 }
 
-/// Counts from the lowest on, as many as the span is wide.
+/// Counts from the lowest on, as many as the span is wide. (In words: halves would have to be cut off again and again.)
 #[derive(Debug, Clone, Copy)]
 struct Range {
-    lowest: u16,
-    span: u16,
+    lowest: u32,
+    span: u32,
 }
 
 impl Range {
     /// Without the ends of the converter's range that mean clipping.
     fn between([lower_clips, upper_clips]: [bool; 2]) -> Self {
-        let lowest = u16::from(lower_clips);
+        let lowest = u32::from(lower_clips);
         let highest = if upper_clips { FULL_SCALE - 1 } else { u16::MAX };
-        Self { lowest, span: highest - lowest }
+        Self { lowest, span: u32::from(highest) - lowest }
+    }
+
+    /// Not further than a tenth of the range from a count.
+    #[inline(always)]
+    fn around(count: u16) -> Self {
+        Self { lowest: u32::from(count).wrapping_sub(TENTH.into()), span: 2 * u32::from(TENTH) }
     }
 
     /// By one comparison: what lies below the lowest wraps around.
     #[inline(always)]
     fn contains(self, count: u16) -> bool {
-        count.wrapping_sub(self.lowest) <= self.span
+        u32::from(count).wrapping_sub(self.lowest) <= self.span
     }
 }
 
 /// A stretch in which the current has not moved.
 #[derive(Debug, Clone, Copy)]
 struct Rest {
-    current: u16,
-    lowest_voltage: u16,
-    highest_voltage: u16,
-    samples: u16,
+    current: u32,
+    lowest_voltage: u32,
+    highest_voltage: u32,
+    samples: u32,
 }
 
 impl Rest {
+    #[inline(always)]
     fn new(counts: Counts) -> Self {
-        Self { current: counts.current, lowest_voltage: counts.voltage, highest_voltage: counts.voltage, samples: 0 }
+        let voltage = counts.voltage.into();
+        Self { current: counts.current.into(), lowest_voltage: voltage, highest_voltage: voltage, samples: 1 }
     }
 }
 
@@ -76,7 +85,11 @@ impl Watch {
                 })
             })
         });
-        Self { unclipped: clips.map(Range::between), last_speed: None, rest: Rest::new(Counts::default()) }
+        Self {
+            unclipped: clips.map(Range::between),
+            near: Range { lowest: 0, span: u32::MAX },
+            rest: Rest::new(Counts::default()),
+        }
     }
 
     /// Looks at a sample and gives what is wrong to `raise`.
@@ -92,21 +105,24 @@ impl Watch {
                 raise(fault);
             }
         }
-        if self.last_speed.replace(counts.speed).is_some_and(|last| last.abs_diff(counts.speed) > TENTH) {
+        if !self.near.contains(counts.speed) {
             raise(Fault::SpeedJump);
         }
-        if counts.current.abs_diff(self.rest.current) > 1 {
+        self.near = Range::around(counts.speed);
+        // One either way.
+        if u32::from(counts.current).wrapping_add(1).wrapping_sub(self.rest.current) > 2 {
             self.rest = Rest::new(counts);
+            return;
         }
         let rest = &mut self.rest;
-        rest.lowest_voltage = rest.lowest_voltage.min(counts.voltage);
-        rest.highest_voltage = rest.highest_voltage.max(counts.voltage);
+        rest.lowest_voltage = rest.lowest_voltage.min(counts.voltage.into());
+        rest.highest_voltage = rest.highest_voltage.max(counts.voltage.into());
         rest.samples += 1;
-        if rest.samples >= FROZEN_SAMPLES {
-            if rest.highest_voltage - rest.lowest_voltage > TENTH {
+        if rest.samples >= FROZEN_SAMPLES.into() {
+            if rest.highest_voltage - rest.lowest_voltage > TENTH.into() {
                 raise(Fault::CurrentFrozen);
             }
-            *rest = Rest::new(counts);
+            *rest = Rest { samples: 0, ..Rest::new(counts) };
         }
     }
 }

@@ -61,17 +61,37 @@ impl<T: Words<W>, const W: usize, const N: usize> Ring<T, W, N> {
     #[inline]
     #[must_use]
     pub fn push(&self, value: &T) -> bool {
+        let Some(pushed) = self.fill(0, value.to_words()) else { return false };
+        self.pushed.store(pushed.wrapping_add(1), Ordering::Release);
+        true
+    }
+
+    /// Writes some words, from one on, of a value that is to be [added](Ring::add); says whether there is room for it.
+    #[inline]
+    #[must_use]
+    pub fn write<const L: usize>(&self, from: usize, words: [u32; L]) -> bool {
+        self.fill(from, words).is_some()
+    }
+
+    /// Adds the value that has been written.
+    #[inline]
+    pub fn add(&self) {
+        self.pushed.store(self.pushed.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
+    }
+
+    /// As [`Ring::write`]; gives how many were pushed before, if there is room.
+    #[inline(always)]
+    fn fill<const L: usize>(&self, from: usize, words: [u32; L]) -> Option<u32> {
         let pushed = self.pushed.load(Ordering::Relaxed);
         if pushed.wrapping_sub(self.popped.load(Ordering::Acquire)) as usize >= N {
-            return false;
+            return None;
         }
         // The mask spares the panic of an index and never changes the place: N is a power of two.
         let slot = &self.slots[pushed as usize & Self::MASK];
-        for (place, word) in slot.iter().zip(value.to_words()) {
+        for (place, word) in slot.iter().skip(from).zip(words) {
             place.store(word, Ordering::Relaxed);
         }
-        self.pushed.store(pushed.wrapping_add(1), Ordering::Release);
-        true
+        Some(pushed)
     }
 
     /// Takes the oldest value.

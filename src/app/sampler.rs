@@ -1,13 +1,13 @@
 //! What the sampling interrupt does with a sample.
 
 use super::fresh::begin;
+use super::judged::{self, HEAD};
 use super::plausibility::Watch;
 use super::ring::Words;
 use super::shared::Shared;
 use super::telemetry::Window;
-use crate::detector::Verdict;
+use crate::detector::{Detector, Progress, Verdict};
 use crate::faults::Fault;
-use crate::link::message::Judged;
 use crate::motor::Constraints;
 use crate::parameters::Active;
 use crate::tick::Output;
@@ -33,16 +33,17 @@ impl Words<3> for Raw {
     }
 }
 
-/// The interrupt's side of the application.
+/// The interrupt's side of the application. In this order, as in [`Tick`](crate::tick::Tick).
+#[repr(C)]
 pub struct Sampler<'a> {
+    shared: &'a Shared,
+    number: u32,
+    window: Window,
+    test: Test,
+    watch: Watch,
+    active: Option<Active>,
     /// As after a start, for the next test.
     fresh: Option<Active>,
-    active: Option<Active>,
-    test: Test,
-    shared: &'a Shared,
-    watch: Watch,
-    window: Window,
-    number: u32,
 }
 
 /// The test under way.
@@ -53,6 +54,18 @@ struct Test {
     first: u32,
     /// Periods so far.
     periods: u32,
+    /// The sample with which the last one was judged.
+    judged: u32,
+    telling: Telling,
+}
+
+/// What of a judged period is still to be put into the queue.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Telling {
+    #[default]
+    Nothing,
+    All,
+    Features,
 }
 
 impl<'a> Sampler<'a> {
@@ -60,7 +73,7 @@ impl<'a> Sampler<'a> {
     pub fn new(active: Option<Active>, shared: &'a Shared) -> Self {
         let watch = Watch::new(active.as_ref().map(|active| &active.calibration));
         let (fresh, test) = (active.clone(), Test { number: shared.test(), ..Test::default() });
-        Self { fresh, active, test, shared, watch, window: Window::default(), number: 0 }
+        Self { shared, number: 0, window: Window::default(), test, watch, active, fresh }
     }
 
     /// Takes a sample; `skipped` is how many the converter has given since the last call that nobody took: they have a
@@ -81,40 +94,73 @@ impl<'a> Sampler<'a> {
             self.begin(counts, number);
         }
         let active = self.active.as_mut()?;
-        let sample = active.calibration.sample(counts);
-        let output = active.tick.process(sample, Constraints::FREE);
-        if let Some(detector) = &mut active.detector
-            && let Some(period) = detector.process(&sample, &output)
-        {
-            let verdict = detector.verdict();
-            shared.judge(verdict);
-            let Test { number: test, first, periods: index } = self.test;
-            self.test.periods = index.wrapping_add(1);
-            if shared.following()
-                && !shared.judged.push(&Judged { test, first, index, sample: number, period, verdict })
-            {
-                shared.raise(Fault::TelemetryLost);
-            }
-        }
+        let output = active.tick.process(active.calibration.sample(counts), Constraints::FREE);
+        let progress = active.detector.as_mut().map_or(Progress::Idle, |detector| detector.advance(&output));
         let every = shared.report_every();
         if every == 0 {
             self.window = Window::default();
         } else {
-            self.window.add(number, sample.voltage, &output);
+            self.window.add(number, &output);
             if self.window.count >= every {
-                let full = core::mem::take(&mut self.window);
-                if !shared.reports.push(&full) {
-                    shared.raise(Fault::TelemetryLost);
-                }
+                self.report();
             }
+        }
+        match progress {
+            Progress::Told => self.judge(number),
+            Progress::Idle if self.test.telling != Telling::Nothing => self.tell(),
+            _ => {}
         }
         Some(output)
     }
 
     /// Begins a test with this sample.
     fn begin(&mut self, counts: Counts, number: u32) {
-        self.test = Test { number: self.shared.test(), first: number, periods: 0 };
+        self.test = Test { number: self.shared.test(), first: number, ..Test::default() };
         begin(&mut self.active, &self.fresh, counts);
         self.shared.judge(Verdict::CannotJudge);
+    }
+
+    /// Shows the verdict with which a period has been judged.
+    #[inline]
+    fn judge(&mut self, number: u32) {
+        let Some(detector) = self.detector() else { return };
+        self.shared.judge(detector.verdict());
+        self.test.judged = number;
+        self.test.periods = self.test.periods.wrapping_add(1);
+        self.test.telling = if self.shared.following() { Telling::All } else { Telling::Nothing };
+    }
+
+    /// Puts the next part of a judged period into the queue.
+    #[inline]
+    fn tell(&mut self) {
+        let Some(detector) = self.detector() else { return };
+        let (Test { number, first, periods, judged, telling }, queue) = (self.test, &self.shared.judged);
+        self.test.telling = if telling == Telling::All {
+            let numbers = [number, first, periods.wrapping_sub(1), judged];
+            if queue.write(0, judged::head(numbers, detector.period(), detector.verdict())) {
+                Telling::Features
+            } else {
+                self.shared.raise(Fault::TelemetryLost);
+                Telling::Nothing
+            }
+        } else {
+            if queue.write(HEAD, judged::features(detector.period())) {
+                queue.add();
+            }
+            Telling::Nothing
+        };
+    }
+
+    /// Puts the report into the queue.
+    #[inline(never)]
+    fn report(&mut self) {
+        if !self.shared.reports.push(&self.window) {
+            self.shared.raise(Fault::TelemetryLost);
+        }
+        self.window = Window::default();
+    }
+
+    fn detector(&self) -> Option<&Detector> {
+        self.active.as_ref()?.detector.as_ref()
     }
 }

@@ -26,9 +26,12 @@ pub struct Shared {
     verdict: AtomicU8,
     test: AtomicU32,
     follow: AtomicBool,
-    pub(super) raw: Ring<Raw, 3, RAW_QUEUE>,
-    pub(super) reports: Ring<Window, 7, REPORT_QUEUE>,
-    pub(super) judged: Ring<Judged, WORDS, JUDGED_QUEUE>,
+    /// Raw samples that wait for the link.
+    pub raw: Ring<Raw, 3, RAW_QUEUE>,
+    /// Reports that wait for it.
+    pub reports: Ring<Window, 7, REPORT_QUEUE>,
+    /// Periods that wait for it.
+    pub judged: Ring<Judged, WORDS, JUDGED_QUEUE>,
 }
 
 impl Default for Shared {

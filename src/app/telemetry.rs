@@ -6,7 +6,6 @@ use super::ring::Words;
 use crate::link::message::Report;
 use crate::motor::State;
 use crate::tick::Output;
-use crate::units::Volts;
 
 /// Sums over a stretch of samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -24,11 +23,11 @@ pub struct Window {
 impl Window {
     /// Adds a sample.
     #[inline]
-    pub fn add(&mut self, sample: u32, voltage: Volts, output: &Output) {
-        let residual = output.residual();
+    pub fn add(&mut self, sample: u32, output: &Output) {
+        let ([voltage, _], residual) = (output.raw, output.residual());
         self.sample = sample;
         self.count += 1;
-        self.voltage_squared += voltage.0 * voltage.0;
+        self.voltage_squared += voltage * voltage;
         self.current_squared += output.measured.current * output.measured.current;
         self.speed += output.measured.speed;
         self.residual_squared.current += residual.current * residual.current;

@@ -62,21 +62,27 @@ impl<S: Scalar, const CHANNELS: usize> Default for Bank<S, CHANNELS> {
 }
 
 impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
-    /// Takes a sample of each channel, gives the filtered ones. A sample that is not finite, or above 1e30 in magnitude, counts
-    /// as a repetition of the one before.
+    /// Takes a sample of each channel, gives what was filtered and the filtered ones. A sample that is not finite, or above 1e30
+    /// in magnitude, counts as a repetition of the one before.
     #[inline(always)]
-    pub fn process(&mut self, coefficients: &Coefficients<S>, samples: [S; CHANNELS]) -> [S; CHANNELS] {
+    pub fn process(
+        &mut self,
+        coefficients: &Coefficients<S>,
+        samples: [S; CHANNELS],
+    ) -> ([S; CHANNELS], [S; CHANNELS]) {
         // One comparison for all of them; only if it fails, it matters which.
         let mut magnitude = S::ZERO;
         for sample in samples {
             magnitude += sample.abs();
         }
-        if usable(magnitude) {
+        let mut held = samples;
+        if magnitude <= S::constant(MAX_MAGNITUDE) {
             self.held = samples;
         } else {
             self.hold_usable(samples);
+            held = self.held;
         }
-        let mut x = self.held;
+        let mut x = held;
         if let Some(alpha) = coefficients.first_order {
             for (x, s) in x.iter_mut().zip(&mut self.first_order) {
                 let d = alpha * (*x - *s);
@@ -94,7 +100,7 @@ impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
                 *s2 = *x + d;
             }
         }
-        x
+        (held, x)
     }
 
     #[cold]
@@ -118,7 +124,7 @@ impl<S: Scalar> Cascade<S> {
     /// As [`Bank::process`].
     #[inline]
     pub fn process(&mut self, coefficients: &Coefficients<S>, sample: S) -> S {
-        let [filtered] = self.0.process(coefficients, [sample]);
+        let (_, [filtered]) = self.0.process(coefficients, [sample]);
         filtered
     }
 

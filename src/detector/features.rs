@@ -17,6 +17,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::motor::State;
+use crate::scalar::root;
 
 /// How many features a period has.
 pub const FEATURES: usize = 10;
@@ -94,7 +95,7 @@ impl Features {
 /// Sums over a period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sums {
-    count: f32,
+    count: u32,
     voltage: f32,
     current: f32,
     speed: f32,
@@ -135,7 +136,7 @@ impl Sums {
         let slip = p.modelled.speed - p.measured.speed;
         let magnitude = p.measured.current.abs();
         let high = p.high * p.high;
-        self.count += 1.0;
+        self.count += 1;
         self.voltage += p.voltage * p.voltage;
         self.current += p.measured.current * p.measured.current;
         self.speed += p.measured.speed * p.measured.speed;
@@ -152,37 +153,49 @@ impl Sums {
         self.validity += p.validity;
     }
 
-    /// The sums, and a new period that knows the mean magnitude of the current of this one.
-    pub fn finish(&mut self) -> Self {
-        let mean_magnitude = self.magnitude / self.samples();
-        core::mem::replace(self, Self { mean_magnitude, ..Self::default() })
+    /// The sums of the next period with its first sample, which know the mean magnitude of the current of this one.
+    #[inline]
+    pub fn next(&self, first: &Point) -> Self {
+        let mut sums = Self { mean_magnitude: self.magnitude / self.samples(), ..Self::default() };
+        sums.add(first);
+        sums
+    }
+
+    /// How many samples have been added.
+    pub fn count(&self) -> u32 {
+        self.count
     }
 
     /// The features.
     pub fn features(&self) -> Features {
-        Features::of(core::array::from_fn(|place| self.feature(place)))
+        let mut features = Features::default();
+        for place in 0..FEATURES {
+            self.feature(place, &mut features);
+        }
+        features
     }
 
     /// A feature by its place in the order of declaration.
-    pub(super) fn feature(&self, place: usize) -> f32 {
+    #[inline]
+    pub(super) fn feature(&self, place: usize, f: &mut Features) {
         let n = self.samples();
         match place {
-            0 => libm::sqrtf(ratio(self.current_error, self.current)),
-            1 => libm::sqrtf(ratio(self.speed_error, self.speed)),
-            2 => -ratio(self.current_product, self.model_current),
-            3 => -ratio(self.speed_product, self.model_speed),
-            4 => libm::sqrtf(self.high / n),
-            5 => ratio(self.high_at_load, self.high),
-            6 => libm::sqrtf(self.voltage / n),
-            7 => libm::sqrtf(self.current / n),
-            8 => self.speed_sum / n,
-            _ => self.validity / n,
+            0 => f.current = root(ratio(self.current_error, self.current)),
+            1 => f.speed = root(ratio(self.speed_error, self.speed)),
+            2 => f.current_deviation = -ratio(self.current_product, self.model_current),
+            3 => f.speed_deviation = -ratio(self.speed_product, self.model_speed),
+            4 => f.sparking = root(self.high / n),
+            5 => f.sparking_phase = ratio(self.high_at_load, self.high),
+            6 => f.voltage_rms = root(self.voltage / n),
+            7 => f.current_rms = root(self.current / n),
+            8 => f.speed_mean = self.speed_sum / n,
+            _ => f.validity = self.validity / n,
         }
     }
 
     /// How many samples have been added, at least 1.
     fn samples(&self) -> f32 {
-        if self.count > 0.0 { self.count } else { 1.0 }
+        self.count.max(1) as f32
     }
 }
 

@@ -10,7 +10,8 @@
 
 use super::features::FEATURES;
 use super::{
-    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Settings, Sums, Tolerance, Verdict, isolation::locate,
+    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Progress, Settings, Sums, Tolerance, Verdict,
+    isolation::locate,
 };
 
 /// Samples after a period's end with the last of which it has been judged: less than the shortest period at any sampling rate.
@@ -34,7 +35,6 @@ pub(super) struct Judge {
     step: usize,
     sums: Sums,
     starting: bool,
-    features: [f32; FEATURES],
     period: Period,
 }
 
@@ -53,7 +53,6 @@ impl Judge {
             step: STEPS,
             sums: Sums::default(),
             starting: false,
-            features: [0.0; FEATURES],
             period: Period { features: Features::default(), jumps: [0.0; 2], judged: false, alarm: None },
         }
     }
@@ -64,16 +63,16 @@ impl Judge {
         (self.sums, self.starting, self.step) = (sums, starting, 0);
     }
 
-    /// Makes a step; gives the period with the last one.
+    /// Makes a step, if one is to be made.
     #[inline]
-    pub fn step(&mut self) -> Option<Period> {
+    pub fn step(&mut self) -> Progress {
         let step = self.step;
         if step == STEPS {
-            return None;
+            return Progress::Idle;
         }
         self.step = step + 1;
-        if let Some(feature) = self.features.get_mut(step) {
-            *feature = self.sums.feature(step);
+        if step < FEATURES {
+            self.sums.feature(step, &mut self.period.features);
         } else if step == FEATURES {
             self.admit();
         } else if step == STEPS - 2 {
@@ -81,28 +80,35 @@ impl Judge {
         } else if let Some(&cause) = Cause::ALL.get(step - FEATURES - 1) {
             self.watch(cause);
         } else {
-            return Some(self.period);
+            return Progress::Told;
         }
-        None
+        Progress::Step
+    }
+
+    /// The period that was judged last, until the next one is.
+    pub fn period(&self) -> &Period {
+        &self.period
     }
 
     /// Whether the period is judged, and what has changed abruptly.
     fn admit(&mut self) {
-        let (s, f) = (&self.settings, Features::of(self.features));
+        let (s, period) = (&self.settings, &mut self.period);
+        let f = &period.features;
         let judged = !self.starting
             && f.voltage_rms >= s.least_voltage * s.nominal_voltage
             && f.voltage_rms <= s.most_voltage * s.nominal_voltage
             && f.speed_mean.abs() >= s.least_speed
             && f.validity >= LEAST_VALIDITY;
         let [current, speed] = &mut self.jumps;
-        let jumps = if judged {
+        period.jumps = if judged {
             [current.process(f.current_deviation), speed.process(f.speed_deviation)]
         } else {
             current.reset();
             speed.reset();
             [0.0; 2]
         };
-        self.period = Period { features: f, jumps, judged, alarm: None };
+        period.judged = judged;
+        period.alarm = None;
     }
 
     /// Lets a cause call; the strongest one is kept.

@@ -34,7 +34,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::butterworth::HighPass;
 use crate::tick::Output;
-use crate::units::Sample;
 
 /// Lower end of the band in which sparks are looked for, Hz.
 pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
@@ -185,6 +184,17 @@ pub enum Verdict {
     CannotJudge,
 }
 
+/// What the detector has done with a sample besides adding it to its sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing: there is time for something else.
+    Idle,
+    /// A step of the judgement of a period.
+    Step,
+    /// The last of them: [`Detector::period`] is what the period brought.
+    Told,
+}
+
 /// The detector's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detector {
@@ -193,6 +203,7 @@ pub struct Detector {
     sums: Sums,
     judge: Judge,
     started: bool,
+    /// Samples at the begin of the sums that belong to the start.
     blank: u32,
 }
 
@@ -240,29 +251,47 @@ impl Settings {
 }
 
 impl Detector {
-    /// Takes a sample and what the tick made of it; [`STEPS`] samples after the end of a period, gives what that period brought.
+    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, gives what that period brought.
+    pub fn process(&mut self, output: &Output) -> Option<Period> {
+        (self.advance(output) == Progress::Told).then_some(*self.period())
+    }
+
+    /// Takes what a tick gives.
     #[inline]
-    pub fn process(&mut self, sample: &Sample, output: &Output) -> Option<Period> {
-        let current = if sample.current.0.is_finite() { sample.current.0 } else { output.measured.current };
+    pub fn advance(&mut self, output: &Output) -> Progress {
+        let [voltage, current] = output.raw;
         if !self.started {
-            self.high_pass.reset_to(current);
-            self.started = true;
+            self.start(current);
         }
-        let mut told = None;
-        if self.clock.process(sample.voltage.0).is_some() {
-            self.judge.begin(self.sums.finish(), self.blank > 0);
-        } else {
-            told = self.judge.step();
-        }
-        self.sums.add(&Point {
-            voltage: if sample.voltage.0.is_finite() { sample.voltage.0 } else { 0.0 },
+        let point = Point {
+            voltage,
             measured: output.measured,
             modelled: output.modelled,
             high: self.high_pass.process(current),
             validity: output.validity,
-        });
-        self.blank = self.blank.saturating_sub(1);
-        told
+        };
+        if self.clock.process(voltage).is_some() {
+            self.blank = self.blank.saturating_sub(self.sums.count());
+            self.judge.begin(self.sums, self.blank > 0);
+            self.sums = self.sums.next(&point);
+            Progress::Step
+        } else {
+            self.sums.add(&point);
+            self.judge.step()
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn start(&mut self, current: f32) {
+        self.high_pass.reset_to(current);
+        self.started = true;
+    }
+
+    /// The period that was judged last.
+    #[inline]
+    pub fn period(&self) -> &Period {
+        self.judge.period()
     }
 
     /// The verdict so far; once a motor has failed it stays so.

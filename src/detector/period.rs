@@ -16,10 +16,11 @@ pub struct PeriodClock {
     shortest: u32,
     longest: u32,
     usual: u32,
+    /// Samples after which a period ends at the latest: `longest` on alternating voltage, `usual` on direct voltage.
+    latest: u32,
     /// Voltage below which the next rise through zero counts, V (negative).
     arming: f32,
     armed: bool,
-    alternating: bool,
     count: u32,
 }
 
@@ -31,9 +32,9 @@ impl PeriodClock {
             shortest: samples(SHORTEST_S),
             longest: samples(LONGEST_S),
             usual: samples(USUAL_S),
+            latest: samples(USUAL_S),
             arming: -0.05 * nominal_voltage,
             armed: false,
-            alternating: false,
             count: 0,
         }
     }
@@ -41,15 +42,19 @@ impl PeriodClock {
     /// Takes a voltage; gives the number of samples since the last crossing or end, if a period ends before this one.
     #[inline]
     pub fn process(&mut self, voltage: f32) -> Option<u32> {
-        let crossing = self.armed && voltage >= 0.0;
-        self.armed = voltage < self.arming || (self.armed && !crossing);
-        let late = self.count >= if self.alternating { self.longest } else { self.usual };
+        let mut crossing = false;
+        if voltage >= 0.0 {
+            crossing = core::mem::take(&mut self.armed);
+        } else if voltage < self.arming {
+            self.armed = true;
+        }
+        let late = self.count >= self.latest;
         let early = crossing && self.count < self.shortest;
         let ends = (crossing && !early) || late;
         if crossing {
-            self.alternating = true;
+            self.latest = self.longest;
         } else if late {
-            self.alternating = false;
+            self.latest = self.usual;
         }
         let length = self.count;
         // A crossing soon after a period of direct voltage is where counting begins.

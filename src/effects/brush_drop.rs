@@ -52,11 +52,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
     fields!(drop, transition);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let size = at.current.abs().times(-(S::ONE / self.transition)).exp().times(-self.drop).plus(self.drop);
-        if at.current.value() < S::ZERO {
-            balance.voltage -= size;
-        } else {
-            balance.voltage += size;
-        }
+        // The curve is odd: that of a positive current, turned round with its slope kept.
+        let sign = if at.current.value() < S::ZERO { -S::ONE } else { S::ONE };
+        let drop = sign * self.drop;
+        balance.voltage += at.current.times(-sign / self.transition).exp().times(-drop).plus(drop);
     }
 }

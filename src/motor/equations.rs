@@ -86,6 +86,8 @@ pub struct Motor<S> {
     bends_supply: bool,
     measures: bool,
     remembers: bool,
+    /// Those effects that can turn the rotor, a bit each.
+    turning: u8,
 }
 
 /// How many terms of the user's own a motor can have.
@@ -122,6 +124,10 @@ impl<S: Scalar<Base = S>> Motor<S> {
             bends_supply: effects.iter().any(|e| e.description().bends_supply),
             measures: effects.iter().any(|e| e.description().acts == Acts::Measuring),
             remembers: effects.iter().any(|e| e.description().remembers),
+            turning: effects
+                .iter()
+                .rev()
+                .fold(0, |bits, e| bits << 1 | u8::from(matches!(e.description().acts, Acts::Mechanical | Acts::Both))),
             effects,
             terms: heapless::Vec::new(),
         })
@@ -161,6 +167,11 @@ impl<S: Scalar<Base = S>> Motor<S> {
         memories
     }
 
+    /// Whether an effect has a memory that moves.
+    pub(crate) fn remembers(&self) -> bool {
+        self.remembers
+    }
+
     /// Lets the memories of the effects move on over a step.
     #[inline(always)]
     pub fn advance(&self, passed: &Passed<S>, memories: &mut Memories<S>) {
@@ -174,11 +185,12 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// What the measuring chain shows of the true state.
     #[inline(always)]
     pub fn measure(&self, memories: &Memories<S>, state: State<S>) -> State<S> {
+        if !self.measures {
+            return state;
+        }
         let mut reading = state;
-        if self.measures {
-            for (effect, memory) in self.effects.iter().zip(memories) {
-                effect.measure(memory, &mut reading);
-            }
+        for (effect, memory) in self.effects.iter().zip(memories) {
+            effect.measure(memory, &mut reading);
         }
         reading
     }
@@ -239,16 +251,15 @@ impl<S: Scalar<Base = S>> Motor<S> {
     #[inline(always)]
     pub(crate) fn drift(
         &self,
-        at: &OperatingPoint<S>,
+        at: OperatingPoint<S>,
         to: S,
         inverse_interval: S,
         slopes: &Slopes<Gradient<S>>,
         memories: &Memories<S>,
     ) -> S {
         if self.bends_supply {
-            let ahead = OperatingPoint { voltage: to, ..*at };
-            let current = |at| self.slopes(at, Some(slopes.direction), memories).current;
-            (current(&ahead) - current(at)) * inverse_interval
+            let current = |at| self.slopes(&at, Some(slopes.direction), memories).current;
+            (current(OperatingPoint { voltage: to, ..at }) - current(at)) * inverse_interval
         } else {
             at.voltage_rate / slopes.inductance.value
         }
@@ -332,9 +343,22 @@ impl<S: Scalar<Base = S>> Motor<S> {
             - b.torque
     }
 
-    /// The direction in which a rotor at rest is about to move; 0: dry friction holds it. And the dry friction, N m.
+    /// The direction in which a rotor at rest is about to move; 0: dry friction holds it. And the dry friction, N m. What acts on
+    /// the circuit alone is left out: it changes no torque at a given current.
     pub(crate) fn breaking_away(&self, current: S, memories: &Memories<S>) -> (S, S) {
-        let b = self.balance(&OperatingPoint::unsupplied(current, S::ZERO), memories);
+        const { assert!(MAX_EFFECTS <= 8, "a bit for each") };
+        let at = OperatingPoint::unsupplied(current, S::ZERO);
+        let mut b = self.base(&at);
+        for (n, (effect, memory)) in self.effects.iter().zip(memories).enumerate() {
+            if self.turning >> n & 1 == 1 {
+                effect.contribute(&at, memory, &mut b);
+            }
+        }
+        if !self.terms.is_empty() {
+            for term in self.terms.iter().filter(|term| term.target() == Target::Torque) {
+                b.friction += term.value(at.current, at.speed, at.voltage);
+            }
+        }
         let torque = self.linkage(&b) * current + b.torque - b.friction;
         (incipient(torque, b.dry_friction), b.dry_friction)
     }

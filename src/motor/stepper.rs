@@ -98,6 +98,8 @@ pub struct Stepper<S> {
     interval: S,
     inverse_interval: S,
     inverse_gamma_interval: S,
+    /// [`C`] by the interval, 1/s.
+    coupling: [S; 3],
 }
 
 impl<S: Scalar<Base = S>> Stepper<S> {
@@ -155,6 +157,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             interval,
             inverse_interval: S::ONE / interval,
             inverse_gamma_interval: S::ONE / (S::constant(GAMMA) * interval),
+            coupling: C.map(|c| S::constant(c) * (S::ONE / interval)),
         })
     }
 
@@ -188,8 +191,24 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the true
     /// state at its end; [`Stepper::reading`] tells what the measuring chain shows of it.
-    #[inline]
+    #[inline(always)]
     pub fn step(&mut self, from: S, to: S, constraints: Constraints<S>) -> State<S> {
+        if constraints.speed.is_none() && constraints.current.is_none() {
+            self.step_freely(from, to);
+        } else {
+            self.step_by(from, to, constraints);
+        }
+        self.state
+    }
+
+    /// A step with nothing imposed, which does not have to ask for it.
+    #[inline(never)]
+    fn step_freely(&mut self, from: S, to: S) {
+        self.step_by(from, to, Constraints::FREE);
+    }
+
+    #[inline(always)]
+    fn step_by(&mut self, from: S, to: S, constraints: Constraints<S>) {
         let rise = (to - from) * self.inverse_substeps;
         let mut voltage = from;
         for _ in 1..self.substeps {
@@ -198,7 +217,6 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             voltage = next;
         }
         self.substep(voltage, to, constraints);
-        self.state
     }
 
     #[inline(always)]
@@ -227,7 +245,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let mut jacobian =
             [[slopes.current.by_current, slopes.current.by_speed], [slopes.speed.by_current, slopes.speed.by_speed]];
         let begin = OperatingPoint { current, speed, voltage: from, voltage_rate: rate };
-        let mut drift = self.motor.drift(&begin, to, self.inverse_interval, &slopes, &self.memories);
+        let mut drift = self.motor.drift(begin, to, self.inverse_interval, &slopes, &self.memories);
         if constraints.current.is_some() {
             (f[0], jacobian[0], drift) = (S::ZERO, [S::ZERO; 2], S::ZERO);
         }
@@ -250,11 +268,9 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             if constraints.current.is_some() { S::ZERO } else { slopes.current },
             if rotor_held { S::ZERO } else { slopes.speed },
         ];
-        let c21 = S::constant(C[0]) * self.inverse_interval;
+        let [c21, c31, c32] = self.coupling;
         let k2 = system.solve([f[0] + c21 * k1[0] + by_time * S::constant(GAMMA_SUM[1]), f[1] + c21 * k1[1]]);
 
-        let c31 = S::constant(C[1]) * self.inverse_interval;
-        let c32 = S::constant(C[2]) * self.inverse_interval;
         let k3 = system.solve([
             f[0] + c31 * k1[0] + c32 * k2[0] + by_time * S::constant(GAMMA_SUM[2]),
             f[1] + c31 * k1[1] + c32 * k2[1],
@@ -267,7 +283,9 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             self.state.speed = self.speed_after_crossing(speed, direction);
             self.rounding.speed = S::ZERO;
         }
-        self.motor.advance(&Passed { interval: self.interval, before, after: self.state }, &mut self.memories);
+        if self.motor.remembers() {
+            self.motor.advance(&Passed { interval: self.interval, before, after: self.state }, &mut self.memories);
+        }
     }
 
     /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has counted

@@ -9,7 +9,6 @@ use greyrig::detector::{
 };
 use greyrig::motor::State;
 use greyrig::tick::Output;
-use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
 
 const RATE: f32 = 10_000.0;
 
@@ -74,7 +73,7 @@ fn features_of_a_motor_that_draws_a_tenth_less_than_the_model() {
         let modelled = State { current: i / 0.9, speed: 1000.0 };
         sums.add(&Point { voltage: 100.0, measured, modelled, high: 0.02, validity: 1.0 });
     }
-    let f = sums.finish().features();
+    let f = sums.features();
     // e = i/0.9 − i, so √(⟨e²⟩/⟨i²⟩) = 1/0.9 − 1, and −⟨e î⟩/⟨î²⟩ = −0.1.
     assert!((f.current - 0.111_111).abs() < 1e-5, "{f:?}");
     assert!((f.current_deviation + 0.1).abs() < 1e-5, "{f:?}");
@@ -90,9 +89,14 @@ fn sparks_at_the_peaks_of_the_current_show_in_the_phase() {
         for n in 0..200 {
             let i = 5.0 * (TAU * n as f32 / 200.0).sin();
             let state = State { current: i, speed: 1000.0 };
-            sums.add(&Point { voltage: 100.0, measured: state, modelled: state, high: high(i), validity: 1.0 });
+            let point = Point { voltage: 100.0, measured: state, modelled: state, high: high(i), validity: 1.0 };
+            if n == 0 {
+                sums = sums.next(&point);
+            } else {
+                sums.add(&point);
+            }
         }
-        sums.finish().features()
+        sums.features()
     };
     period(&|_| 0.01);
     // |sin| exceeds its mean 2/π between 39.5° and 140.5°: 56 % of the time.
@@ -182,17 +186,13 @@ fn run(settings: Settings, seconds: f32, voltage: f32, factor: f32) -> (Verdict,
     let mut judged = 0;
     for n in 0..(seconds * RATE) as u32 {
         let s = (TAU * 50.0 * n as f32 / RATE).sin();
-        let sample = Sample {
-            voltage: Volts(voltage * 2f32.sqrt() * s),
-            current: Amperes(5.0 * s),
-            speed: RadiansPerSecond(1000.0),
-        };
         let output = Output {
+            raw: [voltage * 2f32.sqrt() * s, 5.0 * s],
             measured: State { current: 5.0 * s, speed: 1000.0 },
             modelled: State { current: factor * 5.0 * s, speed: 1000.0 },
             validity: 1.0,
         };
-        judged += u32::from(detector.process(&sample, &output).is_some_and(|period| period.judged));
+        judged += u32::from(detector.process(&output).is_some_and(|period| period.judged));
     }
     (detector.verdict(), judged)
 }

@@ -220,6 +220,25 @@ fn only_what_says_so_remembers_and_measures() {
     }
 }
 
+/// Whether a rotor breaks away is decided without the effects that say that they act on the circuit alone.
+#[test]
+fn what_acts_on_the_circuit_alone_changes_no_torque() {
+    let turning = |effects: &[Effect<f64>], current, speed| {
+        let motor = Motor::build(UNIVERSAL, effects).unwrap();
+        let b = motor.balance(
+            &OperatingPoint::unsupplied(current, speed),
+            &motor.memories_at_start(State { current: 3.0, speed: 200.0 }),
+        );
+        let friction = [b.dry_friction, b.dry_asymmetry, b.viscous_friction, b.turbulent_friction, b.friction];
+        (b.magnetising, b.flux, b.flux_slope, b.torque, friction)
+    };
+    for d in catalogue().iter().filter(|d| !matches!(d.acts, Acts::Both | Acts::Mechanical)) {
+        for (current, speed) in [(0.1, 0.0), (-5.0, 0.0), (5.0, 300.0), (-0.3, -3_000.0)] {
+            assert_eq!(turning(&[typical(d)], current, speed), turning(&[], current, speed), "{}", d.id);
+        }
+    }
+}
+
 #[test]
 fn present_at_a_typical_size() {
     let base = run::<f64>(&[], 1, 0.2);

@@ -1,6 +1,6 @@
 //! The shared exponential against `libm`'s, whose results lie within 1 ulp of the true ones: two good results may be 2 apart.
 
-use greyrig::scalar::Scalar;
+use greyrig::scalar::{Scalar, root};
 
 const ULPS: u64 = 2;
 
@@ -41,6 +41,19 @@ fn the_inverse_fourth_root() {
     }
     assert_eq!(f32::INFINITY.inverse_fourth_root(), 0.0);
     assert!(f32::NAN.inverse_fourth_root().is_nan());
+}
+
+#[test]
+fn the_root() {
+    // Every 997th of the positive normal numbers.
+    for bits in (f32::MIN_POSITIVE.to_bits()..f32::INFINITY.to_bits()).step_by(997) {
+        let x = f32::from_bits(bits);
+        let (expected, found) = (x.sqrt(), root(x));
+        assert!(found.to_bits().abs_diff(expected.to_bits()) <= 1, "{x:e}: {found:e}, not {expected:e}");
+    }
+    assert_eq!((root(0.0), root(f32::MAX), root(f32::INFINITY)), (0.0, f32::MAX.sqrt(), f32::INFINITY));
+    assert_eq!(root(-1.0), 0.0);
+    assert!(root(f32::NAN).is_nan());
 }
 
 #[test]

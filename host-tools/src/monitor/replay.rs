@@ -77,7 +77,7 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
         };
         let constraints = Constraints { speed: e.is_locked(n).then_some(0.0), current: e.is_open(n).then_some(0.0) };
         let output = tick.process(sample, constraints);
-        if let Some(period) = detector.process(&sample, &output) {
+        if let Some(period) = detector.process(&output) {
             rows.push(Row {
                 t_s: recording.start_s + n as f64 * e.interval_s,
                 features: period.features,

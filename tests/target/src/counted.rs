@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
+use greyrig::app::Sampler;
 use greyrig::app::bench::MOTOR;
-use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;
@@ -16,6 +16,9 @@ use crate::scenarios;
 /// Runs of what takes the same every time.
 const RUNS: usize = 16;
 
+/// What the converter shows in the middle of a half-wave.
+const COUNTS: Counts = Counts { voltage: 3_225, current: 2_380, speed: 2_785 };
+
 /// Samples within which the detector comes to the end of a period and judges it.
 const PERIODS: usize = 2_000;
 
@@ -23,10 +26,10 @@ const PERIODS: usize = 2_000;
 pub trait Counter {
     /// Counts `run`, which works on `state`; it is run several times in a row. Names have no spaces.
     fn count<S>(&mut self, name: &str, state: S, run: impl FnMut(&mut S)) {
-        self.count_runs(name, RUNS, state, run);
+        self.count_runs(name, RUNS, state, |_| (), run);
     }
-    /// The same for a number of runs, of which the longest counts.
-    fn count_runs<S>(&mut self, name: &str, runs: usize, state: S, run: impl FnMut(&mut S));
+    /// The same for a number of runs, of which the longest counts; what makes ready for one is not counted.
+    fn count_runs<S>(&mut self, name: &str, runs: usize, state: S, ready: impl FnMut(&mut S), run: impl FnMut(&mut S));
 }
 
 /// Everything that is counted: a line each.
@@ -55,22 +58,28 @@ pub fn all(counter: &mut impl Counter) {
         black_box(tick.process(sample, Constraints::FREE));
     });
     let (Some(tick), Ok(calibration)) = (scenarios::tick(), CalibrationSettings::default().build()) else { return };
-    let shared = Shared::new();
-    shared.capture(true);
-    shared.report(100);
-    shared.follow(true);
+    let shared = scenarios::busy_shared();
     let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
-    counter.count("interrupt", sampler, |sampler| interrupt(sampler, 3_225));
+    counter.count("interrupt", sampler, |sampler| interrupt(sampler, COUNTS));
     for (name, b) in [("interrupt_full_bell_free", None), ("interrupt_full_bell_2", Some(2.0))] {
-        let Some(sampler) = scenarios::full_sampler(&shared, b) else { return };
-        counter.count(name, sampler, |sampler| interrupt(sampler, 3_225));
+        let Some(sampler) = scenarios::full_sampler(&shared, b, 0.0) else { return };
+        counter.count(name, sampler, |sampler| interrupt(sampler, COUNTS));
     }
-    // A square wave of 50 Hz.
-    for (name, b) in [("interrupt_full_periods_bell_free", None), ("interrupt_full_periods_bell_2", Some(2.0))] {
-        let Some(sampler) = scenarios::full_sampler(&shared, b) else { return };
-        counter.count_runs(name, PERIODS, (sampler, 0), |(sampler, n)| {
+    for (name, b, speed) in [
+        ("interrupt_full_periods_bell_free", None, 0.0),
+        ("interrupt_full_periods_bell_2", Some(2.0), 0.0),
+        ("interrupt_full_reversing_bell_free", None, -20.0),
+        ("interrupt_full_reversing_bell_2", Some(2.0), -20.0),
+    ] {
+        let shared = scenarios::busy_shared();
+        let Some(sampler) = scenarios::full_sampler(&shared, b, speed) else { return };
+        let next = |(_, n, counts): &mut (Sampler, u16, Counts)| {
+            scenarios::drain(&shared);
             *n += 1;
-            interrupt(sampler, if *n % 200 < 100 { 3_225 } else { 870 });
+            *counts = scenarios::counts(*n);
+        };
+        counter.count_runs(name, PERIODS, (sampler, 0, COUNTS), next, |(sampler, _, counts)| {
+            interrupt(sampler, *counts);
         });
     }
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
@@ -108,6 +117,6 @@ pub fn all(counter: &mut impl Counter) {
 
 /// What a board's interrupt does once it has the counts, called from one place in the program as there.
 #[inline(never)]
-fn interrupt(sampler: &mut Sampler, voltage: u16) {
-    sampler.sample(black_box(Counts { voltage, current: 2_380, speed: 2_785 }), 0);
+fn interrupt(sampler: &mut Sampler, counts: Counts) {
+    sampler.sample(black_box(counts), 0);
 }

@@ -67,9 +67,17 @@ mod on_target {
     }
 
     impl Counter for SysTick {
-        fn count_runs<S>(&mut self, name: &str, runs: usize, mut state: S, mut run: impl FnMut(&mut S)) {
+        fn count_runs<S>(
+            &mut self,
+            name: &str,
+            runs: usize,
+            mut state: S,
+            mut ready: impl FnMut(&mut S),
+            mut run: impl FnMut(&mut S),
+        ) {
             let (mut least, mut most) = (u32::MAX, 0);
             for _ in 0..runs {
+                ready(&mut state);
                 let count = instructions(&mut state, &mut run) - self.empty;
                 (least, most) = (least.min(count), most.max(count));
             }

@@ -286,14 +286,16 @@ fn tick_bad_samples(outputs: &mut Outputs) {
     }
 }
 
-/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector.
-pub fn full_sampler(shared: &Shared, b: Option<f64>) -> Option<Sampler<'_>> {
+/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector, whose limits
+/// are so tight that everything calls. The model starts at a speed, rad/s.
+pub fn full_sampler(shared: &Shared, b: Option<f64>, speed: f32) -> Option<Sampler<'_>> {
     let effects = [
         Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),
         Effect::BrushDrop(BrushDrop { drop: 2.6, transition: 0.28 }),
     ];
     let filter = Settings::default().build().ok()?;
-    let tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, b, Firing::Product));
+    let mut tick = Tick::new(stepper(MOTOR, &effects)?, filter).with_correction(anfis(Shape::Bell, b, Firing::Product));
+    tick.start_from(State { current: 0.0, speed });
     let detector = detector::Settings {
         sample_rate_hz: 10_000.0,
         nominal_voltage: 230.0,
@@ -302,10 +304,41 @@ pub fn full_sampler(shared: &Shared, b: Option<f64>) -> Option<Sampler<'_>> {
         least_speed: 600.0,
         blanking_s: 0.0,
         fewest_periods: 50,
-        limits: detector::Limits { current: 0.05, speed: 0.02, sparking: 0.05, ..detector::Limits::default() },
+        limits: detector::Limits {
+            current: 1e-3,
+            speed: 1e-3,
+            sparking: 1e-3,
+            current_jump: 1e-6,
+            speed_jump: 1e-6,
+            current_deviation: [0.0, 1e-3],
+            speed_deviation: [0.0, 1e-3],
+        },
     };
     let calibration = CalibrationSettings::default().build().ok()?;
     Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared))
+}
+
+/// A host that wants everything: raw samples, periods, and reports so often that one meets every step of a judgement.
+pub fn busy_shared() -> Shared {
+    let shared = Shared::new();
+    shared.capture(true);
+    shared.report(7);
+    shared.follow(true);
+    shared
+}
+
+/// Takes what waits, so that there is room for the next sample's.
+pub fn drain(shared: &Shared) {
+    while shared.raw.pop().is_some() || shared.judged.pop().is_some() || shared.reports.pop().is_some() {}
+}
+
+/// The n-th sample of a square wave of 50 Hz with an unsteady current; now and then everything is clipped.
+pub fn counts(n: u16) -> Counts {
+    let positive = n % 200 < 100;
+    if n % 11 == 5 {
+        return Counts { voltage: if positive { 4_095 } else { 0 }, current: 4_095, speed: 4_095 };
+    }
+    Counts { voltage: if positive { 3_225 } else { 870 }, current: 2_380 + n % 5, speed: 2_785 }
 }
 
 /// What the network's instructions depend on.
