@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use greyrig_host::anfis::{Method, Settings as Training};
+use greyrig_host::anfis::Method;
 use greyrig_host::compare::compare;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
@@ -37,7 +37,7 @@ fn station() -> &'static (Model, Model, Model) {
     STATION.get_or_init(|| {
         let training = [rig("staircase", 12.0, 1).run().unwrap().recording];
         let bare = identify(&training, &Settings::new(Kind::Universal)).unwrap().model;
-        let settings = Training { threads: 0, ..Training::new(Method::Varpro, 3, 60) };
+        let settings = hybrid::settings(Method::Varpro, 60);
         let go_on = &mut |_: &_| std::ops::ControlFlow::Continue(());
         let corrected = hybrid::train(&bare, &training, 1.0, &settings, go_on).unwrap().0;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();

@@ -223,7 +223,7 @@ const BLANKING_S: f64 = 1.0;
 const RUN_UP_S: f64 = 3.0;
 
 fn corrected(model: &Model, training: &[Recording], held_out: &[Recording]) -> Result<Corrected> {
-    let settings = anfis::Settings { threads: 0, ..anfis::Settings::new(anfis::Method::Varpro, 3, 60) };
+    let settings = hybrid::settings(anfis::Method::Varpro, 60);
     let (hybrid, _) = hybrid::train(model, training, BLANKING_S, &settings, &mut |_| ControlFlow::Continue(()))?;
     let judged: Vec<Recording> = held_out.iter().map(|r| super::train::without_start(r, BLANKING_S)).collect();
     let (before, after) = (compare(model, &judged)?, compare(&hybrid, &judged)?);

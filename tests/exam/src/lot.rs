@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use greyrig::detector::{Features, Verdict};
-use greyrig_host::anfis::{Method, Settings as Training};
+use greyrig_host::anfis::Method;
 use greyrig_host::error::Result;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
@@ -128,7 +128,7 @@ pub fn stations() -> Result<Vec<Station>> {
     let bare = identify(&training, &named(&[]))?.model;
     let physics = identify(&training, &named(&["saturation", "hysteresis"]))?.model;
     let corrected = |model: &Model| -> Result<Model> {
-        let settings = Training { threads: 0, ..Training::new(Method::Varpro, 3, 60) };
+        let settings = hybrid::settings(Method::Varpro, 60);
         Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)
     };
     let stages = [

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use greyrig_board::analog::Analog;
 use greyrig_board::rig::Rig;
-use greyrig_host::anfis::{Method, Settings as Training};
+use greyrig_host::anfis::Method;
 use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
@@ -46,7 +46,7 @@ pub fn station() -> &'static Station {
     STATION.get_or_init(|| {
         let training = [setup("staircase", 12.0, 1).run().unwrap().recording];
         let bare = identify(&training, &Settings::new(Kind::Universal)).unwrap().model;
-        let settings = Training { threads: 0, ..Training::new(Method::Varpro, 3, 60) };
+        let settings = hybrid::settings(Method::Varpro, 60);
         let model = hybrid::train(&bare, &training, 1.0, &settings, &mut |_: &_| ControlFlow::Continue(())).unwrap().0;
         let healthy: Vec<Recording> =
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
