@@ -25,8 +25,9 @@ pub const MARGIN: f64 = 0.1;
 pub const RIDGE: f64 = 1e-8;
 /// Membership functions of each input: those of the rig's network.
 const FUNCTIONS: usize = 3;
-/// Length of the pieces of time of which every fifth is kept back where inputs are compared, s.
-const PIECE_S: f64 = 0.5;
+/// Length of the pieces of time of which every fifth is kept back to tell when to stop, s: some periods of the mains, and of
+/// each voltage that is held for a second.
+const PIECE_S: f64 = 0.1;
 const EVERY: usize = 5;
 
 /// The usual settings of a training.
@@ -76,7 +77,7 @@ fn rows(
 }
 
 /// Trains on four fifths of the rows and judges on the fifth, with the modelled current of a while ago as a fourth input or
-/// without. It is for comparing inputs only: the microcontroller's network has no memory.
+/// without. (With it, it is for comparing inputs only: the microcontroller's network has no memory.)
 ///
 /// # Errors
 /// As [`train`].
@@ -86,6 +87,7 @@ pub fn with_rows_kept_back(
     blanking_s: f64,
     delay_s: Option<f64>,
     settings: &Settings,
+    progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
 ) -> Result<Trained> {
     let bare = Model { correction: None, detector: None, ..model.clone() };
     let inputs = INPUTS.len() + usize::from(delay_s.is_some());
@@ -93,12 +95,12 @@ pub fn with_rows_kept_back(
     rows(&bare, recordings, blanking_s, delay_s, &mut |inputs, target, kept_back| {
         if kept_back { checking.push(inputs, target) } else { training.push(inputs, target) }
     })?;
-    anfis::train(&training.finish()?, Some(&checking.finish()?), settings, &mut |_| ControlFlow::Continue(()))
+    anfis::train(&training.finish()?, Some(&checking.finish()?), settings, progress)
 }
 
-/// Trains the correction of a model on recordings, on all rows of them. (Keeping pieces back and stopping where the error on them
-/// no longer falls costs more than it saves: the pieces are voltages that the network then has not learnt, and 135 parameters
-/// do not follow the noise of a hundred thousand rows.)
+/// Trains the correction of a model on recordings: first with rows kept back, which tell after how many epochs to stop, then as
+/// many epochs on all rows, since what is kept back is voltages that the network would not have learnt. The learning curve
+/// and the checking error that are given are those of the first training, all else is of the second.
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
@@ -110,9 +112,13 @@ pub fn train(
     progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
 ) -> Result<(Model, Trained)> {
     let bare = Model { correction: None, detector: None, ..model.clone() };
+    let checked = with_rows_kept_back(&bare, recordings, blanking_s, None, settings, progress)?;
     let mut table = Builder::new(INPUTS.len());
     rows(&bare, recordings, blanking_s, None, &mut |inputs, target, _| table.push(inputs, target))?;
-    let trained = anfis::train(&table.finish()?, None, settings, progress)?;
+    let as_many = Settings { epochs: checked.best + 1, ..settings.clone() };
+    let all = anfis::train(&table.finish()?, None, &as_many, progress)?;
+    let Trained { epochs, best, stopped, rmse_chk, .. } = checked;
+    let trained = Trained { epochs, best, stopped, rmse_chk, ..all };
     let names = INPUTS.map(str::to_owned);
     let correction = file::File::new(&trained, settings.method, MARGIN, &names, TARGET);
     Ok((Model { correction: Some(correction), ..bare }, trained))

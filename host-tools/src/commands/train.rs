@@ -85,17 +85,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ridge: Ridge::Relative(args.ridge),
         ..hybrid::settings(args.method, args.epochs)
     };
-    let bar = output::progress("training", args.epochs as u64);
+    let bar = output::progress("training", 2 * args.epochs as u64);
     let result = hybrid::train(&bare, &training, args.blanking, &settings, &mut |_| {
         bar.inc(1);
         ControlFlow::Continue(())
     });
     bar.finish_and_clear();
     let (model, trained) = result?;
-    let compared = match args.delay {
+    let delayed = match args.delay {
         Some(delay) if (1e-4..=1.0).contains(&delay) => {
-            let kept_back = |delay| hybrid::with_rows_kept_back(&bare, &training, args.blanking, delay, &settings);
-            Some([kept_back(None)?, kept_back(Some(delay))?])
+            Some(hybrid::with_rows_kept_back(&bare, &training, args.blanking, Some(delay), &settings, &mut |_| {
+                ControlFlow::Continue(())
+            })?)
         }
         Some(delay) => {
             return Err(Error::usage(format!("a delay of {delay} s cannot be"), "choose --delay from 0.0001 to 1"));
@@ -133,6 +134,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             json!({
                 "epochs": trained.epochs,
                 "rmse_trn": trained.rmse_trn,
+                "rmse_chk": trained.rmse_chk,
                 "esr_before": before[0].esr,
                 "esr_after": after[0].esr,
                 "held_out_before": before[1].esr,
@@ -140,11 +142,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "noise_floor": after[1].noise_floor,
                 "correction_share": share,
                 "accepted": accepted,
-                "delayed": compared.as_ref().map(|[without, with]| json!({
-                    "delay_s": args.delay,
-                    "rmse_chk": with.rmse_chk,
-                    "rmse_chk_without": without.rmse_chk,
-                })),
+                "delayed": delayed.as_ref().map(|d| json!({ "delay_s": args.delay, "rmse_trn": d.rmse_trn, "rmse_chk": d.rmse_chk })),
                 "notes": notes(&trained),
                 "model": args.out,
             }),
@@ -153,15 +151,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     output::print_line(&table(&before, &after))?;
     output::print_line(&format!("\n{}", in_words(&before, &after, share)))?;
-    if let (Some([without, with]), Some(delay)) = (&compared, args.delay) {
+    if let (Some(d), Some(delay)) = (&delayed, args.delay) {
         let chk = |t: &Trained| t.rmse_chk.map_or_else(|| "–".to_owned(), |e| format!("{e:.4} A"));
         output::print_line(&format!(
             "with the modelled current of {delay} s ago as a fourth input ({} rules in place of {}) the error on rows kept back would be \
              {} in place of {}",
-            with.net.rules(),
-            without.net.rules(),
-            chk(with),
-            chk(without)
+            d.net.rules(),
+            trained.net.rules(),
+            chk(d),
+            chk(&trained)
         ))?;
     }
     for note in notes(&trained) {
@@ -210,13 +208,15 @@ fn in_words(before: &[Comparison; 2], after: &[Comparison; 2], share: Option<f64
 }
 
 fn learning_curve(trained: &Trained) -> Curves {
-    let errors = trained.epochs.iter().enumerate().map(|(k, e)| (k as f64 + 1.0, e.rmse_trn)).collect();
+    let of = |get: &dyn Fn(&crate::anfis::Epoch) -> Option<f64>| -> Vec<(f64, f64)> {
+        trained.epochs.iter().enumerate().filter_map(|(k, e)| Some((k as f64 + 1.0, get(e)?))).collect()
+    };
     Curves {
-        caption: "Root mean square error of the raw current on the rows trained on".to_owned(),
+        caption: "Root mean square error of the raw current on the rows trained on and on those kept back, which tell when to stop".to_owned(),
         x: "epoch".to_owned(),
         y: "A".to_owned(),
         logarithmic: true,
-        curves: vec![("training".to_owned(), errors)],
+        curves: vec![("training".to_owned(), of(&|e| Some(e.rmse_trn))), ("checking".to_owned(), of(&|e| e.rmse_chk))],
     }
 }
 
