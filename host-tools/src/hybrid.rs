@@ -43,7 +43,7 @@ fn rows(
     recordings: &[Recording],
     blanking_s: f64,
     delay_s: Option<f64>,
-    take: &mut dyn FnMut(&[f64], f64, bool) -> Result<()>,
+    mut take: impl FnMut(&[f64], f64, bool) -> Result<()>,
 ) -> Result<()> {
     let motor = model
         .motor::<f32>()
@@ -92,7 +92,7 @@ pub fn with_rows_kept_back(
     let bare = Model { correction: None, detector: None, ..model.clone() };
     let inputs = INPUTS.len() + usize::from(delay_s.is_some());
     let (mut training, mut checking) = (Builder::new(inputs), Builder::new(inputs));
-    rows(&bare, recordings, blanking_s, delay_s, &mut |inputs, target, kept_back| {
+    rows(&bare, recordings, blanking_s, delay_s, |inputs, target, kept_back| {
         if kept_back { checking.push(inputs, target) } else { training.push(inputs, target) }
     })?;
     anfis::train(&training.finish()?, Some(&checking.finish()?), settings, progress)
@@ -114,7 +114,7 @@ pub fn train(
     let bare = Model { correction: None, detector: None, ..model.clone() };
     let checked = with_rows_kept_back(&bare, recordings, blanking_s, None, settings, progress)?;
     let mut table = Builder::new(INPUTS.len());
-    rows(&bare, recordings, blanking_s, None, &mut |inputs, target, _| table.push(inputs, target))?;
+    rows(&bare, recordings, blanking_s, None, |inputs, target, _| table.push(inputs, target))?;
     let as_many = Settings { epochs: checked.best + 1, ..settings.clone() };
     let all = anfis::train(&table.finish()?, None, &as_many, progress)?;
     let Trained { epochs, best, stopped, rmse_chk, .. } = checked;
