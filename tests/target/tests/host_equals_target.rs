@@ -18,8 +18,9 @@ const LIMITS: [(&str, u32); 19] = [
     ("interrupt_full_bell_2", 2000),
     ("interrupt_full_periods_bell_free", 2000),
     ("interrupt_full_periods_bell_2", 2000),
-    ("interrupt_full_reversing_bell_free", 2000),
     ("interrupt_full_reversing_bell_2", 2000),
+    // Above it where a reversal of the rotor meets a step of a judgement or a report.
+    ("interrupt_full_reversing_bell_free", 2050),
     ("interrupt", 854),
     ("tick", 677),
     ("motor_step", 321),
