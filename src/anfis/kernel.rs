@@ -34,7 +34,7 @@ pub const EXP2_ERROR: f64 = 2.8e-6;
 
 /// A number type that the network can be evaluated in.
 pub trait Kernel: Scalar {
-    /// What 1 in the exponent of 2 is, as [`Kernel::exp2`] wants it: 2^26 in `f32`.
+    /// What 1 in the exponent of 2 is, as [`Kernel::scaled_exp2`] wants it: 2^26 in `f32`.
     const EXPONENT: f64;
     /// The nearest number within ±2^24; NaN becomes 0, which the caller has to notice.
     fn saturate(self) -> Self;
