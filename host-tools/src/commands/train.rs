@@ -212,7 +212,8 @@ fn learning_curve(trained: &Trained) -> Curves {
         trained.epochs.iter().enumerate().filter_map(|(k, e)| Some((k as f64 + 1.0, get(e)?))).collect()
     };
     Curves {
-        caption: "Root mean square error of the raw current on the rows trained on and on those kept back, which tell when to stop".to_owned(),
+        caption: "Root mean square error of the raw current on the rows trained on and on those kept back to tell when to stop"
+            .to_owned(),
         x: "epoch".to_owned(),
         y: "A".to_owned(),
         logarithmic: true,
