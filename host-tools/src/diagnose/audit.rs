@@ -5,12 +5,13 @@
 
 use std::collections::BTreeMap;
 
+use greyrig::effects::Description;
 use nalgebra::DMatrix;
 
-use super::blocks::{self, held_out};
+use super::blocks::{self, HeldOut, held_out, p_value};
 use super::completeness::{Completeness, Floor};
 use super::ladder::{SMALLEST_GAIN, size_of};
-use super::screening::{Complement, log_fall};
+use super::screening::{self, Complement, Pair, Promise, log_fall};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
@@ -122,6 +123,16 @@ impl<'a> Audit<'a> {
         log_fall(&Complement::of(&rest).project(&without), &fit.residuals, self.problem.groups())
     }
 
+    /// Tries candidates at a fit by linearisation of the free run, most promising first.
+    pub fn screen(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+        screening::screen(fit, &self.problem, scales, candidates)
+    }
+
+    /// Tries the candidates of a screening two at a time, most promising first.
+    pub fn pairs(&self, fit: &Refined, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+        screening::pairs(fit, &self.problem, scales, promises)
+    }
+
     /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
     pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
         let over = Completeness::of(fit, &self.floor(best));
@@ -145,8 +156,17 @@ impl<'a> Audit<'a> {
 
     /// Fall of the error on blocks of time held out, from one fit to another: sum of the logarithms of both signals.
     pub fn held_out_fall(&self, before: &Refined, after: &Refined) -> f64 {
-        let of = |fit| held_out(fit, self.problem.groups(), &self.blocks).log_error();
-        of(before) - of(after)
+        self.held_out(before).log_error() - self.held_out(after).log_error()
+    }
+
+    /// The errors of a fit on blocks of time held out.
+    pub fn held_out(&self, fit: &Refined) -> HeldOut {
+        held_out(fit, self.problem.groups(), &self.blocks)
+    }
+
+    /// p-value of what a fit gains on another one by `parameters` more.
+    pub fn p_value(&self, before: &Refined, after: &Refined, parameters: usize) -> f64 {
+        p_value(&self.held_out(before), &self.held_out(after), after, self.problem.groups(), parameters)
     }
 
     /// 95 % intervals of the free parameters of a fit, by name.

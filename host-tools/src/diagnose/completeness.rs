@@ -84,20 +84,26 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
-    /// Whether nearly all structure of an earlier fit is explained in this one, balance by balance; or nearly all of both
-    /// together, where what is left of either is little.
-    pub fn explains(&self, before: &Self) -> bool {
-        let [over, left] = [before, self].map(|c| (c.electrical - 1.0).max(0.0) + (c.mechanical - 1.0).max(0.0));
-        self.explained(before, EXPLAINED) == [true; 2]
-            || (self.electrical.max(self.mechanical) < NEARLY_COMPLETE && left <= (1.0 - EXPLAINED) * over)
+    /// Whether nearly all structure of an earlier fit is explained in this one, balance by balance. Each may be explained in
+    /// the free run instead (`free_run`, without and with what was found), which adds up over time what one balance hardly
+    /// shows: there, of course, more has to be explained. What is left of a balance may also be little by itself, where what
+    /// is left of both is little of what there was.
+    pub fn explains(&self, before: &Self, free_run: Option<&(Self, Self)>) -> bool {
+        let balances = self.explained(before, EXPLAINED);
+        let free = free_run.map_or([false; 2], |(before, after)| after.explained(before, EXPLAINED_IN_FREE_RUN));
+        // Where the free run alone explains a signal, it also tells how much there was and is left.
+        let judges = [0, 1].map(|g| match free_run {
+            Some((before, after)) if free[g] && !balances[g] => (before.both()[g], after.both()[g]),
+            _ => (before.both()[g], self.both()[g]),
+        });
+        let [over, left] =
+            [judges.map(|j| j.0), judges.map(|j| j.1)].map(|x| x.iter().map(|c| (c - 1.0).max(0.0)).sum::<f64>());
+        let little = left <= (1.0 - EXPLAINED) * over;
+        (0..2).all(|g| balances[g] || free[g] || (little && judges[g].1 < NEARLY_COMPLETE))
     }
 
-    /// The same, where each balance may be explained in the free run instead, which adds up over time what one balance
-    /// hardly shows: there, of course, more has to be explained.
-    pub fn explains_with(&self, before: &Self, free_run: &(Self, Self)) -> bool {
-        let (balances, free) =
-            (self.explained(before, EXPLAINED), free_run.1.explained(&free_run.0, EXPLAINED_IN_FREE_RUN));
-        (0..2).all(|g| balances[g] || free[g])
+    fn both(&self) -> [f64; 2] {
+        [self.electrical, self.mechanical]
     }
 
     fn explained(&self, before: &Self, share: f64) -> [bool; 2] {
@@ -116,23 +122,25 @@ mod tests {
 
     #[test]
     fn both_balances_have_to_be_explained() {
-        assert!(of(2.8, 1.1).explains(&of(20.0, 1.1)));
-        assert!(!of(2.8, 4.0).explains(&of(20.0, 5.0)));
-        assert!(!of(3.0, 1.1).explains(&of(20.0, 1.1)));
+        assert!(of(2.8, 1.1).explains(&of(20.0, 1.1), None));
+        assert!(!of(2.8, 4.0).explains(&of(20.0, 5.0), None));
+        assert!(!of(3.0, 1.1).explains(&of(20.0, 1.1), None));
     }
 
     #[test]
     fn a_little_that_is_left_does_not_hide_what_was_explained() {
-        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45)));
-        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45)), "it is a third of what there was");
-        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6)), "it is not little");
+        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45), None));
+        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45), None), "it is a third of what there was");
+        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6), None), "it is not little");
+        assert!(of(1.8, 1.4).explains(&of(33.0, 2.3), None), "a fortieth of the voltage's, little of the torque's");
     }
 
     #[test]
     fn the_free_run_can_stand_in_for_one_balance() {
         let (before, after) = (of(19.0, 2.8), of(5.5, 0.8));
-        assert!(after.explains_with(&before, &(of(80.0, 4.5), of(2.2, 3.3))));
-        assert!(!after.explains_with(&before, &(of(80.0, 4.5), of(8.0, 3.3))), "a tenth is left");
-        assert!(!of(5.5, 2.5).explains_with(&before, &(of(80.0, 4.5), of(2.2, 3.3))), "nor the torque");
+        assert!(after.explains(&before, Some(&(of(80.0, 4.5), of(2.2, 3.3)))));
+        assert!(!after.explains(&before, Some(&(of(80.0, 4.5), of(8.0, 3.3)))), "a tenth is left");
+        assert!(!of(5.5, 2.5).explains(&before, Some(&(of(80.0, 4.5), of(2.2, 3.3)))), "nor the torque");
+        assert!(of(4.0, 1.43).explains(&of(56.0, 2.5), Some(&(of(81.0, 6.3), of(1.2, 3.9)))), "little of the torque's");
     }
 }

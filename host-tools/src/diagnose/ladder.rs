@@ -41,7 +41,7 @@ const BEYOND_DOUBT: f64 = 1.0;
 /// Least part of a candidate's column that has to be its own.
 pub const LEAST_INDEPENDENT: f64 = 0.01;
 /// Held-out errors within this of each other are the same.
-const SAME_ERROR: f64 = 0.04;
+pub const SAME_ERROR: f64 = 0.04;
 /// Pairs that are fitted where one effect at a time leaves structure.
 const PAIRS: usize = 4;
 /// A rival that gains less than this share of the winner's gain is none.
@@ -150,10 +150,8 @@ impl Ladder {
 
     /// Whether nothing is left to explain, or nearly nothing of what there was, in the balances or in the free run.
     pub fn is_explained(&self) -> bool {
-        let (before, after) = (&self.before, &self.after);
-        let explained =
-            || after.explains(before) || self.free_run.as_ref().is_some_and(|free| after.explains_with(before, free));
-        after.is_complete() || (!self.found.is_empty() && explained())
+        let explained = || self.after.explains(&self.before, self.free_run.as_ref());
+        self.after.is_complete() || (!self.found.is_empty() && explained())
     }
 }
 
@@ -186,11 +184,15 @@ impl<'a> Climb<'a> {
 
     /// Screens all candidates at the fit of a model: a first ranking.
     pub fn screen(&self, fit: &Refined) -> Vec<Promise> {
-        // A second member of a class would only lend the first one another form.
-        let present = |d: &&Description| fit.space.effects().iter().any(|id| classes::same(id, d.id));
-        let left: Vec<&'static Description> = self.candidates.iter().copied().filter(|d| !present(d)).collect();
         let scales = Scales::of(&fit.space, self.experiments);
-        screening::screen(fit, &self.problem, &scales, &left)
+        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space))
+    }
+
+    /// The candidates that a model does not have yet.
+    pub fn candidates_beside(&self, space: &Space) -> Vec<&'static Description> {
+        // A second member of a class would only lend the first one another form.
+        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(id, d.id));
+        self.candidates.iter().copied().filter(|d| !present(d)).collect()
     }
 
     /// One step from a fitted model: all candidates, and the one that would be added.
@@ -272,25 +274,12 @@ impl<'a> Climb<'a> {
         Ok(())
     }
 
-    /// Takes in an effect of the last step that gains by another measure than the balances, and climbs no further.
-    ///
-    /// # Errors
-    /// An interrupt.
-    pub fn accept(&self, ladder: &mut Ladder, id: &'static str, space: &Space, gain: f64) -> Result<()> {
-        if let Some(step) = ladder.steps.last_mut() {
-            step.winners.push(id);
-            if let Some(tried) = step.tried.iter_mut().find(|t| t.id == id) {
-                tried.gain = gain;
-                tried.objection = None;
-            }
-        }
-        ladder.found.push(id);
-        ladder.rivals.push(Vec::new());
-        let mut more = ladder.fit.space.with_effect(id, &Scales::of(&ladder.fit.space, self.experiments));
-        more.start_from(space, id);
-        ladder.fit = minimise(&more, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
-        ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
-        Ok(())
+    /// Takes in effects that the free run has found, as a step of its own, and climbs no further. `rivals` would have done as
+    /// well.
+    pub fn accept(&self, ladder: &mut Ladder, step: Step, rivals: &[&'static str]) {
+        ladder.found.extend(&step.winners);
+        ladder.rivals.extend(step.winners.iter().map(|_| rivals.to_vec()));
+        ladder.steps.push(step);
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most.
@@ -335,22 +324,31 @@ impl<'a> Climb<'a> {
         Floor::of(fit, &self.problem, self.problem.times(), self.period_s)
     }
 
-    /// After the free run has dropped effects: the fit without them, and the rivals of those that stay.
+    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
+    /// from where the free run's fit `free` has ended: one of the two may lie in a wrong valley.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn narrow(&self, ladder: &mut Ladder, before: &[&'static str]) -> Result<()> {
+    pub fn narrow(&self, ladder: &mut Ladder, kept: &[&'static str], free: &Refined) -> Result<()> {
         let mut space = ladder.fit.space.clone();
-        let mut rivals = Vec::new();
-        for (k, id) in before.iter().enumerate() {
-            if ladder.found.contains(id) {
-                rivals.push(ladder.rivals.get(k).cloned().unwrap_or_default());
+        let found = std::mem::replace(&mut ladder.found, kept.to_vec());
+        let rivals = std::mem::take(&mut ladder.rivals);
+        for (id, rivals) in found.iter().zip(rivals) {
+            if kept.contains(id) {
+                ladder.rivals.push(rivals);
             } else {
                 space = space.without_effect(id);
             }
         }
-        ladder.rivals = rivals;
-        ladder.fit = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        let mut fit = minimise(&free.space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        if space.effects() == free.space.effects() {
+            let other = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+            let error = |fit: &Refined| fit.log_error(self.problem.groups());
+            if error(&other) <= error(&fit) {
+                fit = other;
+            }
+        }
+        ladder.fit = fit;
         ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }

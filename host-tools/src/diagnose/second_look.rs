@@ -10,7 +10,8 @@
 use super::Progress;
 use super::audit::Audit;
 use super::classes;
-use super::ladder::{Climb, Ladder, Objection, Tried};
+use super::completeness::Completeness;
+use super::ladder::{Climb, LEAST_INDEPENDENT, Ladder, Objection, SAME_ERROR, Step, Tried};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
@@ -22,7 +23,7 @@ const WORTH_LOOKING: f64 = 0.3;
 const SMALLEST_FALL: f64 = 0.5;
 /// Share of the excess that may be left in the signal that gains more. (The other one may hold turbulence.)
 const LEFT: f64 = 0.4;
-/// Fall of the free run's error, with the parameters that the balances give, from which a candidate is fitted.
+/// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
 const WORTH_FITTING: f64 = 0.2;
 /// Candidates that are fitted in the free run, at most.
 const FITTED: usize = 3;
@@ -41,6 +42,8 @@ pub struct SecondLook<'a> {
 
 /// A climb, and what it found fitted in the free run.
 type Judged = (Ladder, Refined);
+/// Effects, the fit with them, and those that would do as well.
+type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
 
 impl<'a> SecondLook<'a> {
     /// Fits the model as it was, `base` by the balances, in the free run.
@@ -62,7 +65,7 @@ impl<'a> SecondLook<'a> {
     /// An interrupt.
     pub fn at(&self, ladder: Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
         let judged = self.judged(ladder)?;
-        let mut best = self.with_singles(judged, progress)?;
+        let mut best = self.with_more(judged, progress)?;
         for look in [Self::again, Self::by_two] {
             if best.0.is_explained() {
                 break;
@@ -78,61 +81,105 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Fits what a climb has found in the free run, and drops what does not earn its place there.
-    fn judged(&self, mut ladder: Ladder) -> Result<Judged> {
-        let fit = if ladder.found.is_empty() {
-            self.free.clone()
-        } else {
-            let found = ladder.found.clone();
-            let scales = Scales::of(&self.free.space, self.climb.experiments());
-            let all = self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)?;
-            let fit = self.audit.keep_earners(&self.free, all, &mut ladder.found)?;
-            if found != ladder.found {
-                self.climb.narrow(&mut ladder, &found)?;
-            }
-            fit
-        };
-        ladder.free_run = Some(self.audit.completeness_of_both(&self.free, &fit));
+    fn judged(&self, ladder: Ladder) -> Result<Judged> {
+        if ladder.found.is_empty() {
+            return Ok((Ladder { free_run: Some(self.completeness(&self.free)), ..ladder }, self.free.clone()));
+        }
+        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        let all = self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)?;
+        self.narrowed(ladder, all)
+    }
+
+    /// Drops what does not earn its place in a fit of the free run.
+    fn narrowed(&self, mut ladder: Ladder, all: Refined) -> Result<Judged> {
+        let mut kept = ladder.found.clone();
+        let fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
+        self.climb.narrow(&mut ladder, &kept, &fit)?;
+        ladder.free_run = Some(self.completeness(&fit));
         Ok((ladder, fit))
     }
 
-    /// Adds what the last step of a climb tried and did not count, where the free run needs it.
-    fn with_singles(&self, judged: Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
+    /// Completeness of the free run without and with effects.
+    fn completeness(&self, fit: &Refined) -> (Completeness, Completeness) {
+        self.audit.completeness_of_both(&self.free, fit)
+    }
+
+    /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
+    fn with_more(&self, judged: Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
         let (mut ladder, mut kept) = judged;
         for _ in 0..ADDED {
-            let left = self.audit.excess(&kept, &kept).iter().sum::<f64>();
-            let Some(last) = ladder.steps.last().filter(|_| left > WORTH_LOOKING) else { break };
-            let error = |space: &Space| self.audit.error_at(space).map(f64::ln).iter().sum::<f64>();
-            let without = error(&ladder.fit.space);
-            let mut candidates: Vec<(f64, &Tried)> = last
-                .tried
-                .iter()
-                .filter(|t| t.objection.is_some_and(Objection::is_of_size))
-                .filter(|t| ladder.found.iter().all(|id| !classes::same(id, t.id)))
-                .map(|t| (without - error(&t.fit.space), t))
-                .filter(|(gain, _)| *gain > WORTH_FITTING)
-                .collect();
-            candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let mut best: Option<(&'static str, Refined)> = None;
-            for (_, tried) in candidates.into_iter().take(FITTED) {
-                progress(Progress::Doing(tried.id));
-                let scales = Scales::of(&kept.space, self.climb.experiments());
-                let mut space = kept.space.with_effect(tried.id, &scales);
-                space.start_from(&tried.fit.space, tried.id);
-                let fit = self.audit.fit_with(&space, Effort::ROUGH)?;
-                if best.as_ref().is_none_or(|(_, b)| self.audit.held_out_fall(b, &fit) > 0.0) {
-                    best = Some((tried.id, fit));
-                }
-            }
-            let Some((id, fit)) = best else { break };
-            let fit = self.audit.fit(&fit.space)?;
-            if !self.suffices(&kept, &fit) {
+            if self.audit.excess(&kept, &kept).iter().sum::<f64>() <= WORTH_LOOKING {
                 break;
             }
-            self.climb.accept(&mut ladder, id, &fit.space, self.audit.held_out_fall(&kept, &fit))?;
-            kept = fit;
-            ladder.free_run = Some(self.audit.completeness_of_both(&self.free, &kept));
+            progress(Progress::Doing("free run"));
+            let scales = Scales::of(&kept.space, self.climb.experiments());
+            let objected = |id: &str| {
+                let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
+                last.and_then(|t| t.objection).is_some_and(|o| !Objection::is_of_size(o))
+            };
+            let mut candidates = self.climb.candidates_beside(&kept.space);
+            candidates.retain(|d| !objected(d.id));
+            let mut promises = self.audit.screen(&kept, &scales, &candidates);
+            promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
+            let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
+            let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
+            let found = match self.best(&kept, singles, progress)? {
+                None => {
+                    let pairs = self.audit.pairs(&kept, &scales, &promises);
+                    let pairs = pairs.into_iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
+                    self.best(&kept, pairs.map(|p| (p.ids.to_vec(), p.space)).collect(), progress)?
+                }
+                found => found,
+            };
+            let Some((ids, fit, rivals)) = found else { break };
+            let gain = self.audit.held_out_fall(&kept, &fit);
+            let parameters = fit.space.free().count() - kept.space.free().count();
+            let tried = |id: &&'static str| Tried {
+                id,
+                fit: fit.clone(),
+                held_out: self.audit.held_out(&fit),
+                gain,
+                p_value: (self.audit.p_value(&kept, &fit, parameters) * candidates.len() as f64).min(1.0),
+                objection: None,
+            };
+            let step = Step {
+                promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+                tried: ids.iter().map(tried).collect(),
+                together: ids.len() > 1,
+                winners: ids,
+                decoy_gain: 0.0,
+                decoys: [0, 0],
+            };
+            self.climb.accept(&mut ladder, step, &rivals);
+            (ladder, kept) = self.narrowed(ladder, fit)?;
         }
         Ok((ladder, kept))
+    }
+
+    /// Of models with more effects, the one with the smallest error on data held out, where that suffices; and the effects
+    /// of those that do as well.
+    fn best(
+        &self,
+        kept: &Refined,
+        models: Vec<(Vec<&'static str>, Space)>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<Found>> {
+        let mut fits: Vec<(Vec<&'static str>, Refined)> = Vec::new();
+        for (ids, space) in models {
+            progress(Progress::Doing(ids[0]));
+            fits.push((ids, self.audit.fit_with(&space, Effort::ROUGH)?));
+        }
+        let error = |fit: &Refined| self.audit.held_out(fit).log_error();
+        fits.sort_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
+        let mut fits = fits.into_iter();
+        let Some((ids, rough)) = fits.next() else { return Ok(None) };
+        let fit = self.audit.fit(&rough.space)?;
+        if !self.suffices(kept, &fit) {
+            return Ok(None);
+        }
+        let as_well = fits.filter(|(_, other)| error(other) - error(&fit) < SAME_ERROR).flat_map(|(ids, _)| ids);
+        let rivals = as_well.filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
+        Ok(Some((ids, fit, rivals)))
     }
 
     /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.

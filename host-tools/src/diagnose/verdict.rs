@@ -193,7 +193,7 @@ fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
         .tried
         .iter()
         .filter(|t| t.objection == Some(objection))
-        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before))
+        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before, None))
         .map(|t| t.id)
 }
 
