@@ -21,12 +21,17 @@ use crate::identify::space::Space;
 const WORTH_LOOKING: f64 = 0.3;
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
 const SMALLEST_FALL: f64 = 0.5;
-/// Share of the excess that may be left in the signal that gains more. (The other one may hold turbulence.)
+/// Share that may be left, in the signal that gains more, of the logarithm by which the error exceeds its floor.
 const LEFT: f64 = 0.4;
+/// Or of the excess itself: turbulence of the load, which adds up in the speed, keeps that of a healthy motor at three
+/// times its floor.
+const LEFT_ABOVE_TURBULENCE: f64 = 0.25;
 /// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
 const WORTH_FITTING: f64 = 0.2;
 /// Candidates that are fitted in the free run, at most.
 const FITTED: usize = 3;
+/// And of these those whose fit is finished, best first.
+const FINISHED: usize = 2;
 /// Effects that are added so.
 const ADDED: usize = 2;
 
@@ -72,12 +77,19 @@ impl<'a> SecondLook<'a> {
             }
             if let Some(other) = look(self, &best.0, progress)? {
                 let other = self.judged(other)?;
-                if self.suffices(&best.1, &other.1) {
+                if self.is_better(&best, &other) {
                     best = other;
                 }
             }
         }
         Ok(best)
+    }
+
+    /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all and
+    /// the first one does not.
+    fn is_better(&self, one: &Judged, other: &Judged) -> bool {
+        let explains = other.0.is_explained() && !one.0.is_explained();
+        self.suffices(&one.1, &other.1) || (explains && self.audit.held_out_fall(&one.1, &other.1) > SMALLEST_FALL)
     }
 
     /// Fits what a climb has found in the free run, and drops what does not earn its place there.
@@ -171,15 +183,17 @@ impl<'a> SecondLook<'a> {
         }
         let error = |fit: &Refined| self.audit.held_out(fit).log_error();
         fits.sort_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
-        let mut fits = fits.into_iter();
-        let Some((ids, rough)) = fits.next() else { return Ok(None) };
-        let fit = self.audit.fit(&rough.space)?;
-        if !self.suffices(kept, &fit) {
-            return Ok(None);
+        for k in 0..fits.len().min(FINISHED) {
+            let fit = self.audit.fit(&fits[k].1.space)?;
+            if !self.suffices(kept, &fit) {
+                continue;
+            }
+            let (ids, _) = fits.swap_remove(k);
+            let as_well = fits.iter().filter(|(_, other)| error(other) - error(&fit) < SAME_ERROR).flat_map(|f| &f.0);
+            let rivals = as_well.copied().filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
+            return Ok(Some((ids, fit, rivals)));
         }
-        let as_well = fits.filter(|(_, other)| error(other) - error(&fit) < SAME_ERROR).flat_map(|(ids, _)| ids);
-        let rivals = as_well.filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
-        Ok(Some((ids, fit, rivals)))
+        Ok(None)
     }
 
     /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
@@ -200,6 +214,8 @@ impl<'a> SecondLook<'a> {
     fn suffices(&self, before: &Refined, after: &Refined) -> bool {
         let (over, left) = (self.audit.excess(before, after), self.audit.excess(after, after));
         let gains_more = if over[0] - left[0] > over[1] - left[1] { 0 } else { 1 };
-        left[gains_more] < LEFT * over[gains_more] && self.audit.held_out_fall(before, after) > SMALLEST_FALL
+        let (over, left) = (over[gains_more], left[gains_more]);
+        let takes_most = left < LEFT * over || left.exp_m1() < LEFT_ABOVE_TURBULENCE * over.exp_m1();
+        takes_most && self.audit.held_out_fall(before, after) > SMALLEST_FALL
     }
 }
