@@ -290,12 +290,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has counted
     /// the dry friction with the old sign throughout, which is wrong by twice the friction after the crossing.
-    #[cold]
+    #[inline(always)]
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;
         let reversed = -direction;
-        let (incipient, dry_friction) = self.motor.breaking_away(current, &self.memories);
-        if incipient != reversed {
+        let (torque, dry_friction) = self.motor.torques_at_rest(current, &self.memories);
+        if torque * reversed <= dry_friction {
             return S::ZERO;
         }
         let share_after = crossed / (crossed - before);
