@@ -98,7 +98,8 @@ impl<'a> Sampler<'a> {
         let progress = active.detector.as_mut().map_or(Progress::Idle, |detector| detector.advance(&output));
         let every = shared.report_every();
         let window = self.window.with(number, &output);
-        if window.count < every {
+        // A report, too, waits where the tick took longer.
+        if window.count < every + u32::from(output.crossed_zero) {
             self.window = window;
         } else {
             if every > 0 && !shared.reports.push(&window) {

@@ -92,6 +92,7 @@ pub struct Stepper<S> {
     state: State<S>,
     rounding: State<S>,
     memories: Memories<S>,
+    crossed_zero: bool,
     substeps: u8,
     inverse_substeps: S,
     /// Of a sub-step, like what follows, s.
@@ -154,6 +155,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             motor,
             state,
             rounding: State::default(),
+            crossed_zero: false,
             interval,
             inverse_interval: S::ONE / interval,
             inverse_gamma_interval: S::ONE / (S::constant(GAMMA) * interval),
@@ -180,6 +182,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     #[inline(always)]
     pub fn reading(&self) -> State<S> {
         self.motor.measure(&self.memories, self.state)
+    }
+
+    /// Whether the rotor was stopped or turned round by the last [`Stepper::step`], which then took longer.
+    #[inline(always)]
+    pub fn crossed_zero(&self) -> bool {
+        self.crossed_zero
     }
 
     /// Puts the motor into a state, with the memories of its effects as at the start of a run.
@@ -209,6 +217,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     #[inline(always)]
     fn step_by(&mut self, from: S, to: S, constraints: Constraints<S>) {
+        self.crossed_zero = false;
         let rise = (to - from) * self.inverse_substeps;
         let mut voltage = from;
         for _ in 1..self.substeps {
@@ -282,6 +291,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         if constraints.speed.is_none() && direction * self.state.speed < S::ZERO {
             self.state.speed = self.speed_after_crossing(speed, direction);
             self.rounding.speed = S::ZERO;
+            self.crossed_zero = true;
         }
         if self.motor.remembers() {
             self.motor.advance(&Passed { interval: self.interval, before, after: self.state }, &mut self.memories);
