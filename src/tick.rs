@@ -27,6 +27,8 @@ pub struct Output {
     pub modelled: State<f32>,
     /// How far the correction is within what it has been trained on: 1 inside, 0 far outside; 1 without a correction.
     pub validity: f32,
+    /// Whether the modelled rotor was stopped or turned round with this sample, which then took longer.
+    pub crossed_zero: bool,
 }
 
 impl Output {
@@ -94,6 +96,7 @@ impl Tick {
             measured: State { current, speed },
             modelled: State { current: modelled_current, speed: modelled_speed },
             validity,
+            crossed_zero: self.stepper.crossed_zero(),
         }
     }
 

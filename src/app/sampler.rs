@@ -97,13 +97,15 @@ impl<'a> Sampler<'a> {
         let output = active.tick.process(active.calibration.sample(counts), Constraints::FREE);
         let progress = active.detector.as_mut().map_or(Progress::Idle, |detector| detector.advance(&output));
         let every = shared.report_every();
-        if every == 0 {
-            self.window = Window::default();
+        let window = self.window.with(number, &output);
+        // A report, too, waits where the tick took longer.
+        if window.count < every + u32::from(output.crossed_zero) {
+            self.window = window;
         } else {
-            self.window.add(number, &output);
-            if self.window.count >= every {
-                self.report();
+            if every > 0 && !shared.reports.push(&window) {
+                shared.raise(Fault::TelemetryLost);
             }
+            self.window = Window::default();
         }
         match progress {
             Progress::Told => self.judge(number),
@@ -149,15 +151,6 @@ impl<'a> Sampler<'a> {
             }
             Telling::Nothing
         };
-    }
-
-    /// Puts the report into the queue.
-    #[inline(never)]
-    fn report(&mut self) {
-        if !self.shared.reports.push(&self.window) {
-            self.shared.raise(Fault::TelemetryLost);
-        }
-        self.window = Window::default();
     }
 
     fn detector(&self) -> Option<&Detector> {

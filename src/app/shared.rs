@@ -65,7 +65,9 @@ impl Shared {
         if let Some(count) = self.faults.get(fault.place()) {
             // Not fetch_add, which would wrap: a counter that says "never" after four billion faults would lie. An interrupt
             // between the two may be counted once for twice.
-            count.store(count.load(Relaxed).saturating_add(1), Relaxed);
+            if let Some(more) = count.load(Relaxed).checked_add(1) {
+                count.store(more, Relaxed);
+            }
         }
     }
 

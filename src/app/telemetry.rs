@@ -21,17 +21,22 @@ pub struct Window {
 }
 
 impl Window {
-    /// Adds a sample.
+    /// With a further sample.
     #[inline]
-    pub fn add(&mut self, sample: u32, output: &Output) {
-        let ([voltage, _], residual) = (output.raw, output.residual());
-        self.sample = sample;
-        self.count += 1;
-        self.voltage_squared += voltage * voltage;
-        self.current_squared += output.measured.current * output.measured.current;
-        self.speed += output.measured.speed;
-        self.residual_squared.current += residual.current * residual.current;
-        self.residual_squared.speed += residual.speed * residual.speed;
+    #[must_use]
+    pub fn with(&self, sample: u32, output: &Output) -> Self {
+        let ([voltage, _], State { current, speed }, residual) = (output.raw, output.measured, output.residual());
+        Self {
+            sample,
+            count: self.count + 1,
+            voltage_squared: self.voltage_squared + voltage * voltage,
+            current_squared: self.current_squared + current * current,
+            speed: self.speed + speed,
+            residual_squared: State {
+                current: self.residual_squared.current + residual.current * residual.current,
+                speed: self.residual_squared.speed + residual.speed * residual.speed,
+            },
+        }
     }
 
     /// The report on it.

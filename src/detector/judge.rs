@@ -1,4 +1,5 @@
-//! The judgement of a period that has ended: a step with each of the next samples, in this order.
+//! The judgement of a period that has ended: a step with each of the next samples, in this order. Where the tick took longer,
+//! because the modelled rotor was turned round, the step waits for the next sample, [`MOST_WAITS`] times at most.
 //!
 //! | steps | what |
 //! | --- | --- |
@@ -9,13 +10,22 @@
 //! | 1 | the period is told |
 
 use super::features::FEATURES;
+use super::period::SHORTEST_S;
 use super::{
-    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, Period, Progress, Settings, Sums, Tolerance, Verdict,
-    isolation::locate,
+    Alarm, Cause, Cumulative, Fast, Features, Jump, Kind, LEAST_SAMPLE_RATE_HZ, Period, Progress, Settings, Sums,
+    Tolerance, Verdict, isolation::locate,
 };
 
-/// Samples after a period's end with the last of which it has been judged: less than the shortest period at any sampling rate.
+/// Steps of a judgement, one with each of the samples after the period's end but those with which it waits.
 pub const STEPS: usize = FEATURES + CAUSES + 3;
+
+/// Samples after a period's end, at most, with which a step waits because the tick took longer.
+pub const MOST_WAITS: u8 = 4;
+
+const _: () = assert!(
+    ((STEPS + MOST_WAITS as usize) as f32) < SHORTEST_S * LEAST_SAMPLE_RATE_HZ,
+    "a period is judged before the next one ends"
+);
 
 const CAUSES: usize = Cause::ALL.len();
 
@@ -33,6 +43,8 @@ pub(super) struct Judge {
     called: bool,
     /// The next step; [`STEPS`]: nothing is to be done.
     step: usize,
+    /// How often it has waited.
+    waits: u8,
     sums: Sums,
     starting: bool,
     period: Period,
@@ -51,6 +63,7 @@ impl Judge {
             judged: 0,
             called: false,
             step: STEPS,
+            waits: 0,
             sums: Sums::default(),
             starting: false,
             period: Period { features: Features::default(), jumps: [0.0; 2], judged: false, alarm: None },
@@ -60,12 +73,16 @@ impl Judge {
     /// Begins with the sums of a period that has ended; one during the start is not judged.
     #[inline]
     pub fn begin(&mut self, sums: Sums, starting: bool) {
-        (self.sums, self.starting, self.step) = (sums, starting, 0);
+        (self.sums, self.starting, self.step, self.waits) = (sums, starting, 0, 0);
     }
 
-    /// Makes a step, if one is to be made.
+    /// Makes a step, if one is to be made; with a sample that is `busy` not before it has waited [`MOST_WAITS`] times.
     #[inline]
-    pub fn step(&mut self) -> Progress {
+    pub fn step(&mut self, busy: bool) -> Progress {
+        if busy && self.waits < MOST_WAITS {
+            self.waits += 1;
+            return Progress::Step;
+        }
         let step = self.step;
         if step == STEPS {
             return Progress::Idle;

@@ -6,7 +6,7 @@
 //!                                                                    └─► cumulative: deviation of current, speed
 //! ```
 //! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much longer than
-//! another.
+//! another; where the tick itself took longer, that step waits for the next sample.
 //!
 //! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
 //! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
@@ -25,7 +25,7 @@ pub use cumulative::{Cumulative, THRESHOLD, Tolerance};
 pub use fast::{CONFIRM, Fast, RELEASE};
 pub use features::{Features, Point, Sums};
 pub use isolation::{Kind, locate};
-pub use judge::STEPS;
+pub use judge::{MOST_WAITS, STEPS};
 pub use jump::{Jump, PAST};
 pub use period::PeriodClock;
 
@@ -37,6 +37,9 @@ use crate::tick::Output;
 
 /// Lower end of the band in which sparks are looked for, Hz.
 pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
+
+/// The sampling rate, Hz, has to be above this.
+pub const LEAST_SAMPLE_RATE_HZ: f32 = 2.5 * SPARKS_ABOVE_HZ;
 
 /// What is healthy, learnt from healthy motors; a limit of 0 is not watched.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -189,7 +192,7 @@ pub enum Verdict {
 pub enum Progress {
     /// Nothing: there is time for something else.
     Idle,
-    /// A step of the judgement of a period.
+    /// A step of the judgement of a period, or no time for one.
     Step,
     /// The last of them: [`Detector::period`] is what the period brought.
     Told,
@@ -214,7 +217,7 @@ impl Settings {
     /// Numbers that make no detector.
     pub fn build(self) -> Result<Detector, SettingsError> {
         let high_pass = HighPass::new(f64::from(SPARKS_ABOVE_HZ) / f64::from(self.sample_rate_hz))
-            .filter(|_| self.sample_rate_hz > 2.5 * SPARKS_ABOVE_HZ)
+            .filter(|_| self.sample_rate_hz > LEAST_SAMPLE_RATE_HZ)
             .ok_or(SettingsError::SampleRate)?;
         let from_zero = |x: f32| x.is_finite() && x >= 0.0;
         if !(self.nominal_voltage.is_finite() && self.nominal_voltage > 0.0) {
@@ -251,7 +254,8 @@ impl Settings {
 }
 
 impl Detector {
-    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, gives what that period brought.
+    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, or up to [`MOST_WAITS`] later, gives what that
+    /// period brought.
     pub fn process(&mut self, output: &Output) -> Option<Period> {
         (self.advance(output) == Progress::Told).then_some(*self.period())
     }
@@ -277,7 +281,7 @@ impl Detector {
             Progress::Step
         } else {
             self.sums.add(&point);
-            self.judge.step()
+            self.judge.step(output.crossed_zero)
         }
     }
 

@@ -48,17 +48,19 @@ impl PeriodClock {
         } else if voltage < self.arming {
             self.armed = true;
         }
-        let late = self.count >= self.latest;
-        let early = crossing && self.count < self.shortest;
-        let ends = (crossing && !early) || late;
-        if crossing {
-            self.latest = self.longest;
-        } else if late {
-            self.latest = self.usual;
+        if crossing || self.count >= self.latest {
+            self.end(crossing)
+        } else {
+            self.count += 1;
+            None
         }
-        let length = self.count;
+    }
+
+    /// Begins to count anew, with a crossing or where none has come.
+    fn end(&mut self, crossing: bool) -> Option<u32> {
+        let length = core::mem::replace(&mut self.count, 1);
+        self.latest = if crossing { self.longest } else { self.usual };
         // A crossing soon after a period of direct voltage is where counting begins.
-        self.count = if ends || early { 1 } else { self.count + 1 };
-        ends.then_some(length)
+        (!crossing || length >= self.shortest).then_some(length)
     }
 }

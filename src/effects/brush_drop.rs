@@ -53,8 +53,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
         // The curve is odd: that of a positive current, turned round with its slope kept.
-        let sign = if at.current.value() < S::ZERO { -S::ONE } else { S::ONE };
-        let drop = sign * self.drop;
-        balance.voltage += at.current.times(-sign / self.transition).exp().times(-drop).plus(drop);
+        let against = if at.current.value() < S::ZERO { S::ONE } else { -S::ONE };
+        let rise = against * self.drop;
+        balance.voltage += at.current.times(against / self.transition).exp().times(rise).plus(-rise);
     }
 }

@@ -42,7 +42,7 @@ pub enum Request<'a> {
         /// CRC-32 of the payload.
         crc: u32,
     },
-    /// A report every so many samples.
+    /// A report every so many samples, or one more where the modelled rotor is turned round with the last.
     StartTelemetry {
         /// 1 … 60,000 samples; less than 10 is more than the line carries beside a capture.
         every: u16,
@@ -164,7 +164,8 @@ pub struct Judged {
     pub first: u32,
     /// Periods before it in the test; a gap to the message before is the number of messages lost.
     pub index: u32,
-    /// Number of the sample with which it was judged, [`STEPS`](crate::detector::STEPS) after the first one that follows it.
+    /// Number of the sample with which it was judged, [`STEPS`](crate::detector::STEPS) after the first one that follows it, or
+    /// up to [`MOST_WAITS`](crate::detector::MOST_WAITS) more.
     pub sample: u32,
     /// What it has brought.
     pub period: Period,

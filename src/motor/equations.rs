@@ -343,9 +343,10 @@ impl<S: Scalar<Base = S>> Motor<S> {
             - b.torque
     }
 
-    /// The direction in which a rotor at rest is about to move; 0: dry friction holds it. And the dry friction, N m. What acts on
-    /// the circuit alone is left out: it changes no torque at a given current.
-    pub(crate) fn breaking_away(&self, current: S, memories: &Memories<S>) -> (S, S) {
+    /// The driving torque on a rotor at rest and the dry friction that holds it, N m. What acts on the circuit alone is left
+    /// out: it changes no torque at a given current.
+    #[inline(always)]
+    pub(crate) fn torques_at_rest(&self, current: S, memories: &Memories<S>) -> (S, S) {
         const { assert!(MAX_EFFECTS <= 8, "a bit for each") };
         let at = OperatingPoint::unsupplied(current, S::ZERO);
         let mut b = self.base(&at);
@@ -360,7 +361,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
             }
         }
         let torque = self.linkage(&b) * current + b.torque - b.friction;
-        (incipient(torque, b.dry_friction), b.dry_friction)
+        (torque, b.dry_friction)
     }
 }
 

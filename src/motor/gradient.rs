@@ -148,7 +148,7 @@ impl<S: Scalar<Base = S>> Scalar for Gradient<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        if self.value < S::ZERO { -self } else { self }
+        self.through(self.value.abs(), if self.value < S::ZERO { -S::ONE } else { S::ONE })
     }
     #[inline]
     fn sqrt(self) -> Self {

@@ -92,6 +92,7 @@ pub struct Stepper<S> {
     state: State<S>,
     rounding: State<S>,
     memories: Memories<S>,
+    crossed_zero: bool,
     substeps: u8,
     inverse_substeps: S,
     /// Of a sub-step, like what follows, s.
@@ -154,6 +155,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             motor,
             state,
             rounding: State::default(),
+            crossed_zero: false,
             interval,
             inverse_interval: S::ONE / interval,
             inverse_gamma_interval: S::ONE / (S::constant(GAMMA) * interval),
@@ -180,6 +182,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     #[inline(always)]
     pub fn reading(&self) -> State<S> {
         self.motor.measure(&self.memories, self.state)
+    }
+
+    /// Whether the rotor was stopped or turned round by the last [`Stepper::step`], which then took longer.
+    #[inline(always)]
+    pub fn crossed_zero(&self) -> bool {
+        self.crossed_zero
     }
 
     /// Puts the motor into a state, with the memories of its effects as at the start of a run.
@@ -209,6 +217,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     #[inline(always)]
     fn step_by(&mut self, from: S, to: S, constraints: Constraints<S>) {
+        self.crossed_zero = false;
         let rise = (to - from) * self.inverse_substeps;
         let mut voltage = from;
         for _ in 1..self.substeps {
@@ -282,6 +291,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         if constraints.speed.is_none() && direction * self.state.speed < S::ZERO {
             self.state.speed = self.speed_after_crossing(speed, direction);
             self.rounding.speed = S::ZERO;
+            self.crossed_zero = true;
         }
         if self.motor.remembers() {
             self.motor.advance(&Passed { interval: self.interval, before, after: self.state }, &mut self.memories);
@@ -290,12 +300,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has counted
     /// the dry friction with the old sign throughout, which is wrong by twice the friction after the crossing.
-    #[cold]
+    #[inline(always)]
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;
         let reversed = -direction;
-        let (incipient, dry_friction) = self.motor.breaking_away(current, &self.memories);
-        if incipient != reversed {
+        let (torque, dry_friction) = self.motor.torques_at_rest(current, &self.memories);
+        if torque * reversed <= dry_friction {
             return S::ZERO;
         }
         let share_after = crossed / (crossed - before);

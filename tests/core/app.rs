@@ -11,7 +11,7 @@ use greyrig::faults::{Fault, TABLE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, InForce, Judged, Message, Mode, PROTOCOL, Refusal, Reply, Request};
 use greyrig::link::packing;
-use greyrig::motor::Constraints;
+use greyrig::motor::{Constraints, State};
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
 use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
 use greyrig::units::Counts;
@@ -522,6 +522,25 @@ fn reports_tell_rms_values() {
         }
         assert_eq!(reports, 20);
     });
+}
+
+#[test]
+fn a_report_waits_while_the_rotor_is_turned_round() {
+    let mut active = settings().build().unwrap();
+    active.tick.start_from(State { current: 0.0, speed: -20.0 });
+    let shared = Shared::new();
+    shared.report(1);
+    let mut sampler = Sampler::new(Some(active), &shared);
+    let mut waited = Vec::new();
+    for n in 0..200 {
+        let crossed = sampler.sample(Counts { voltage: 3_225, current: 2_048, speed: 0 }, 0).unwrap().crossed_zero;
+        match shared.reports.pop() {
+            Some(window) => assert_eq!(window.count, 1 + u32::from(waited.last() == Some(&(n - 1)))),
+            None => waited.push(n),
+        }
+        assert_eq!(waited.last() == Some(&n), crossed);
+    }
+    assert_eq!(waited.len(), 1, "{waited:?}");
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::f32::consts::TAU;
 
 use greyrig::butterworth::HighPass;
 use greyrig::detector::{
-    CONFIRM, Cumulative, Fast, Jump, Kind, Limits, PeriodClock, Point, RELEASE, Settings, SettingsError, Sums,
-    THRESHOLD, Tolerance, Verdict, locate,
+    CONFIRM, Cumulative, Fast, Jump, Kind, LEAST_SAMPLE_RATE_HZ, Limits, MOST_WAITS, PeriodClock, Point, RELEASE,
+    Settings, SettingsError, Sums, THRESHOLD, Tolerance, Verdict, locate,
 };
 use greyrig::motor::State;
 use greyrig::tick::Output;
@@ -191,6 +191,7 @@ fn run(settings: Settings, seconds: f32, voltage: f32, factor: f32) -> (Verdict,
             measured: State { current: 5.0 * s, speed: 1000.0 },
             modelled: State { current: factor * 5.0 * s, speed: 1000.0 },
             validity: 1.0,
+            crossed_zero: false,
         };
         judged += u32::from(detector.process(&output).is_some_and(|period| period.judged));
     }
@@ -213,6 +214,30 @@ fn the_start_is_not_judged() {
     let (_, judged) = run(settings(), 2.0, 230.0, 1.0);
     // 1.5 s of 50 Hz less what the first crossing takes.
     assert!((73..=75).contains(&judged), "{judged}");
+}
+
+/// The numbers of the samples with which a period is told, of a run in which the rotor is turned round at some.
+fn told(sample_rate_hz: f32, mains_hz: f32, crossed_zero: impl Fn(u32) -> bool) -> Vec<u32> {
+    let mut detector = Settings { sample_rate_hz, ..settings() }.build().unwrap();
+    (0..sample_rate_hz as u32)
+        .filter(|&n| {
+            let s = (TAU * mains_hz * n as f32 / sample_rate_hz).sin();
+            let output = Output { raw: [325.0 * s, s], crossed_zero: crossed_zero(n), ..Output::default() };
+            detector.process(&output).is_some()
+        })
+        .collect()
+}
+
+#[test]
+fn a_judgement_waits_for_the_model_but_not_for_ever() {
+    for (rate, hz) in [(RATE, 50.0), (LEAST_SAMPLE_RATE_HZ + 1.0, 66.0)] {
+        let usual = told(rate, hz, |_| false);
+        assert!(usual.len() as f32 > hz - 3.0);
+        let once = usual.iter().map(|n| n + 1).collect::<Vec<_>>();
+        assert_eq!(told(rate, hz, |n| usual.contains(&(n + 5))), once);
+        let late = usual.iter().map(|n| n + u32::from(MOST_WAITS)).collect::<Vec<_>>();
+        assert_eq!(told(rate, hz, |_| true), late);
+    }
 }
 
 #[test]

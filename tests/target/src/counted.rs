@@ -3,8 +3,8 @@
 use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
-use greyrig::app::Sampler;
 use greyrig::app::bench::MOTOR;
+use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::motor::Constraints;
@@ -23,8 +23,32 @@ const COUNTS: Counts = Counts { voltage: 3_225, current: 2_380, speed: 2_785 };
 const PERIODS: usize = 2_000;
 
 /// Reversals of the rotor, and samples within which each is over.
-const REVERSALS: u16 = 60;
-const REVERSAL: u16 = 600;
+pub const REVERSALS: u16 = 60;
+/// See [`REVERSALS`].
+pub const REVERSAL: u16 = 600;
+
+/// A rotor that turns backwards at first, so fast that it is turned round at another sample each time.
+pub struct Reversals {
+    /// What the converter shows of a sample.
+    pub counts: fn(u16) -> Counts,
+    /// Samples of a report.
+    pub report: u32,
+    /// The least speed backwards, rad/s, and what is added to it each time.
+    pub speed: [f32; 2],
+}
+
+impl Reversals {
+    /// On alternating voltage.
+    pub const ALTERNATING: Self = Self { counts: scenarios::counts, report: 7, speed: [20.0, 12.0] };
+    /// While the first period is judged, with a report on every sample.
+    pub const JUDGED: Self = Self { counts: scenarios::direct_counts, report: 1, speed: [188.0, 1.0] };
+
+    /// The interrupt with all that a station has, before the rotor is turned round for the n-th time.
+    pub fn sampler<'a>(&self, shared: &'a Shared, b: Option<f64>, n: u16) -> Option<Sampler<'a>> {
+        let [slowest, faster] = self.speed;
+        scenarios::full_sampler(shared, b, -slowest - faster * f32::from(n))
+    }
+}
 
 /// Counts instructions, or on the host merely runs what would be counted.
 pub trait Counter {
@@ -81,19 +105,23 @@ pub fn all(counter: &mut impl Counter) {
             interrupt(sampler, *counts);
         });
     }
-    // The rotor turns backwards at first, so fast that it is turned round at another sample each time.
-    for (name, b) in [("interrupt_full_reversing_bell_free", None), ("interrupt_full_reversing_bell_2", Some(2.0))] {
+    for (name, b, reversals) in [
+        ("interrupt_full_reversing_bell_free", None, Reversals::ALTERNATING),
+        ("interrupt_full_reversing_bell_2", Some(2.0), Reversals::ALTERNATING),
+        ("interrupt_full_reversing_judged_bell_free", None, Reversals::JUDGED),
+        ("interrupt_full_reversing_judged_bell_2", Some(2.0), Reversals::JUDGED),
+    ] {
         let shared = scenarios::busy_shared();
-        let backwards = |turn: u16| scenarios::full_sampler(&shared, b, -20.0 - 12.0 * f32::from(turn));
-        let Some(sampler) = backwards(0) else { return };
+        shared.report(reversals.report);
+        let Some(sampler) = reversals.sampler(&shared, b, 0) else { return };
         let next = |(sampler, n, counts): &mut (_, u16, Counts)| {
             scenarios::drain(&shared);
             if *n % REVERSAL == 0
-                && let Some(turned) = backwards(*n / REVERSAL)
+                && let Some(backwards) = reversals.sampler(&shared, b, *n / REVERSAL)
             {
-                *sampler = turned;
+                *sampler = backwards;
             }
-            *counts = scenarios::counts(*n % REVERSAL + 1);
+            *counts = (reversals.counts)(*n % REVERSAL + 1);
             *n += 1;
         };
         let runs = usize::from(REVERSALS * REVERSAL);

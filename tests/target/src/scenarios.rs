@@ -341,6 +341,14 @@ pub fn counts(n: u16) -> Counts {
     Counts { voltage: if positive { 3_225 } else { 870 }, current: 2_380 + n % 5, speed: 2_785 }
 }
 
+/// The n-th sample of a low direct voltage, else as [`counts`].
+pub fn direct_counts(n: u16) -> Counts {
+    if n % 11 == 5 {
+        return Counts { voltage: 4_095, current: 4_095, speed: 4_095 };
+    }
+    Counts { voltage: 2_120, current: 2_380 + n % 5, speed: 2_785 }
+}
+
 /// What the network's instructions depend on.
 pub const ANFIS: [(&str, Shape, Option<f64>); 4] = [
     ("anfis_bell_free", Shape::Bell, None),

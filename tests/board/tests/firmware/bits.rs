@@ -56,7 +56,7 @@ fn reports_are_equal_in_bits() {
     for report in &host.reports {
         let mut window = Window::default();
         for number in report.sample + 1 - u32::from(EVERY)..=report.sample {
-            window.add(number, &outputs[number as usize]);
+            window = window.with(number, &outputs[number as usize]);
         }
         assert_eq!(bits(report), bits(&window.report()), "sample {}", report.sample);
     }
