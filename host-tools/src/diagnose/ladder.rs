@@ -145,7 +145,7 @@ pub struct Ladder {
 impl Ladder {
     /// Whether an effect that was added has been dropped since.
     pub fn has_dropped(&self) -> bool {
-        self.steps.iter().map(|s| s.winners.len()).sum::<usize>() > self.found.len()
+        !dropped(&self.steps, &self.found).is_empty()
     }
 
     /// Whether nothing is left to explain, or nearly nothing of what there was, in the balances or in the free run.
@@ -182,17 +182,17 @@ impl<'a> Climb<'a> {
         minimise(space, &self.problem, THOROUGH, None, &mut || ())
     }
 
-    /// Screens all candidates at the fit of a model: a first ranking.
-    pub fn screen(&self, fit: &Refined) -> Vec<Promise> {
+    /// Screens the candidates at the fit of a model, but for some: a first ranking.
+    fn screen(&self, fit: &Refined, left_out: &[&'static str]) -> Vec<Promise> {
         let scales = Scales::of(&fit.space, self.experiments);
-        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space))
+        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out))
     }
 
-    /// The candidates that a model does not have yet.
-    pub fn candidates_beside(&self, space: &Space) -> Vec<&'static Description> {
+    /// The candidates that a model does not have yet, but for some.
+    pub fn candidates_beside(&self, space: &Space, left_out: &[&'static str]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
         let present = |d: &&Description| space.effects().iter().any(|id| classes::same(id, d.id));
-        self.candidates.iter().copied().filter(|d| !present(d)).collect()
+        self.candidates.iter().copied().filter(|d| !present(d) && !left_out.contains(&d.id)).collect()
     }
 
     /// One step from a fitted model: all candidates, and the one that would be added.
@@ -200,7 +200,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn first_step(&self, fit: &Refined) -> Result<Step> {
-        let mut step = self.step(fit, 0.0, &mut |_| ())?;
+        let mut step = self.step(fit, &[], 0.0, &mut |_| ())?;
         step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
     }
@@ -213,7 +213,7 @@ impl<'a> Climb<'a> {
         self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
     }
 
-    /// Climbs on from a fit that holds the effects found in earlier steps.
+    /// Climbs on from a fit that holds the effects found in earlier steps, without those that have been dropped since.
     pub(super) fn climb_on(
         &self,
         base: &Refined,
@@ -222,9 +222,10 @@ impl<'a> Climb<'a> {
         mut steps: Vec<Step>,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Ladder> {
+        let left_out = dropped(&steps, &found);
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
-            let mut step = self.step(&fit, gained, progress)?;
+            let mut step = self.step(&fit, &left_out, gained, progress)?;
             let winner = winner(&step.tried).map(|t| (t.id, t.fit.clone()));
             step.winners = winner.iter().map(|w| w.0).collect();
             steps.push(step);
@@ -287,7 +288,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn climb_by_two(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
-        let promises = self.screen(base);
+        let promises = self.screen(base, &[]);
         let scales = Scales::of(&base.space, self.experiments);
         let mut begun = Vec::new();
         for pair in screening::pairs(base, &self.problem, &scales, &promises).into_iter().take(PAIRS) {
@@ -384,10 +385,16 @@ impl<'a> Climb<'a> {
         held_out(fit, self.problem.groups(), &self.blocks)
     }
 
-    fn step(&self, fit: &Refined, gained: f64, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Step> {
+    fn step(
+        &self,
+        fit: &Refined,
+        left_out: &[&'static str],
+        gained: f64,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Step> {
         let before = self.held_out(fit);
         progress(Progress::Doing("screening"));
-        let promises = self.screen(fit);
+        let promises = self.screen(fit, left_out);
         let ranking: Vec<(&'static str, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
         progress(Progress::Ranking(&ranking));
         let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
@@ -519,6 +526,12 @@ fn winner(tried: &[Tried]) -> Option<&Tried> {
         .iter()
         .filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR)
         .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))
+}
+
+/// Effects that steps have added and that are no longer among what was found.
+fn dropped(steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
+    let added = steps.iter().flat_map(|s| &s.winners).copied();
+    added.filter(|id| found.iter().all(|kept| !classes::same(kept, id))).collect()
 }
 
 /// Number of parameters of an effect.

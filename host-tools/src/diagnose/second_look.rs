@@ -129,7 +129,7 @@ impl<'a> SecondLook<'a> {
                 let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
                 last.and_then(|t| t.objection).is_some_and(|o| !Objection::is_of_size(o))
             };
-            let mut candidates = self.climb.candidates_beside(&kept.space);
+            let mut candidates = self.climb.candidates_beside(&kept.space, &[]);
             candidates.retain(|d| !objected(d.id));
             let mut promises = self.audit.screen(&kept, &scales, &candidates);
             promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
@@ -202,7 +202,8 @@ impl<'a> SecondLook<'a> {
             return Ok(None);
         }
         let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
-        self.climb.climb_on(self.base, fit, found, steps, progress).map(Some)
+        let again = self.climb.climb_on(self.base, fit, found, steps, progress)?;
+        Ok((again.found != ladder.found).then_some(again))
     }
 
     /// Climbs once more, by two effects at first.
