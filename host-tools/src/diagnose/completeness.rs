@@ -15,7 +15,7 @@ const EXPLAINED: f64 = 0.9;
 /// The same in the free run.
 const EXPLAINED_IN_FREE_RUN: f64 = 0.97;
 /// Residual over floor below which little is left, whatever there was.
-const NEARLY_COMPLETE: f64 = 1.6;
+const NEARLY_COMPLETE: f64 = 1.5;
 
 /// Residual over what does not repeat, for the voltage and the torque balance; 1 is perfect.
 #[derive(Debug, Clone, Copy, PartialEq)]

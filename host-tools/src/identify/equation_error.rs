@@ -44,8 +44,8 @@ const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
 /// The low-pass of a motion has at least this many periods of its cut-off in the recording.
 const FEWEST_PERIODS: f64 = 40.0;
 
-/// Reversals of the current below this many standard deviations of its noise are noise.
-const NOISE_REVERSAL: f64 = 4.0;
+/// Reversals of the current by less than this many standard deviations of its noise are noise.
+const NOISE_REVERSAL: f64 = 8.0;
 
 /// Stands for a residual that cannot be computed.
 const HOPELESS: f64 = 1e6;
@@ -93,6 +93,8 @@ struct MotorPart<'a> {
     current: Vec<f64>,
     /// The current without its noise's small reversals, which would wear a hysteresis loop down.
     turning: Vec<f64>,
+    /// Least reversal that is none of noise, A.
+    least_reversal: f64,
     speed: Vec<f64>,
     voltage_rate: Vec<f64>,
     current_rate: Vec<f64>,
@@ -162,13 +164,18 @@ impl Residuals for EquationError<'_> {
     }
 }
 
-/// A signal that follows another one with a play of the given half width.
-fn without_small_reversals(signal: &[f64], half: f64) -> Vec<f64> {
+/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
+/// (A play of that width would do the same and lag, as hysteresis does.)
+fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
     let mut held = signal.first().copied().unwrap_or(0.0);
+    let mut direction = 0.0;
     signal
         .iter()
         .map(|x| {
-            held = held.clamp(x - half, x + half);
+            let further = x - held;
+            if further * direction > 0.0 || further.abs() > least {
+                (held, direction) = (*x, further.signum());
+            }
             held
         })
         .collect()
@@ -289,11 +296,13 @@ impl<'a> MotorPart<'a> {
             }
             from = to;
         }
+        let least_reversal = NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0);
         Some(Self {
             experiment: e,
             voltage_rate: derivative(&e.input, e.interval_s),
             current_rate: derivative(&current, e.interval_s),
-            turning: without_small_reversals(&current, NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0)),
+            turning: without_small_reversals(&current, least_reversal),
+            least_reversal,
             current,
             samples: (0..e.len()).step_by(stride(e)).filter(|n| e.counted[*n]).collect(),
             speed,
@@ -315,9 +324,9 @@ impl<'a> MotorPart<'a> {
         let e = self.experiment;
         let chain = motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring);
         let undone = chain.then(|| self.undo_chain(motor));
-        let (current, speed, current_rate) = match &undone {
-            Some((current, speed, rate)) => (current.as_slice(), speed.as_slice(), rate.as_slice()),
-            None => (self.current.as_slice(), self.speed.as_slice(), self.current_rate.as_slice()),
+        let [current, speed, current_rate, turning] = match &undone {
+            Some(signals) => signals.each_ref().map(Vec::as_slice),
+            None => [&self.current, &self.speed, &self.current_rate, &self.turning].map(Vec::as_slice),
         };
         let inertia = motor.parameters().inertia;
         let coefficients = e.coefficients::<f64>();
@@ -330,8 +339,8 @@ impl<'a> MotorPart<'a> {
         for n in 0..e.len() {
             let state = State { current: current[n], speed: speed[n] };
             if n > 0 {
-                let before = State { current: self.turning[n - 1], speed: speed[n - 1] };
-                let after = State { current: self.turning[n], speed: speed[n] };
+                let before = State { current: turning[n - 1], speed: speed[n - 1] };
+                let after = State { current: turning[n], speed: speed[n] };
                 motor.advance(&Passed { interval: e.interval_s, before, after }, &mut memories);
             }
             let at = OperatingPoint {
@@ -358,10 +367,7 @@ impl<'a> MotorPart<'a> {
         if self.windows.is_empty() {
             return rows;
         }
-        let smooth = match &undone {
-            Some(_) => sliding_mean(speed, self.period),
-            None => sliding_mean(&self.speed, self.period),
-        };
+        let smooth = sliding_mean(speed, self.period);
         rows.extend(
             self.windows.iter().map(|(from, to)| torque[*to] - torque[*from] - inertia * (smooth[*to] - smooth[*from])),
         );
@@ -389,8 +395,8 @@ impl<'a> MotorPart<'a> {
         }
     }
 
-    /// Current, speed and rate of the current as they were before the measuring chain.
-    fn undo_chain(&self, motor: &Motor<f64>) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    /// Current, speed, rate of the current and current without small reversals as they were before the measuring chain.
+    fn undo_chain(&self, motor: &Motor<f64>) -> [Vec<f64>; 4] {
         let e = self.experiment;
         let measured = |n: usize| State { current: self.current[n], speed: self.speed[n] };
         let mut memories = motor.memories_at_start(measured(0));
@@ -406,6 +412,18 @@ impl<'a> MotorPart<'a> {
             speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * self.speed[n] - shown.speed });
         }
         let rate = derivative(&current, e.interval_s);
-        (current, speed, rate)
+        let turning = without_small_reversals(&current, self.least_reversal);
+        [current, speed, rate, turning]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_reversals_are_left_out_and_nothing_lags() {
+        let signal = [0.0, 1.0, 2.0, 1.9, 2.1, 2.0, 1.6, 1.0, 1.1, 0.5];
+        assert_eq!(without_small_reversals(&signal, 0.3), [0.0, 1.0, 2.0, 2.0, 2.1, 2.1, 1.6, 1.0, 1.0, 0.5]);
     }
 }
