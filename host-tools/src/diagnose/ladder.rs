@@ -283,11 +283,17 @@ impl<'a> Climb<'a> {
         ladder.steps.push(step);
     }
 
-    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most.
+    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
+    /// lower it more than an earlier climb has done.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_by_two(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+    pub fn climb_by_two(
+        &self,
+        base: &Refined,
+        earlier: &Ladder,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<Ladder>> {
         let promises = self.screen(base, &[]);
         let scales = Scales::of(&base.space, self.experiments);
         let mut begun = Vec::new();
@@ -297,7 +303,8 @@ impl<'a> Climb<'a> {
             begun.push((self.held_out(&fit), pair.ids, fit));
         }
         let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
-        let Some((held_out, winners, fit)) = best else { return Ok(None) };
+        let earlier = self.held_out(&earlier.fit).log_error();
+        let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < earlier) else { return Ok(None) };
         let gain = self.held_out(base).log_error() - held_out.log_error();
         let parameters = fit.space.free().count() - base.space.free().count();
         let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
