@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::compare::{PerSignal, compare};
-use crate::diagnose::ladder::{Climb, Objection, Step};
+use crate::diagnose::climb::Climb;
+use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening::{self, Holds};
 use crate::diagnose::{self, VerdictKind, classes, samples};
 use crate::error::{Error, Result};

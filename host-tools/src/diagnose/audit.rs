@@ -9,9 +9,10 @@ use greyrig::effects::Description;
 use nalgebra::DMatrix;
 
 use super::blocks::{self, HeldOut, held_out, p_value};
+use super::climb::SMALLEST_GAIN;
 use super::completeness::{Completeness, Floor};
-use super::ladder::{SMALLEST_GAIN, size_of};
 use super::screening::{self, Complement, Pair, Promise, log_fall};
+use super::size_of;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;

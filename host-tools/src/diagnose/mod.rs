@@ -2,7 +2,7 @@
 //!
 //! 1. What the samples show before any fit ([`samples`]).
 //! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of base +
-//!    effect for those that promise something, all other parameters free to move ([`ladder`]).
+//!    effect for those that promise something, all other parameters free to move ([`climb`]).
 //! 3. Judgement on blocks of time held out ([`blocks`]), against decoys ([`decoys`]), with a correction for how many were
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back; rivals by swapping.
@@ -13,6 +13,7 @@
 pub mod audit;
 pub mod blocks;
 pub mod classes;
+pub mod climb;
 pub mod completeness;
 pub mod decoys;
 pub mod ladder;
@@ -39,8 +40,9 @@ use crate::identify::{self, Settings, identifiability, regression};
 use crate::model::unit;
 use crate::recording::Recording;
 use audit::Audit;
+use climb::Climb;
 use completeness::Completeness;
-use ladder::{Climb, Ladder, Objection, Tried};
+use ladder::{Ladder, Objection, Tried};
 use lead::Lead;
 use samples::Finding;
 use screening::Holds;
@@ -370,4 +372,14 @@ fn sizes(
 /// Findings of the samples as effects.
 fn ids(findings: &[Finding]) -> Vec<&'static str> {
     findings.iter().map(|f| f.id).collect()
+}
+
+/// Number of parameters of an effect.
+fn parameters_of(id: &str) -> usize {
+    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or(0, |d| d.parameters.len())
+}
+
+/// Name of the size of an effect.
+fn size_of(id: &str) -> &'static str {
+    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or("", |d| d.parameters[0].name)
 }

@@ -10,8 +10,9 @@
 use super::Progress;
 use super::audit::Audit;
 use super::classes;
+use super::climb::{Climb, LEAST_INDEPENDENT, SAME_ERROR};
 use super::completeness::Completeness;
-use super::ladder::{Climb, LEAST_INDEPENDENT, Ladder, Objection, SAME_ERROR, Step, Tried};
+use super::ladder::{Ladder, Objection, Step, Tried};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;

@@ -1,0 +1,245 @@
+//! Effects found one after the other, each judged on data held out, with a look back at every step.
+
+mod revision;
+mod step;
+
+use std::collections::BTreeMap;
+
+use greyrig::effects::Description;
+
+use super::Progress;
+use super::blocks::{self, HeldOut, held_out, p_value};
+use super::classes;
+use super::completeness::{Completeness, Floor};
+use super::ladder::{Ladder, Step, Tried, dropped};
+use super::lead::{self, Lead};
+use super::screening::{self, Promise};
+use super::shape::{self, Shape};
+use crate::error::Result;
+use crate::experiment::Experiment;
+use crate::identify::equation_error::{Balance, EquationError};
+use crate::identify::intervals_of;
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
+use crate::identify::scales::Scales;
+use crate::identify::space::Space;
+use step::winner;
+
+/// Smallest fall of the held-out error, sum of the logarithms of both balances.
+pub const SMALLEST_GAIN: f64 = 0.1;
+/// Least part of a candidate's column that has to be its own.
+pub const LEAST_INDEPENDENT: f64 = 0.01;
+/// Held-out errors within this of each other are the same.
+pub const SAME_ERROR: f64 = 0.04;
+/// Pairs that are fitted where one effect at a time leaves structure.
+const PAIRS: usize = 4;
+/// How hard a model is fitted before candidates are tried on it.
+const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON };
+/// How hard the others are.
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
+
+/// The data and the settings of a climb.
+pub struct Climb<'a> {
+    experiments: &'a [Experiment],
+    problem: EquationError<'a>,
+    blocks: Vec<usize>,
+    period_s: f64,
+    candidates: Vec<&'static Description>,
+    most: usize,
+}
+
+impl<'a> Climb<'a> {
+    /// `candidates` are tried at each step, `most` effects are added at most. `None` if no balance can be formed.
+    pub fn new(experiments: &'a [Experiment], candidates: Vec<&'static Description>, most: usize) -> Option<Self> {
+        let problem = EquationError::new(experiments)?;
+        let blocks = blocks::blocks(problem.times());
+        let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
+        Some(Self { experiments, problem, blocks, period_s, candidates, most })
+    }
+
+    /// Fits a model as it is.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit(&self, space: &Space) -> Result<Refined> {
+        minimise(space, &self.problem, THOROUGH, None, &mut || ())
+    }
+
+    /// Screens the candidates at the fit of a model, but for some: a first ranking.
+    fn screen(&self, fit: &Refined, left_out: &[&'static str]) -> Vec<Promise> {
+        let scales = Scales::of(&fit.space, self.experiments);
+        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out))
+    }
+
+    /// The candidates that a model does not have yet, but for some.
+    pub fn candidates_beside(&self, space: &Space, left_out: &[&'static str]) -> Vec<&'static Description> {
+        // A second member of a class would only lend the first one another form.
+        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(id, d.id));
+        self.candidates.iter().copied().filter(|d| !present(d) && !left_out.contains(&d.id)).collect()
+    }
+
+    /// One step from a fitted model: all candidates, and the one that would be added.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn first_step(&self, fit: &Refined) -> Result<Step> {
+        let mut step = self.step(fit, &[], 0.0, &mut |_| ())?;
+        step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
+        Ok(step)
+    }
+
+    /// Climbs from a fitted model. `progress` is told the steps done.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Ladder> {
+        self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
+    }
+
+    /// Climbs on from a fit that holds the effects found in earlier steps, without those that have been dropped since.
+    pub(super) fn climb_on(
+        &self,
+        base: &Refined,
+        mut fit: Refined,
+        mut found: Vec<&'static str>,
+        mut steps: Vec<Step>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Ladder> {
+        let left_out = dropped(&steps, &found);
+        while found.len() < self.most {
+            let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
+            let mut step = self.step(&fit, &left_out, gained, progress)?;
+            let winner = winner(&step.tried).map(|t| (t.id, t.fit.clone()));
+            step.winners = winner.iter().map(|w| w.0).collect();
+            steps.push(step);
+            let Some((id, next)) = winner else { break };
+            found.push(id);
+            // To its end, or the next candidates would be praised for what more steps alone bring.
+            fit = minimise(&next.space, &self.problem, THOROUGH, Some(next.rms), &mut || ())?;
+            if found.len() > 1 {
+                self.better_forms(&mut fit, &mut found, &mut steps, progress)?;
+            }
+        }
+        self.look_back(&mut fit, &mut found, progress)?;
+        let rivals = self.rivals(&fit, &found, &steps, progress)?;
+        let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
+        let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
+        Ok(Ladder { steps, found, rivals, fit, before, after, floor, free_run: None })
+    }
+
+    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
+    /// lower it more than an earlier climb has done.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb_by_two(
+        &self,
+        base: &Refined,
+        earlier: &Ladder,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<Ladder>> {
+        let promises = self.screen(base, &[]);
+        let scales = Scales::of(&base.space, self.experiments);
+        let mut begun = Vec::new();
+        for pair in screening::pairs(base, &self.problem, &scales, &promises).into_iter().take(PAIRS) {
+            progress(Progress::Doing(pair.ids[0]));
+            let fit = minimise(&pair.space, &self.problem, EFFORT, Some(base.rms), &mut || ())?;
+            begun.push((self.held_out(&fit), pair.ids, fit));
+        }
+        let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
+        let earlier = self.held_out(&earlier.fit).log_error();
+        let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < earlier) else { return Ok(None) };
+        let gain = self.held_out(base).log_error() - held_out.log_error();
+        let parameters = fit.space.free().count() - base.space.free().count();
+        let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
+        let p_value = (p * (self.candidates.len() * self.candidates.len()) as f64).min(1.0);
+        let tried = |id| Tried { id, fit: fit.clone(), held_out: held_out.clone(), gain, p_value, objection: None };
+        let step = Step {
+            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+            tried: winners.map(tried).to_vec(),
+            winners: winners.to_vec(),
+            together: true,
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        };
+        let fit = minimise(&fit.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+        self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
+    }
+
+    /// Takes in effects that the free run has found, as a step of its own, and climbs no further. `rivals` would have done as
+    /// well.
+    pub fn accept(&self, ladder: &mut Ladder, step: Step, rivals: &[&'static str]) {
+        ladder.found.extend(&step.winners);
+        ladder.rivals.extend(step.winners.iter().map(|_| rivals.to_vec()));
+        ladder.steps.push(step);
+    }
+
+    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
+    /// from where the free run's fit `free` has ended: one of the two may lie in a wrong valley.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn narrow(&self, ladder: &mut Ladder, kept: &[&'static str], free: &Refined) -> Result<()> {
+        let mut space = ladder.fit.space.clone();
+        let found = std::mem::replace(&mut ladder.found, kept.to_vec());
+        let rivals = std::mem::take(&mut ladder.rivals);
+        for (id, rivals) in found.iter().zip(rivals) {
+            if kept.contains(id) {
+                ladder.rivals.push(rivals);
+            } else {
+                space = space.without_effect(id);
+            }
+        }
+        let mut fit = minimise(&free.space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        if space.effects() == free.space.effects() {
+            let other = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+            let error = |fit: &Refined| fit.log_error(self.problem.groups());
+            if error(&other) <= error(&fit) {
+                fit = other;
+            }
+        }
+        ladder.fit = fit;
+        ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
+        Ok(())
+    }
+
+    /// The recordings.
+    pub fn experiments(&self) -> &[Experiment] {
+        self.experiments
+    }
+
+    /// Whether the recordings hold voltage, current and speed.
+    pub fn is_of_whole_motor(&self) -> bool {
+        self.problem.is_of_whole_motor()
+    }
+
+    /// Share of an effect's column that the other parameters do not explain.
+    pub fn independence(&self, fit: &Refined, d: &Description) -> Option<f64> {
+        screening::independence(fit, &self.problem, &Scales::of(&fit.space, self.experiments), d)
+    }
+
+    /// What generic terms make of what a fit leaves over.
+    pub fn lead(&self, fit: &Refined) -> Lead {
+        lead::find(fit, &self.problem, &self.blocks)
+    }
+
+    /// The shape of what is left in the balance that lacks more.
+    pub fn shape(&self, ladder: &Ladder) -> Option<Shape> {
+        let balance =
+            if ladder.after.electrical > ladder.after.mechanical { Balance::Voltage } else { Balance::Torque };
+        shape::of(&ladder.fit, &self.problem, balance)
+    }
+
+    /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+        intervals_of(fit, &self.blocks)
+    }
+
+    /// What does not repeat.
+    fn floor(&self, fit: &Refined) -> Floor {
+        Floor::of(fit, &self.problem, self.problem.times(), self.period_s)
+    }
+
+    fn held_out(&self, fit: &Refined) -> HeldOut {
+        held_out(fit, self.problem.groups(), &self.blocks)
+    }
+}

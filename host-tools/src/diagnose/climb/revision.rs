@@ -1,0 +1,107 @@
+//! Looking back at what a climb has found: superfluous effects, better forms, rivals.
+
+use super::{Climb, EFFORT, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
+use crate::diagnose::ladder::{Step, Tried};
+use crate::diagnose::{Progress, classes, parameters_of, size_of};
+use crate::error::Result;
+use crate::identify::minimise::{Refined, minimise};
+use crate::identify::scales::Scales;
+
+/// A rival that gains less than this share of the winner's gain is none.
+const RIVAL_SHARE: f64 = 0.5;
+
+impl Climb<'_> {
+    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
+    /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
+    pub(super) fn better_forms(
+        &self,
+        fit: &mut Refined,
+        found: &mut [&'static str],
+        steps: &mut [Step],
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<()> {
+        for present in found {
+            for other in classes::class_of(present).unwrap_or(&[]).iter().copied() {
+                if other == *present {
+                    continue;
+                }
+                let Some(step) = steps.iter_mut().find(|s| s.winners.contains(present)) else { continue };
+                let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
+                progress(Progress::Doing(other));
+                let scales = Scales::of(&fit.space, self.experiments);
+                let mut space = fit.space.without_effect(present).with_effect(other, &scales);
+                space.start_from(&tried.fit.space, other);
+                let exchanged = minimise(&space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+                if self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN {
+                    step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
+                    *fit = exchanged;
+                    *present = other;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Drops effects that the later ones have made superfluous.
+    pub(super) fn look_back(
+        &self,
+        fit: &mut Refined,
+        found: &mut Vec<&'static str>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<()> {
+        let mut k = 0;
+        while found.len() > 1 && k + 1 < found.len() {
+            progress(Progress::Doing(found[k]));
+            let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
+                found.remove(k);
+                *fit = less;
+            } else {
+                k += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// For each effect found, those of its step that would do as well in its place.
+    pub(super) fn rivals(
+        &self,
+        fit: &Refined,
+        found: &[&'static str],
+        steps: &[Step],
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Vec<Vec<&'static str>>> {
+        let error = self.held_out(fit).log_error();
+        let mut all = Vec::new();
+        for id in found {
+            let mut rivals = Vec::new();
+            let step = steps.iter().find(|s| s.winners.contains(id));
+            let tried: &[Tried] = step.map_or(&[], |s| &s.tried);
+            let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
+            // With more parameters it is no rival: a law that has to be bent to look like another one.
+            let rivals_here = tried.iter().filter(|t| {
+                t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
+            });
+            for rival in rivals_here {
+                progress(Progress::Doing(rival.id));
+                let swapped = if found.len() == 1 {
+                    rival.fit.clone()
+                } else {
+                    let scales = Scales::of(&fit.space, self.experiments);
+                    let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
+                    if let (Some(entry), Some(known)) =
+                        (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id)))
+                    {
+                        entry.value = known.value;
+                    }
+                    minimise(&space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?
+                };
+                if self.held_out(&swapped).log_error() - error < SAME_ERROR && !classes::same(id, rival.id) {
+                    rivals.push(rival.id);
+                }
+            }
+            all.push(rivals);
+        }
+        Ok(all)
+    }
+}

@@ -1,0 +1,127 @@
+//! One step of a climb: all candidates at one model, each judged on data held out.
+
+use super::{Climb, EFFORT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
+use crate::diagnose::Progress;
+use crate::diagnose::blocks::p_value;
+use crate::diagnose::decoys;
+use crate::diagnose::ladder::{Objection, Step, Tried};
+use crate::diagnose::parameters_of;
+use crate::error::Result;
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
+use crate::identify::space::Space;
+use crate::output;
+
+/// Candidates that are fitted after the screening.
+const FITTED: usize = 7;
+/// A candidate that promises less than this share of the best one's is not fitted.
+const WORTH_FITTING: f64 = 0.03;
+/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
+/// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
+const SIGNIFICANCE: f64 = 1e-4;
+/// Where the error falls to a third the usual level will do: the rows are few then because one structure fills them all.
+const CONVENTIONAL: f64 = 0.01;
+/// An effect has to beat the best decoy's gain by this factor.
+const OVER_DECOYS: f64 = 2.0;
+/// R and K that an effect changes by more than this factor are no longer those of the same motor.
+const LARGEST_SHIFT: f64 = 3.0;
+/// A gain (error down to a third in one balance) that neither of these two objections can undo, and that needs less proof.
+const BEYOND_DOUBT: f64 = 1.0;
+/// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
+const SMALLEST_SHARE: f64 = 0.02;
+/// How hard each candidate is fitted at first.
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: CARRIED_ON };
+/// A candidate that then gains less than this share of what the best one gains is not fitted any further.
+const WORTH_FINISHING: f64 = 0.3;
+
+impl Climb<'_> {
+    /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little.
+    pub(super) fn step(
+        &self,
+        fit: &Refined,
+        left_out: &[&'static str],
+        gained: f64,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Step> {
+        let before = self.held_out(fit);
+        progress(Progress::Doing("screening"));
+        let promises = self.screen(fit, left_out);
+        let ranking: Vec<(&'static str, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
+        progress(Progress::Ranking(&ranking));
+        let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
+        let decoys = decoys::tried(
+            fit,
+            self.problem.groups(),
+            self.problem.times(),
+            &self.blocks,
+            &columns,
+            1 + fit.space.effects().len() as u64,
+        );
+        let smallest = SMALLEST_GAIN.max(SMALLEST_SHARE * gained);
+        let decoy_gain = decoys.iter().map(|d| before.log_error() - d.log_error()).fold(0.0, f64::max);
+        let accepted = decoys.iter().filter(|d| {
+            let p = p_value(&before, d, fit, self.problem.groups(), 1) * self.candidates.len() as f64;
+            before.log_error() - d.log_error() >= smallest && p <= SIGNIFICANCE
+        });
+        let accepted = [decoys.len(), accepted.count()];
+        let best = promises.first().map_or(0.0, |p| p.gain);
+        let mut begun = Vec::new();
+        for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
+            output::check_interrupt()?;
+            progress(Progress::Doing(promise.id));
+            let refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let gain = before.log_error() - self.held_out(&refined).log_error();
+            begun.push((promise, refined, gain));
+        }
+        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
+        let mut tried = Vec::new();
+        for (promise, refined, gain) in begun {
+            output::check_interrupt()?;
+            let refined = if gain > WORTH_FINISHING * most {
+                minimise(&refined.space, &self.problem, EFFORT, Some(refined.rms), &mut || ())?
+            } else {
+                refined
+            };
+            let held_out = self.held_out(&refined);
+            let gain = before.log_error() - held_out.log_error();
+            let parameters = refined.space.free().count() - fit.space.free().count();
+            let single = p_value(&before, &held_out, &refined, self.problem.groups(), parameters);
+            let p_value = (single * self.candidates.len() as f64).min(1.0);
+            let objection = if gain < smallest {
+                Some(Objection::TooSmall)
+            } else if p_value > if gain > BEYOND_DOUBT { CONVENTIONAL } else { SIGNIFICANCE }
+                || gain < OVER_DECOYS * decoy_gain
+            {
+                Some(Objection::NotSignificant)
+            } else if promise.independent < LEAST_INDEPENDENT && gain < BEYOND_DOUBT {
+                Some(Objection::NotIndependent)
+            } else if shift(&fit.space, &refined.space) > LARGEST_SHIFT && gain < BEYOND_DOUBT {
+                Some(Objection::Implausible)
+            } else {
+                None
+            };
+            tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
+        }
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        Ok(Step { promises: ranking, tried, winners: Vec::new(), together: false, decoy_gain, decoys: accepted })
+    }
+}
+
+/// The candidate that counts: the best one, or one that does as well with fewer parameters.
+pub fn winner(tried: &[Tried]) -> Option<&Tried> {
+    let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
+    tried
+        .iter()
+        .filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR)
+        .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))
+}
+
+/// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)
+fn shift(before: &Space, after: &Space) -> f64 {
+    ["R", "K"]
+        .iter()
+        .map(|name| {
+            let ratio = after.value(name) / before.value(name);
+            ratio.max(1.0 / ratio)
+        })
+        .fold(1.0, f64::max)
+}
