@@ -54,6 +54,8 @@ fn a_fault_that_begins_during_the_test_raises_the_right_alarm_on_line() {
         assert_eq!((&told["verdict"], &told["lost"], &told["reconnections"]), (&"fail".into(), &0.into(), &0.into()));
         // It was told while the motor still ran.
         assert!(talk.contains("alarm: ") && talk.contains("begins"), "{talk}");
+        let (_, place) = talk.split_once("it looks ").unwrap();
+        assert!(place.starts_with(kind), "what is told first is right: {talk}");
 
         let alarm = &told["alarms"][0];
         let sample = told["first_sample"].as_f64().unwrap() + 1e4 * alarm["t_s"].as_f64().unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use greyrig::detector::Kind;
+use greyrig::detector::{Alarm, Kind};
 use greyrig::link::message::Judged as Period;
 use greyrig::parameters::{Settings, section};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -100,18 +100,31 @@ fn in_force(connection: &mut Connection, model: &Model, path: &Path, port: &str)
     Ok(settings)
 }
 
-/// Where a fault sits is told again when it has looked otherwise for so many periods in a row: at first, before the rotor
-/// has followed, much looks like a sensor.
+/// Where a fault sits is told when it has looked the same for so many periods in a row: at first, before the rotor has
+/// followed, much looks like a sensor.
 const STEADY_PERIODS: usize = 5;
 
 /// An alarm that calls.
 struct Calling {
     last_s: f64,
     largest: f32,
+    /// Where the fault seems to sit, and for how many periods in a row.
+    kind: (Kind, usize),
     /// As told last.
-    kind: Kind,
-    /// Periods in a row with another kind.
-    otherwise: usize,
+    told: Option<Kind>,
+}
+
+impl Calling {
+    /// Takes in an alarm; where the fault sits, if that is to be told now.
+    fn again(&mut self, t: f64, alarm: &Alarm) -> Option<Kind> {
+        self.last_s = t;
+        self.largest = self.largest.max(alarm.ratio);
+        let (kind, periods) = self.kind;
+        self.kind = (alarm.kind, if kind == alarm.kind { periods + 1 } else { 1 });
+        let steady = (self.kind.1 >= STEADY_PERIODS).then_some(alarm.kind).filter(|kind| self.told != Some(*kind))?;
+        self.told = Some(steady);
+        self.told
+    }
 }
 
 /// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a terminal.
@@ -151,19 +164,16 @@ impl Talk {
         if let Some(alarm) = alarm {
             match &mut self.calling {
                 Some(calling) => {
-                    calling.last_s = t;
-                    calling.largest = calling.largest.max(alarm.ratio);
-                    calling.otherwise = if alarm.kind == calling.kind { 0 } else { calling.otherwise + 1 };
-                    if calling.otherwise >= STEADY_PERIODS {
-                        (calling.kind, calling.otherwise) = (alarm.kind, 0);
+                    if let Some(kind) = calling.again(t, &alarm) {
                         let ratio = calling.largest;
-                        self.say(&format!("{t:8.2} s  it looks {}; {ratio:.1} times the limit", alarm.kind.name()));
+                        self.say(&format!("{t:8.2} s  it looks {}; {ratio:.1} times the limit", kind.name()));
                     }
                 }
                 None => {
-                    self.calling = Some(Calling { last_s: t, largest: alarm.ratio, kind: alarm.kind, otherwise: 0 });
-                    let (kind, cause, ratio) = (alarm.kind.name(), alarm.cause.words(), alarm.ratio);
-                    self.say(&format!("{t:8.2} s  alarm: {kind}, {cause} at {ratio:.1} times the limit"));
+                    let kind = (alarm.kind, 1);
+                    self.calling = Some(Calling { last_s: t, largest: alarm.ratio, kind, told: None });
+                    let (cause, ratio) = (alarm.cause.words(), alarm.ratio);
+                    self.say(&format!("{t:8.2} s  alarm: {cause} at {ratio:.1} times the limit"));
                 }
             }
         } else if let Some(calling) = self.calling.take_if(|calling| t - calling.last_s > QUIET_S) {
