@@ -27,9 +27,8 @@ const LEFT: f64 = 0.4;
 /// Or of the excess itself: turbulence of the load, which adds up in the speed, keeps that of a healthy motor at three
 /// times its floor.
 const LEFT_ABOVE_TURBULENCE: f64 = 0.25;
-/// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted, as a share of the larger
-/// excess, and at least.
-const WORTH_FITTING: (f64, f64) = (0.2, 0.2);
+/// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
+const WORTH_FITTING: f64 = 0.2;
 /// Candidates that are fitted in the free run, at most.
 const FITTED: usize = 3;
 /// And of these those whose fit is finished, best first.
@@ -122,11 +121,9 @@ impl<'a> SecondLook<'a> {
     fn with_more(&self, judged: Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
         let (mut ladder, mut kept) = judged;
         for _ in 0..ADDED {
-            let over = self.audit.excess(&kept, &kept);
-            if over.iter().sum::<f64>() <= WORTH_LOOKING {
+            if self.audit.excess(&kept, &kept).iter().sum::<f64>() <= WORTH_LOOKING {
                 break;
             }
-            let least = WORTH_FITTING.1.max(WORTH_FITTING.0 * over[0].max(over[1]));
             progress(Progress::Doing("free run"));
             let scales = Scales::of(&kept.space, self.climb.experiments());
             let objected = |id: &str| {
@@ -137,12 +134,12 @@ impl<'a> SecondLook<'a> {
             candidates.retain(|d| !objected(d.id));
             let mut promises = self.audit.screen(&kept, &scales, &candidates);
             promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
-            let singles = promises.iter().filter(|p| p.gain > least).take(FITTED);
+            let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
             let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
             let found = match self.best(&kept, singles, progress)? {
                 None => {
                     let pairs = self.audit.pairs(&kept, &scales, &promises);
-                    let pairs = pairs.into_iter().filter(|p| p.gain > least).take(FITTED);
+                    let pairs = pairs.into_iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
                     self.best(&kept, pairs.map(|p| (p.ids.to_vec(), p.space)).collect(), progress)?
                 }
                 found => found,
