@@ -75,7 +75,8 @@ impl Climb<'_> {
         let mut all = Vec::new();
         for id in found {
             let mut rivals = Vec::new();
-            let step = steps.iter().find(|s| s.winners.contains(id));
+            // What was tried together only is no rival of its other half.
+            let step = steps.iter().find(|s| !s.together && s.winners.contains(id));
             let tried: &[Tried] = step.map_or(&[], |s| &s.tried);
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
             // With more parameters it is no rival: a law that has to be bent to look like another one.
