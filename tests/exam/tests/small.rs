@@ -42,10 +42,10 @@ fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
 }
 
 #[test]
-fn three_effects_are_found_where_the_first_step_is_wrong() {
-    // 31: iron loss gains more than any of the three alone, and takes the place of demagnetisation by late commutation.
+fn three_effects_are_found_where_the_balances_mislead() {
+    // 193: windage and Stribeck friction gain nothing one at a time, and hardly show in the torque balance.
     // 163: hysteresis, fitted to the balances before the compression of the sensor is known, ends in another valley.
-    [31, 163].into_par_iter().for_each(|seed| {
+    [193, 163].into_par_iter().for_each(|seed| {
         let o = run(&Case::new(Question::Three, Excitation::Ac, 1.0, seed)).unwrap();
         assert!(o.exact(), "seed {seed}, {:?}: {:?} {:?}", o.effects, o.kind, o.named);
     });
