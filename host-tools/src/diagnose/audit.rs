@@ -6,23 +6,24 @@
 use std::collections::BTreeMap;
 
 use greyrig::effects::Description;
-use nalgebra::DMatrix;
 
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::climb::SMALLEST_GAIN;
 use super::completeness::{Completeness, Floor};
-use super::screening::{self, Complement, Pair, Promise, log_fall};
-use super::size_of;
+use super::screening::{self, Pair, Promise};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
 /// How hard the free run is fitted.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
+
+/// A little friction, relative to what motors have.
+const SMALL: f64 = 1e-3;
 
 /// An effect that earns less than this share of what all together earn may only be making up for the form of another one.
 const LEAST_SHARE: f64 = 0.03;
@@ -36,10 +37,12 @@ pub struct Audit<'a> {
     times: Vec<(usize, f64)>,
     blocks: Vec<usize>,
     period_s: f64,
+    /// Time constant of the rotor, s.
+    time_constant_s: f64,
 }
 
 impl<'a> Audit<'a> {
-    /// Prepares the recordings; `space` tells how many sub-steps they need.
+    /// Prepares the recordings; `space` tells how many sub-steps they need and how slow the rotor is.
     ///
     /// # Errors
     /// Data without a single usable row.
@@ -49,7 +52,8 @@ impl<'a> Audit<'a> {
         let problem = OutputError::new(rows)?;
         let times = problem.times();
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
-        Ok(Self { blocks: blocks::blocks(&times), times, problem, period_s })
+        let time_constant_s = time_constant_s(&problem, space).max(period_s);
+        Ok(Self { blocks: blocks::blocks(&times), times, problem, period_s, time_constant_s })
     }
 
     /// Fits a model by output error.
@@ -66,6 +70,14 @@ impl<'a> Audit<'a> {
     /// An interrupt.
     pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Refined> {
         minimise(space, &self.problem, effort, None, &mut || ())
+    }
+
+    /// Goes on from a rough fit.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn finish(&self, rough: &Refined) -> Result<Refined> {
+        resume(rough, &self.problem, EFFORT)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves structure in the current, or is no
@@ -97,7 +109,7 @@ impl<'a> Audit<'a> {
             let smallest = SMALLEST_GAIN.max(LEAST_SHARE * self.fall(base, &fit));
             let least = (0..found.len())
                 .filter(|k| !proved.contains(&found[*k]))
-                .map(|k| (k, self.earns(&fit, found[k])))
+                .map(|k| (k, screening::worth(&fit, self.problem.groups(), found[k])))
                 .min_by(|a, b| a.1.total_cmp(&b.1))
                 .filter(|(_, gain)| *gain < smallest);
             let Some((k, _)) = least else { return Ok(fit) };
@@ -110,18 +122,6 @@ impl<'a> Audit<'a> {
                 proved.push(found[k]);
             }
         }
-    }
-
-    /// By how much the error would rise without an effect: sum of the logarithms of both signals' RMS.
-    fn earns(&self, fit: &Refined, id: &str) -> f64 {
-        let Some(effect) = greyrig::effects::Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id) else { return 0.0 };
-        let own = |name: &str| effect.parameters.iter().any(|p| p.name == name);
-        let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
-        let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
-        let Some(size) = names.iter().position(|n| *n == size_of(id)) else { return f64::INFINITY };
-        let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
-        let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
-        log_fall(&Complement::of(&rest).project(&without), &fit.residuals, self.problem.groups())
     }
 
     /// Tries candidates at a fit by linearisation of the free run, most promising first.
@@ -147,7 +147,7 @@ impl<'a> Audit<'a> {
     }
 
     fn floor(&self, best: &Refined) -> Floor {
-        Floor::of(best, &self.problem, &self.times, self.period_s)
+        Floor::of_free_run(best, &self.problem, &self.times, self.period_s, self.time_constant_s)
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
@@ -178,7 +178,7 @@ impl<'a> Audit<'a> {
     /// RMS of the free run's error at given parameters: current, A, and speed, rad/s.
     pub fn error_at(&self, space: &Space) -> [f64; 2] {
         let residuals = self.problem.at(space, &space.coordinates());
-        crate::identify::minimise::rms_of(&residuals, self.problem.groups())
+        rms_of(&residuals, self.problem.groups())
     }
 
     /// RMS of the measured current and speed.
@@ -190,4 +190,16 @@ impl<'a> Audit<'a> {
     pub fn has(&self) -> [bool; 2] {
         [0u8, 1].map(|g| self.problem.groups().contains(&g))
     }
+}
+
+/// Time constant of the rotor, s: its inertia times the speed that a little more viscous friction takes away, over the
+/// torque of that friction. Fast motion, where the load fluctuates most, counts most.
+fn time_constant_s(problem: &OutputError<'_>, space: &Space) -> f64 {
+    let at = |space: &Space| problem.at(space, &space.coordinates());
+    let mut braked = space.clone();
+    let Some(friction) = braked.get_mut("mu1") else { return 0.0 };
+    let more = SMALL * friction.scale;
+    friction.value += more;
+    let slower = rms_of(&(at(&braked) - at(space)), problem.groups())[1];
+    space.value("J") * slower / (more * problem.sizes()[1])
 }

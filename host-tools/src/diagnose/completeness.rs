@@ -1,28 +1,38 @@
 //! Whether anything is left to explain: the residual against what does not repeat.
 //!
-//! Structure repeats from one mains period to the next (without mains: from one 20 ms to the next), noise does not. The floor
-//! of the voltage balance is therefore the RMS of `(e(t + T) − e(t))/√2`; that of the torque balance, which is known once
-//! per window, the RMS of the second difference of neighbouring windows over √6. Both hold turbulence, sparking and every
-//! other disturbance that no model of the mean can know.
+//! Structure repeats from one mains period T to the next (without mains: from one 20 ms to the next), noise does not. The
+//! floor of the voltage balance, and of the free run's current, is therefore the RMS of `(e(t + T) − e(t))/√2`; that of the
+//! torque balance, which is known once per window, the RMS of the second difference of neighbouring windows over √6. Both
+//! hold turbulence, sparking and every other disturbance that no model of the mean can know.
+//!
+//! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor, most of
+//! which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 − e^(−D/τ)), with w
+//! of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow from D = T, 2T, 4T and 8T
+//! by least squares; the floor is √(w + σ²).
+
+use nalgebra::{DMatrix, DVector};
 
 use crate::identify::minimise::{Refined, Residuals};
 
+/// Mains periods that turbulence is told by.
+const LAGS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// Residual over floor below which a balance is complete.
 const COMPLETE: f64 = 1.35;
 /// Share of the structure that has to be explained where the floor is not reached: another form of the right law leaves
 /// less, the wrong law more.
-const EXPLAINED: f64 = 0.9;
-/// The same in the free run.
-const EXPLAINED_IN_FREE_RUN: f64 = 0.97;
+const EXPLAINED: f64 = 0.95;
+/// And of both signals together, where what is left of one is little by itself.
+const EXPLAINED_TOGETHER: f64 = 0.9;
 /// Residual over floor below which little is left, whatever there was.
 const NEARLY_COMPLETE: f64 = 1.5;
 
-/// Residual over what does not repeat, for the voltage and the torque balance; 1 is perfect.
+/// Residual over what does not repeat, for the voltage and the torque balance, or for current and speed of the free run; 1 is
+/// perfect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Completeness {
-    /// Voltage balance.
+    /// Voltage balance, or current.
     pub electrical: f64,
-    /// Torque balance.
+    /// Torque balance, or speed.
     pub mechanical: f64,
 }
 
@@ -39,30 +49,77 @@ impl Floor {
         self.0.iter().any(|f| *f > 0.0)
     }
 
-    /// From a fit; `times` are recording and time of each row, `period_s` that of the mains. Structure that grows or fades
-    /// counts to some degree, so the floor of the best fit is that of all.
-    pub fn of(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
+    /// Of both balances from a fit by equation error; `times` are recording and time of each row, `period_s` that of the
+    /// mains. Structure that grows or fades counts to some degree, so the floor of the best fit is that of all.
+    pub fn of_balances(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
+        let [voltage, torque] = [0, 1].map(|group| Signal::of(fit, problem, times, group));
+        Self::new(fit, [voltage.apart(period_s), torque.bent()])
+    }
+
+    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
+    pub fn of_free_run(
+        fit: &Refined,
+        problem: &impl Residuals,
+        times: &[(usize, f64)],
+        period_s: f64,
+        time_constant_s: f64,
+    ) -> Self {
+        let [current, speed] = [0, 1].map(|group| Signal::of(fit, problem, times, group));
+        Self::new(fit, [current.apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
+    }
+
+    fn new(fit: &Refined, variances: [f64; 2]) -> Self {
+        Self([0, 1].map(|g| variances[g].sqrt() * fit.rms[g]))
+    }
+}
+
+/// Weighted residuals of one group of rows.
+struct Signal {
+    residuals: Vec<f64>,
+    /// Recording and time, s.
+    times: Vec<(usize, f64)>,
+    /// Interval between the rows, s.
+    step_s: f64,
+}
+
+impl Signal {
+    fn of(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], group: u8) -> Self {
         let groups = problem.groups();
-        let rows_of = |group: u8| (0..groups.len()).filter(|k| groups[*k] == group).collect::<Vec<usize>>();
-        let rows = rows_of(0);
-        let step = rows.windows(2).map(|w| times[w[1]].1 - times[w[0]].1).find(|d| *d > 0.0).unwrap_or(1e-3);
-        let lag = (period_s / step).round().max(1.0) as usize;
-        let apart = (0..rows.len().saturating_sub(lag)).filter_map(|k| {
-            let (a, b) = (rows[k], rows[k + lag]);
-            let gap = times[b].1 - times[a].1;
-            (times[a].0 == times[b].0 && (gap - period_s).abs() < step)
-                .then(|| (fit.residuals[b] - fit.residuals[a]).powi(2) / 2.0)
-        });
-        let electrical = mean(apart);
-        let rows = rows_of(1);
-        let bent = rows.windows(3).filter_map(|w| {
-            let [a, b, c] = [w[0], w[1], w[2]];
-            let even = ((times[c].1 - times[b].1) - (times[b].1 - times[a].1)).abs() < 1e-9;
-            (times[a].0 == times[c].0 && even)
-                .then(|| (fit.residuals[a] - 2.0 * fit.residuals[b] + fit.residuals[c]).powi(2) / 6.0)
-        });
-        let mechanical = mean(bent);
-        Self([electrical.sqrt() * fit.rms[0], mechanical.sqrt() * fit.rms[1]])
+        let rows: Vec<usize> = (0..groups.len()).filter(|k| groups[*k] == group).collect();
+        let times: Vec<(usize, f64)> = rows.iter().map(|k| times[*k]).collect();
+        let step_s = times.windows(2).map(|w| w[1].1 - w[0].1).find(|d| *d > 0.0).unwrap_or(1e-3);
+        Self { residuals: rows.iter().map(|k| fit.residuals[*k]).collect(), times, step_s }
+    }
+
+    /// Half the mean square of what lies `lag_s` apart; 0: not known.
+    fn apart(&self, lag_s: f64) -> f64 {
+        let lag = (lag_s / self.step_s).round().max(1.0) as usize;
+        mean((0..self.times.len().saturating_sub(lag)).filter_map(|k| {
+            let (a, b) = (self.times[k], self.times[k + lag]);
+            (a.0 == b.0 && (b.1 - a.1 - lag_s).abs() < self.step_s)
+                .then(|| (self.residuals[k + lag] - self.residuals[k]).powi(2) / 2.0)
+        }))
+    }
+
+    /// A sixth of the mean square of the second difference of neighbours; 0: not known.
+    fn bent(&self) -> f64 {
+        mean(self.residuals.windows(3).zip(self.times.windows(3)).filter_map(|(e, t)| {
+            let even = ((t[2].1 - t[1].1) - (t[1].1 - t[0].1)).abs() < 1e-9;
+            (t[0].0 == t[2].0 && even).then(|| (e[0] - 2.0 * e[1] + e[2]).powi(2) / 6.0)
+        }))
+    }
+
+    /// What does not repeat, and the first-order process with a time constant that it is the innovation of.
+    fn with_turbulence(&self, period_s: f64, time_constant_s: f64) -> f64 {
+        let apart = LAGS.map(|n| self.apart(n * period_s));
+        if apart.contains(&0.0) {
+            return apart[0];
+        }
+        let terms = |n: f64| [1.0, 1.0 - (-n * period_s / time_constant_s).exp(), n * n];
+        // Each lag counts by what it is relative to its size.
+        let columns = DMatrix::from_fn(LAGS.len(), 3, |row, column| terms(LAGS[row])[column] / apart[row]);
+        let solved = columns.svd(true, true).solve(&DVector::from_element(LAGS.len(), 1.0), 1e-9);
+        solved.map_or(apart[0], |s| if s[1] > 0.0 { s[0].max(0.0) + s[1] } else { apart[0] })
     }
 }
 
@@ -84,63 +141,92 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
-    /// Whether nearly all structure of an earlier fit is explained in this one, balance by balance. Each may be explained in
-    /// the free run instead (`free_run`, without and with what was found), which adds up over time what one balance hardly
-    /// shows: there, of course, more has to be explained. What is left of a balance may also be little by itself, where what
-    /// is left of both is little of what there was.
-    pub fn explains(&self, before: &Self, free_run: Option<&(Self, Self)>) -> bool {
-        let balances = self.explained(before, EXPLAINED);
-        let free = free_run.map_or([false; 2], |(before, after)| after.explained(before, EXPLAINED_IN_FREE_RUN));
-        // Where the free run alone explains a signal, it also tells how much there was and is left.
-        let judges = [0, 1].map(|g| match free_run {
-            Some((before, after)) if free[g] && !balances[g] => (before.both()[g], after.both()[g]),
-            _ => (before.both()[g], self.both()[g]),
-        });
-        let [over, left] =
-            [judges.map(|j| j.0), judges.map(|j| j.1)].map(|x| x.iter().map(|c| (c - 1.0).max(0.0)).sum::<f64>());
-        let little = left <= (1.0 - EXPLAINED) * over;
-        (0..2).all(|g| balances[g] || free[g] || (little && judges[g].1 < NEARLY_COMPLETE))
-    }
-
-    fn both(&self) -> [f64; 2] {
-        [self.electrical, self.mechanical]
-    }
-
-    fn explained(&self, before: &Self, share: f64) -> [bool; 2] {
-        let of = |before: f64, after: f64| after < COMPLETE || (after - 1.0) <= (1.0 - share) * (before - 1.0);
-        [of(before.electrical, self.electrical), of(before.mechanical, self.mechanical)]
+    /// Whether nearly all structure of an earlier fit is explained in this one, signal by signal. What is left of one may also
+    /// be little by itself, where what is left of both is little of what there was.
+    pub fn explains(&self, before: &Self) -> bool {
+        let over = |c: &Self| [c.electrical, c.mechanical].map(|ratio| (ratio - 1.0).max(0.0));
+        let (was, left) = (over(before), over(self));
+        let little = left.iter().sum::<f64>() <= (1.0 - EXPLAINED_TOGETHER) * was.iter().sum::<f64>();
+        (0..2).all(|g| {
+            let explained = left[g] <= (1.0 - EXPLAINED) * was[g];
+            left[g] < COMPLETE - 1.0 || explained || (little && left[g] < NEARLY_COMPLETE - 1.0)
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
+
+    const PERIOD_S: f64 = 0.02;
+    const ROTOR_S: f64 = 0.4;
+
+    /// A minute at 1 kHz: white noise of 0.3, a first-order process of a size with the rotor's time constant, and something
+    /// that depends on time.
+    fn speed(process: f64, structure: impl Fn(f64) -> f64) -> Signal {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let kept = (-1e-3 / ROTOR_S).exp();
+        let mut state = process * normal();
+        let times: Vec<(usize, f64)> = (0..60_000).map(|k| (0, f64::from(k) * 1e-3)).collect();
+        let mut at = |t: f64| {
+            state = kept * state + process * (1.0 - kept * kept).sqrt() * normal();
+            state + 0.3 * normal() + structure(t)
+        };
+        Signal { residuals: times.iter().map(|(_, t)| at(*t)).collect(), times, step_s: 1e-3 }
+    }
+
+    fn variance(signal: &Signal) -> f64 {
+        signal.residuals.iter().map(|e| e * e).sum::<f64>() / signal.residuals.len() as f64
+    }
+
+    #[test]
+    fn turbulence_that_the_rotor_adds_up_counts_as_noise() {
+        let signal = speed(1.0, |_| 0.0);
+        // 60 s hold 75 independent pieces of a process of 0.4 s: its variance is known to 16 %, 40 % is 2.5 sigma.
+        let ratio = signal.with_turbulence(PERIOD_S, ROTOR_S) / variance(&signal);
+        assert!((0.6..1.4).contains(&ratio), "{ratio}");
+        // One period tells 1 - exp(-0.02/0.4) = 5 % of it, and the white noise.
+        let apart = signal.apart(PERIOD_S);
+        assert!((apart - 0.139).abs() < 0.02, "{apart}");
+    }
+
+    #[test]
+    fn structure_that_changes_slowly_does_not_pass_for_turbulence() {
+        let signal = speed(0.0, |t| 3.0 * (std::f64::consts::TAU * t / 4.0).sin());
+        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S);
+        // White noise has 0.09, the sine 4.5; what its fourth derivative leaves in the three terms is a few thousandths of it.
+        assert!(floor < 0.15, "{floor}");
+    }
+
+    #[test]
+    fn without_turbulence_one_period_tells_all() {
+        let signal = speed(0.0, |_| 0.0);
+        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S);
+        // Not better known than 2 % of each lag times the 1/(1 - exp(-8·0.02/0.4)) by which the process is carried on.
+        assert!((floor - 0.09).abs() < 0.02, "{floor}");
+    }
 
     fn of(electrical: f64, mechanical: f64) -> Completeness {
         Completeness { electrical, mechanical }
     }
 
     #[test]
-    fn both_balances_have_to_be_explained() {
-        assert!(of(2.8, 1.1).explains(&of(20.0, 1.1), None));
-        assert!(!of(2.8, 4.0).explains(&of(20.0, 5.0), None));
-        assert!(!of(3.0, 1.1).explains(&of(20.0, 1.1), None));
+    fn both_signals_have_to_be_explained() {
+        assert!(of(1.9, 1.1).explains(&of(20.0, 1.1)));
+        assert!(!of(1.9, 4.0).explains(&of(20.0, 5.0)));
+        assert!(!of(2.1, 1.1).explains(&of(20.0, 1.1)), "a seventeenth is left");
     }
 
     #[test]
     fn a_little_that_is_left_does_not_hide_what_was_explained() {
-        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45), None));
-        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45), None), "it is a third of what there was");
-        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6), None), "it is not little");
-        assert!(of(1.8, 1.4).explains(&of(33.0, 2.3), None), "a fortieth of the voltage's, little of the torque's");
-    }
-
-    #[test]
-    fn the_free_run_can_stand_in_for_one_balance() {
-        let (before, after) = (of(19.0, 2.8), of(5.5, 0.8));
-        assert!(after.explains(&before, Some(&(of(80.0, 4.5), of(2.2, 3.3)))));
-        assert!(!after.explains(&before, Some(&(of(80.0, 4.5), of(8.0, 3.3)))), "a tenth is left");
-        assert!(!of(5.5, 2.5).explains(&before, Some(&(of(80.0, 4.5), of(2.2, 3.3)))), "nor the torque");
-        assert!(of(4.0, 1.43).explains(&of(56.0, 2.5), Some(&(of(81.0, 6.3), of(1.2, 3.9)))), "little of the torque's");
+        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45)));
+        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45)), "it is a third of what there was");
+        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6)), "it is not little");
+        assert!(of(1.8, 1.4).explains(&of(33.0, 2.3)), "a fortieth of the current's, little of the speed's");
     }
 }

@@ -63,6 +63,8 @@ pub struct Step {
     pub winners: Vec<&'static str>,
     /// Whether these were tried together only.
     pub together: bool,
+    /// Others that did as well at once, where the free run was the judge.
+    pub as_well: Vec<&'static str>,
     /// Best gain of a decoy.
     pub decoy_gain: f64,
     /// Decoys tried, and how many of them gain enough, significantly, to be accepted if they were effects.
@@ -76,7 +78,7 @@ pub struct Ladder {
     pub steps: Vec<Step>,
     /// The effects that stay, in the order in which they should be added.
     pub found: Vec<&'static str>,
-    /// For each of them, effects that would do as well in its place and are no class with it.
+    /// For each of them, effects that would do as well in its place and are no class with it; looked for at the end.
     pub rivals: Vec<Vec<&'static str>>,
     /// The fit with all of them.
     pub fit: Refined,
@@ -96,10 +98,14 @@ impl Ladder {
         !dropped(&self.steps, &self.found).is_empty()
     }
 
-    /// Whether nothing is left to explain, or nearly nothing of what there was, in the balances or in the free run.
+    /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
+    /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows.
     pub fn is_explained(&self) -> bool {
-        let explained = || self.after.explains(&self.before, self.free_run.as_ref());
-        self.after.is_complete() || (!self.found.is_empty() && explained())
+        match (&self.free_run, self.found.is_empty()) {
+            (_, true) => self.after.is_complete(),
+            (Some((without, with)), false) => with.explains(without),
+            (None, false) => self.after.explains(&self.before),
+        }
     }
 }
 

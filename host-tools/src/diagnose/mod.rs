@@ -178,7 +178,7 @@ pub fn diagnose(
     let base = climb.fit(&space)?;
     let mut ladder = climb.climb(&base, progress)?;
     progress(Progress::Doing("free run"));
-    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &space).ok() } else { None };
+    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
     let mut esr = [PerSignal::default(); 2];
     let mut fitted = None;
     if let Some(audit) = &free_run {
@@ -187,6 +187,8 @@ pub fn diagnose(
         ladder = judged;
         esr = [look.free(), &kept].map(|fit| ratio(audit, fit));
         fitted = (!ladder.found.is_empty()).then_some(kept);
+    } else {
+        climb.find_rivals(&mut ladder, progress)?;
     }
     if ladder.found.is_empty()
         && findings.is_empty()

@@ -8,6 +8,7 @@ use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
+use super::size_of;
 use crate::experiment::{Drive, Experiment};
 use crate::identify::minimise::{Refined, Residuals};
 use crate::identify::scales::Scales;
@@ -111,11 +112,31 @@ impl Complement {
     }
 }
 
+/// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
+/// groups' RMS.
+pub fn worth(fit: &Refined, groups: &[u8], id: &str) -> f64 {
+    let Some(effect) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id) else { return 0.0 };
+    let own = |name: &str| effect.parameters.iter().any(|p| p.name == name);
+    let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
+    let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
+    let Some(size) = names.iter().position(|n| *n == size_of(id)) else { return f64::INFINITY };
+    let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
+    let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
+    log_fall(&Complement::of(&rest).project(&without), &fit.residuals, groups)
+}
+
+/// A model with one of its effects at a small size.
+pub fn at_small_size(space: &Space, id: &str) -> Space {
+    let mut small = space.clone();
+    if let Some(entry) = small.get_mut(size_of(id)) {
+        entry.value = entry.scale * SMALL;
+    }
+    small
+}
+
 /// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
 pub fn independence(fit: &Refined, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
-    let mut space = fit.space.with_effect(d.id, scales);
-    let entry = space.get_mut(d.parameters[0].name)?;
-    entry.value = entry.scale * SMALL;
+    let space = at_small_size(&fit.space.with_effect(d.id, scales), d.id);
     let mut column = problem.at(&space, &space.coordinates()) - unweighted(fit, problem);
     for (x, group) in column.iter_mut().zip(problem.groups()) {
         *x /= fit.rms[usize::from(*group)];

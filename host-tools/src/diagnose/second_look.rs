@@ -7,12 +7,15 @@
 //!
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
+use greyrig::effects::Description;
+
 use super::Progress;
 use super::audit::Audit;
 use super::classes;
 use super::climb::{Climb, LEAST_INDEPENDENT, SAME_ERROR};
 use super::completeness::Completeness;
 use super::ladder::{Ladder, Objection, Step, Tried};
+use super::screening::Promise;
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
@@ -24,15 +27,14 @@ const WORTH_LOOKING: f64 = 0.3;
 const SMALLEST_FALL: f64 = 0.5;
 /// Share that may be left, in the signal that gains more, of the logarithm by which the error exceeds its floor.
 const LEFT: f64 = 0.4;
-/// Or of the excess itself: turbulence of the load, which adds up in the speed, keeps that of a healthy motor at three
-/// times its floor.
-const LEFT_ABOVE_TURBULENCE: f64 = 0.25;
 /// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
 const WORTH_FITTING: f64 = 0.2;
 /// Candidates that are fitted in the free run, at most.
 const FITTED: usize = 3;
 /// And of these those whose fit is finished, best first.
 const FINISHED: usize = 2;
+/// Partners that are fitted with a single effect that gains without sufficing.
+const PARTNERS: usize = 2;
 /// Effects that are added so.
 const ADDED: usize = 2;
 
@@ -48,7 +50,9 @@ pub struct SecondLook<'a> {
 
 /// A climb, and what it found fitted in the free run.
 type Judged = (Ladder, Refined);
-/// Effects, the fit with them, and those that would do as well.
+/// Effects, and a fit with them.
+type Model = (Vec<&'static str>, Refined);
+/// The same, and those that would do as well.
 type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
 
 impl<'a> SecondLook<'a> {
@@ -83,6 +87,8 @@ impl<'a> SecondLook<'a> {
                 }
             }
         }
+        self.climb.find_rivals(&mut best.0, progress)?;
+        self.confirm_rivals(&mut best, progress)?;
         Ok(best)
     }
 
@@ -132,27 +138,27 @@ impl<'a> SecondLook<'a> {
             };
             let mut candidates = self.climb.candidates_beside(&kept.space, &[]);
             candidates.retain(|d| !objected(d.id));
-            let mut promises = self.audit.screen(&kept, &scales, &candidates);
-            promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
+            let promises = self.promises(&kept, &scales, &candidates);
             let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
             let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
-            let found = match self.best(&kept, singles, progress)? {
-                None => {
-                    let pairs = self.audit.pairs(&kept, &scales, &promises);
-                    let pairs = pairs.into_iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
-                    self.best(&kept, pairs.map(|p| (p.ids.to_vec(), p.space)).collect(), progress)?
-                }
-                found => found,
-            };
+            let singles = self.fitted(singles, progress)?;
+            let mut found = self.sufficient(&kept, &singles)?;
+            if found.is_none() {
+                let pairs = self.audit.pairs(&kept, &scales, &promises).into_iter();
+                let pairs = pairs.filter(|p| p.gain > WORTH_FITTING).take(FITTED).map(|p| (p.ids.to_vec(), p.space));
+                let partners = self.partners(&kept, &singles, &scales, &candidates);
+                found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
+            }
             let Some((ids, fit, rivals)) = found else { break };
             let gain = self.audit.held_out_fall(&kept, &fit);
             let parameters = fit.space.free().count() - kept.space.free().count();
+            let tries = candidates.len().pow(ids.len() as u32) as f64;
             let tried = |id: &&'static str| Tried {
                 id,
                 fit: fit.clone(),
                 held_out: self.audit.held_out(&fit),
                 gain,
-                p_value: (self.audit.p_value(&kept, &fit, parameters) * candidates.len() as f64).min(1.0),
+                p_value: (self.audit.p_value(&kept, &fit, parameters) * tries).min(1.0),
                 objection: None,
             };
             let step = Step {
@@ -160,41 +166,90 @@ impl<'a> SecondLook<'a> {
                 tried: ids.iter().map(tried).collect(),
                 together: ids.len() > 1,
                 winners: ids,
+                as_well: rivals,
                 decoy_gain: 0.0,
                 decoys: [0, 0],
             };
-            self.climb.accept(&mut ladder, step, &rivals);
+            ladder.found.extend(&step.winners);
+            ladder.steps.push(step);
             (ladder, kept) = self.narrowed(ladder, fit)?;
         }
         Ok((ladder, kept))
     }
 
-    /// Of models with more effects, the one with the smallest error on data held out, where that suffices; and the effects
-    /// of those that do as well.
-    fn best(
+    /// The candidates that have a column of their own in the free run, most promising first.
+    fn promises(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+        let mut promises = self.audit.screen(fit, scales, candidates);
+        promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
+        promises
+    }
+
+    /// The best single effect, where it gains without sufficing, and what promises most beside it: two laws that are bent
+    /// may gain together what the linearisation of neither shows.
+    fn partners(
         &self,
         kept: &Refined,
+        singles: &[Model],
+        scales: &Scales,
+        candidates: &[&'static Description],
+    ) -> Vec<(Vec<&'static str>, Space)> {
+        let gains = |single: &&Model| self.audit.held_out_fall(kept, &single.1) > SMALLEST_FALL;
+        let Some((ids, fit)) = singles.first().filter(gains) else { return Vec::new() };
+        let others: Vec<_> = candidates.iter().copied().filter(|d| !classes::same(d.id, ids[0])).collect();
+        let promises = self.promises(fit, scales, &others).into_iter().filter(|p| p.gain > WORTH_FITTING);
+        promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
+    }
+
+    /// Fits models with more effects roughly, the one with the smallest error on data held out first.
+    fn fitted(
+        &self,
         models: Vec<(Vec<&'static str>, Space)>,
         progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Option<Found>> {
-        let mut fits: Vec<(Vec<&'static str>, Refined)> = Vec::new();
+    ) -> Result<Vec<Model>> {
+        let mut fits = Vec::new();
         for (ids, space) in models {
             progress(Progress::Doing(ids[0]));
             fits.push((ids, self.audit.fit_with(&space, Effort::ROUGH)?));
         }
-        let error = |fit: &Refined| self.audit.held_out(fit).log_error();
-        fits.sort_by(|a, b| error(&a.1).total_cmp(&error(&b.1)));
-        for k in 0..fits.len().min(FINISHED) {
-            let fit = self.audit.fit(&fits[k].1.space)?;
-            if !self.suffices(kept, &fit) {
-                continue;
+        fits.sort_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
+        Ok(fits)
+    }
+
+    /// The first of these models that suffices, and the effects of those that do as well.
+    fn sufficient(&self, kept: &Refined, models: &[Model]) -> Result<Option<Found>> {
+        for (k, (ids, rough)) in models.iter().enumerate().take(FINISHED) {
+            let fit = self.audit.finish(rough)?;
+            if self.suffices(kept, &fit) {
+                let others = models.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, model)| model);
+                let as_well = others.filter(|(_, other)| self.error(other) - self.error(&fit) < SAME_ERROR);
+                let rivals = as_well.flat_map(|(other, _)| other).copied();
+                let rivals = rivals.filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
+                return Ok(Some((ids.clone(), fit, rivals)));
             }
-            let (ids, _) = fits.swap_remove(k);
-            let as_well = fits.iter().filter(|(_, other)| error(other) - error(&fit) < SAME_ERROR).flat_map(|f| &f.0);
-            let rivals = as_well.copied().filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
-            return Ok(Some((ids, fit, rivals)));
         }
         Ok(None)
+    }
+
+    /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
+    fn confirm_rivals(&self, judged: &mut Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<()> {
+        let (ladder, kept) = judged;
+        let scales = Scales::of(&kept.space, self.climb.experiments());
+        for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
+            let mut confirmed = Vec::new();
+            for rival in rivals.iter().copied().filter(|id| !ladder.found.contains(id)) {
+                progress(Progress::Doing(rival));
+                let swapped = self.audit.fit(&kept.space.without_effect(found).with_effect(rival, &scales))?;
+                if self.error(&swapped) - self.error(kept) < SAME_ERROR {
+                    confirmed.push(rival);
+                }
+            }
+            *rivals = confirmed;
+        }
+        Ok(())
+    }
+
+    fn error(&self, fit: &Refined) -> f64 {
+        self.audit.held_out(fit).log_error()
     }
 
     /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
@@ -216,8 +271,6 @@ impl<'a> SecondLook<'a> {
     fn suffices(&self, before: &Refined, after: &Refined) -> bool {
         let (over, left) = (self.audit.excess(before, after), self.audit.excess(after, after));
         let gains_more = if over[0] - left[0] > over[1] - left[1] { 0 } else { 1 };
-        let (over, left) = (over[gains_more], left[gains_more]);
-        let takes_most = left < LEFT * over || left.exp_m1() < LEFT_ABOVE_TURBULENCE * over.exp_m1();
-        takes_most && self.audit.held_out_fall(before, after) > SMALLEST_FALL
+        left[gains_more] < LEFT * over[gains_more] && self.audit.held_out_fall(before, after) > SMALLEST_FALL
     }
 }

@@ -193,21 +193,24 @@ fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
         .tried
         .iter()
         .filter(|t| t.objection == Some(objection))
-        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before, None))
+        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before))
         .map(|t| t.id)
 }
 
+/// Where structure can be left.
+const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];
+
 fn outside(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
-    let (side, times) = if ladder.after.electrical > ladder.after.mechanical {
-        ("voltage", ladder.after.electrical)
-    } else {
-        ("torque", ladder.after.mechanical)
-    };
+    let judge = ladder.free_run.filter(|_| !ladder.found.is_empty()).map(|(_, with)| with);
+    let names = if judge.is_some() { ["current of the free run", "speed of the free run"] } else { BALANCES };
+    let left = judge.unwrap_or(ladder.after);
+    let (side, times) =
+        if left.electrical > left.mechanical { (names[0], left.electrical) } else { (names[1], left.mechanical) };
     if !text.is_empty() {
         text.insert(0, "part of the error looks like an effect of the catalogue, but not all of it:".to_owned());
     }
     text.push(format!(
-        "structure is left in the {side} balance, {times:.1} times what does not repeat, that no effect of the catalogue explains"
+        "structure is left in the {side}, {times:.1} times what does not repeat, that no effect of the catalogue explains"
     ));
     if !lead.terms.is_empty() {
         let formula: Vec<String> =

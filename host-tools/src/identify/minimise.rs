@@ -5,7 +5,8 @@
 //! factor of e", so that a shape on which the data say nothing stays where it is usual. The rows are of two groups, the
 //! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
 //! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
-//! on over a few steps by Broyden's update; a fit never ends on derivatives that were carried on.
+//! on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were carried on
+//! over more than its last step, in which hardly anything has changed.
 //!
 //! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
 //! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
@@ -55,13 +56,15 @@ pub struct Effort {
     pub tolerance: f64,
     /// Steps over which derivatives are carried on at most. That is quicker, and may end in another valley.
     pub carried_on: usize,
+    /// Whether the end has to be confirmed by derivatives that were computed there.
+    pub confirmed: bool,
 }
 
 impl Effort {
     /// To the last digit that matters.
-    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0 };
+    pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0, confirmed: true };
     /// To where something else has to be done next.
-    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON };
+    pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
 }
 
 /// The end of a fit.
@@ -98,17 +101,54 @@ pub fn minimise(
     weights: Option<[f64; 2]>,
     step: &mut dyn FnMut(),
 ) -> Result<Refined> {
+    let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
+    let theta: Vec<f64> =
+        space.coordinates().iter().zip(&limits).map(|(x, (low, high))| x.clamp(*low, *high)).collect();
+    let start = Point {
+        residuals: problem.at(space, &theta),
+        theta,
+        weights: weights.unwrap_or_else(|| problem.sizes()),
+        known: None,
+    };
+    search(space, problem, effort, start, step)
+}
+
+/// Goes on from where a fit has ended, with the derivatives that it ended on.
+///
+/// # Errors
+/// An interrupt.
+pub fn resume(fit: &Refined, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+    let mut residuals = fit.residuals.clone();
+    let mut jacobian = fit.jacobian.clone();
+    weigh(&mut residuals, &mut jacobian, problem.groups(), fit.rms);
+    let start = Point { theta: fit.space.coordinates(), residuals, weights: fit.rms, known: Some((jacobian, 1)) };
+    search(&fit.space, problem, effort, start, &mut || ())
+}
+
+/// Where a search is.
+struct Point {
+    theta: Vec<f64>,
+    /// Unweighted.
+    residuals: DVector<f64>,
+    /// RMS residuals that they are weighted by.
+    weights: [f64; 2],
+    /// Unweighted derivatives, if they are known, and over how many steps they have been carried on.
+    known: Option<(DMatrix<f64>, usize)>,
+}
+
+fn search(
+    space: &Space,
+    problem: &impl Residuals,
+    effort: Effort,
+    start: Point,
+    step: &mut dyn FnMut(),
+) -> Result<Refined> {
+    let Point { mut theta, mut residuals, mut weights, mut known } = start;
     let groups = problem.groups();
-    // A perfect fit must not divide by zero.
-    let smallest = problem.sizes().map(|rms| 1e-9 * rms);
-    let mut weights = weights.unwrap_or_else(|| problem.sizes());
     let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
     let usual: Vec<Option<f64>> = space.free().map(Entry::usual).collect();
-    let mut theta: Vec<f64> =
-        space.coordinates().iter().zip(&limits).map(|(x, (low, high))| x.clamp(*low, *high)).collect();
-    let mut residuals = problem.at(space, &theta);
     let mut damping = 1e-6;
-    let mut known: Option<(DMatrix<f64>, usize)> = None;
+    let mut ended_on = None;
     for _ in 0..effort.steps {
         output::check_interrupt()?;
         step();
@@ -138,29 +178,32 @@ pub fn minimise(
             None
         };
         let before = weights;
-        weights = rms_of(&residuals, groups);
-        for (w, least) in weights.iter_mut().zip(smallest) {
-            *w = w.max(least);
-        }
+        weights = weights_of(&residuals, problem);
         let settled = (0..2).all(|k| (weights[k] / before[k]).ln().abs() < SETTLED);
         let last = fell.is_none_or(|fall| fall < effort.tolerance);
-        if last && settled && age == 0 {
+        if last && settled && (age == 0 || !effort.confirmed) {
+            ended_on = Some(jacobian);
             break;
         }
-        if !last && age < effort.carried_on {
+        let still_good = if effort.confirmed { !last } else { fell.is_some() };
+        if still_good && age < effort.carried_on {
             known = Some((jacobian, age + 1));
         }
     }
+    let carried_on = || known.filter(|_| !effort.confirmed).map(|(jacobian, _)| jacobian);
+    let jacobian =
+        ended_on.or_else(carried_on).unwrap_or_else(|| jacobian_at(space, problem, &theta, &residuals, DIFFERENCE));
     let mut space = space.clone();
     space.set_coordinates(&theta);
-    Ok(weighted(space, problem, &theta, residuals))
+    Ok(weighted(space, problem, residuals, jacobian))
 }
 
 /// The residuals and their derivatives at the present values, without a step.
 pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Refined {
     let theta = space.coordinates();
     let residuals = problem.at(space, &theta);
-    weighted(space.clone(), problem, &theta, residuals)
+    let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
+    weighted(space.clone(), problem, residuals, jacobian)
 }
 
 /// RMS of the two groups; 1 for one without rows.
@@ -205,22 +248,30 @@ fn carry_on(jacobian: &mut DMatrix<f64>, from: &[f64], to: &[f64], before: &DVec
     }
 }
 
-fn weighted(space: Space, problem: &impl Residuals, theta: &[f64], mut residuals: DVector<f64>) -> Refined {
-    let mut jacobian = jacobian_at(&space, problem, theta, &residuals, DIFFERENCE);
-    let smallest = problem.sizes().map(|rms| 1e-9 * rms);
-    let mut rms = rms_of(&residuals, problem.groups());
-    for (w, least) in rms.iter_mut().zip(smallest) {
-        *w = w.max(least);
-    }
-    for (row, group) in problem.groups().iter().enumerate() {
-        residuals[row] /= rms[usize::from(*group)];
-    }
-    for mut column in jacobian.column_iter_mut() {
-        for (x, group) in column.iter_mut().zip(problem.groups()) {
-            *x /= rms[usize::from(*group)];
+/// What residuals are weighted by: their RMS, but a perfect fit must not divide by zero.
+fn weights_of(residuals: &DVector<f64>, problem: &impl Residuals) -> [f64; 2] {
+    let (rms, sizes) = (rms_of(residuals, problem.groups()), problem.sizes());
+    [0, 1].map(|g| rms[g].max(1e-9 * sizes[g]))
+}
+
+fn weighted(
+    space: Space,
+    problem: &impl Residuals,
+    mut residuals: DVector<f64>,
+    mut jacobian: DMatrix<f64>,
+) -> Refined {
+    let rms = weights_of(&residuals, problem);
+    weigh(&mut residuals, &mut jacobian, problem.groups(), rms.map(|w| 1.0 / w));
+    Refined { space, residuals, jacobian, rms }
+}
+
+/// Multiplies the rows of each group by a weight.
+fn weigh(residuals: &mut DVector<f64>, jacobian: &mut DMatrix<f64>, groups: &[u8], weights: [f64; 2]) {
+    for mut column in jacobian.column_iter_mut().chain(std::iter::once(residuals.column_mut(0))) {
+        for (x, group) in column.iter_mut().zip(groups) {
+            *x *= weights[usize::from(*group)];
         }
     }
-    Refined { space, residuals, jacobian, rms }
 }
 
 /// JᵀJ and Jᵀr, weighted, with the priors.

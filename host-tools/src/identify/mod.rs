@@ -531,7 +531,14 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment])
     take_values(&mut started, &bare);
     started.take_scales(&Scales::of(&started, experiments));
     started.remove_sizes();
-    Ok(minimise(&started, &balances, Effort { steps: 15, tolerance: 1e-4, carried_on: 0 }, None, &mut || ())?.space)
+    Ok(minimise(
+        &started,
+        &balances,
+        Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true },
+        None,
+        &mut || (),
+    )?
+    .space)
 }
 
 /// The base model of a space.

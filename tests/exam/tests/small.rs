@@ -43,9 +43,11 @@ fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
 
 #[test]
 fn three_effects_are_found_where_the_balances_mislead() {
+    // 31: the torque balance is left with twice its floor, the speed of the free run with no more than turbulence.
     // 193: windage and Stribeck friction gain nothing one at a time, and hardly show in the torque balance.
+    // 228: the same two, bent so far that no linearisation shows what they gain together.
     // 163: hysteresis, fitted to the balances before the compression of the sensor is known, ends in another valley.
-    [193, 163].into_par_iter().for_each(|seed| {
+    [31, 193, 228, 163].into_par_iter().for_each(|seed| {
         let o = run(&Case::new(Question::Three, Excitation::Ac, 1.0, seed)).unwrap();
         assert!(o.exact(), "seed {seed}, {:?}: {:?} {:?}", o.effects, o.kind, o.named);
     });

@@ -19,7 +19,7 @@ use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, resume};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use step::winner;
@@ -33,9 +33,9 @@ pub const SAME_ERROR: f64 = 0.04;
 /// Pairs that are fitted where one effect at a time leaves structure.
 const PAIRS: usize = 4;
 /// How hard a model is fitted before candidates are tried on it.
-const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON };
+const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON, confirmed: true };
 /// How hard the others are.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON };
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
 
 /// The data and the settings of a climb.
 pub struct Climb<'a> {
@@ -114,20 +114,19 @@ impl<'a> Climb<'a> {
             let Some((id, next)) = winner else { break };
             found.push(id);
             // To its end, or the next candidates would be praised for what more steps alone bring.
-            fit = minimise(&next.space, &self.problem, THOROUGH, Some(next.rms), &mut || ())?;
+            fit = resume(&next, &self.problem, THOROUGH)?;
             if found.len() > 1 {
                 self.better_forms(&mut fit, &mut found, &mut steps, progress)?;
             }
         }
         self.look_back(&mut fit, &mut found, progress)?;
-        let rivals = self.rivals(&fit, &found, &steps, progress)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
-        Ok(Ladder { steps, found, rivals, fit, before, after, floor, free_run: None })
+        Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
-    /// lower it more than an earlier climb has done.
+    /// lower it more than an earlier climb has done, which has not found them both.
     ///
     /// # Errors
     /// An interrupt.
@@ -146,8 +145,11 @@ impl<'a> Climb<'a> {
             begun.push((self.held_out(&fit), pair.ids, fit));
         }
         let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
-        let earlier = self.held_out(&earlier.fit).log_error();
-        let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < earlier) else { return Ok(None) };
+        let error = self.held_out(&earlier.fit).log_error();
+        let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < error) else { return Ok(None) };
+        if winners.iter().all(|id| earlier.found.contains(id)) {
+            return Ok(None);
+        }
         let gain = self.held_out(base).log_error() - held_out.log_error();
         let parameters = fit.space.free().count() - base.space.free().count();
         let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
@@ -158,19 +160,12 @@ impl<'a> Climb<'a> {
             tried: winners.map(tried).to_vec(),
             winners: winners.to_vec(),
             together: true,
+            as_well: Vec::new(),
             decoy_gain: 0.0,
             decoys: [0, 0],
         };
-        let fit = minimise(&fit.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+        let fit = resume(&fit, &self.problem, THOROUGH)?;
         self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
-    }
-
-    /// Takes in effects that the free run has found, as a step of its own, and climbs no further. `rivals` would have done as
-    /// well.
-    pub fn accept(&self, ladder: &mut Ladder, step: Step, rivals: &[&'static str]) {
-        ladder.found.extend(&step.winners);
-        ladder.rivals.extend(step.winners.iter().map(|_| rivals.to_vec()));
-        ladder.steps.push(step);
     }
 
     /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
@@ -179,16 +174,9 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn narrow(&self, ladder: &mut Ladder, kept: &[&'static str], free: &Refined) -> Result<()> {
-        let mut space = ladder.fit.space.clone();
-        let found = std::mem::replace(&mut ladder.found, kept.to_vec());
-        let rivals = std::mem::take(&mut ladder.rivals);
-        for (id, rivals) in found.iter().zip(rivals) {
-            if kept.contains(id) {
-                ladder.rivals.push(rivals);
-            } else {
-                space = space.without_effect(id);
-            }
-        }
+        let dropped = ladder.found.iter().filter(|id| !kept.contains(id));
+        let space = dropped.fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
+        ladder.found = kept.to_vec();
         let mut fit = minimise(&free.space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
         if space.effects() == free.space.effects() {
             let other = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
@@ -236,7 +224,7 @@ impl<'a> Climb<'a> {
 
     /// What does not repeat.
     fn floor(&self, fit: &Refined) -> Floor {
-        Floor::of(fit, &self.problem, self.problem.times(), self.period_s)
+        Floor::of_balances(fit, &self.problem, self.problem.times(), self.period_s)
     }
 
     fn held_out(&self, fit: &Refined) -> HeldOut {

@@ -1,14 +1,16 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
 use super::{Climb, EFFORT, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
-use crate::diagnose::ladder::{Step, Tried};
-use crate::diagnose::{Progress, classes, parameters_of, size_of};
+use crate::diagnose::ladder::{Ladder, Step, Tried};
+use crate::diagnose::{Progress, classes, parameters_of, screening, size_of};
 use crate::error::Result;
-use crate::identify::minimise::{Refined, minimise};
+use crate::identify::minimise::{Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
+/// An effect without which the error would rise by more than this, by linearisation, is not superfluous.
+const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
 
 impl Climb<'_> {
     /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
@@ -52,6 +54,11 @@ impl Climb<'_> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
             progress(Progress::Doing(found[k]));
+            // The linearisation knows the worth of what is far from superfluous.
+            if screening::worth(fit, self.problem.groups(), found[k]) > BEYOND_QUESTION {
+                k += 1;
+                continue;
+            }
             let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
             if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
                 found.remove(k);
@@ -63,27 +70,28 @@ impl Climb<'_> {
         Ok(())
     }
 
-    /// For each effect found, those of its step that would do as well in its place.
-    pub(super) fn rivals(
-        &self,
-        fit: &Refined,
-        found: &[&'static str],
-        steps: &[Step],
-        progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Vec<Vec<&'static str>>> {
+    /// Looks, for each effect found, for others that would do as well in its place: those of its step, swapped.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn find_rivals(&self, ladder: &mut Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<()> {
+        let (fit, found) = (&ladder.fit, &ladder.found);
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
         for id in found {
-            let mut rivals = Vec::new();
+            let Some(step) = ladder.steps.iter().find(|s| s.winners.contains(id)) else {
+                all.push(Vec::new());
+                continue;
+            };
+            let mut rivals = step.as_well.clone();
             // What was tried together only is no rival of its other half.
-            let step = steps.iter().find(|s| !s.together && s.winners.contains(id));
-            let tried: &[Tried] = step.map_or(&[], |s| &s.tried);
+            let tried: &[Tried] = if step.together { &[] } else { &step.tried };
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
             // With more parameters it is no rival: a law that has to be bent to look like another one.
             let rivals_here = tried.iter().filter(|t| {
                 t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
             });
-            for rival in rivals_here {
+            for rival in rivals_here.filter(|r| !classes::same(id, r.id)) {
                 progress(Progress::Doing(rival.id));
                 let swapped = if found.len() == 1 {
                     rival.fit.clone()
@@ -97,12 +105,13 @@ impl Climb<'_> {
                     }
                     minimise(&space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?
                 };
-                if self.held_out(&swapped).log_error() - error < SAME_ERROR && !classes::same(id, rival.id) {
+                if self.held_out(&swapped).log_error() - error < SAME_ERROR {
                     rivals.push(rival.id);
                 }
             }
             all.push(rivals);
         }
-        Ok(all)
+        ladder.rivals = all;
+        Ok(())
     }
 }

@@ -2,12 +2,12 @@
 
 use super::{Climb, EFFORT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::Progress;
-use crate::diagnose::blocks::p_value;
+use crate::diagnose::blocks::{HeldOut, p_value};
 use crate::diagnose::decoys;
 use crate::diagnose::ladder::{Objection, Step, Tried};
-use crate::diagnose::parameters_of;
+use crate::diagnose::{parameters_of, screening};
 use crate::error::Result;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume};
 use crate::identify::space::Space;
 use crate::output;
 
@@ -29,7 +29,10 @@ const BEYOND_DOUBT: f64 = 1.0;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 const SMALLEST_SHARE: f64 = 0.02;
 /// How hard each candidate is fitted at first.
-const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: CARRIED_ON };
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, confirmed: false };
+/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once more, from
+/// a small size.
+const KEPT_PROMISE: f64 = 0.5;
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
 
@@ -68,19 +71,24 @@ impl Climb<'_> {
         for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
             output::check_interrupt()?;
             progress(Progress::Doing(promise.id));
-            let refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
-            let gain = before.log_error() - self.held_out(&refined).log_error();
+            let mut refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let mut gain = self.gain(&before, &refined);
+            if promise.gain > smallest && gain < KEPT_PROMISE * promise.gain {
+                let near = screening::at_small_size(&promise.space, promise.id);
+                let again = minimise(&near, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+                let gain_again = self.gain(&before, &again);
+                if gain_again > gain {
+                    (refined, gain) = (again, gain_again);
+                }
+            }
             begun.push((promise, refined, gain));
         }
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let mut tried = Vec::new();
         for (promise, refined, gain) in begun {
             output::check_interrupt()?;
-            let refined = if gain > WORTH_FINISHING * most {
-                minimise(&refined.space, &self.problem, EFFORT, Some(refined.rms), &mut || ())?
-            } else {
-                refined
-            };
+            let refined =
+                if gain > WORTH_FINISHING * most { resume(&refined, &self.problem, EFFORT)? } else { refined };
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
@@ -102,7 +110,19 @@ impl Climb<'_> {
             tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
         }
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        Ok(Step { promises: ranking, tried, winners: Vec::new(), together: false, decoy_gain, decoys: accepted })
+        Ok(Step {
+            promises: ranking,
+            tried,
+            winners: Vec::new(),
+            together: false,
+            as_well: Vec::new(),
+            decoy_gain,
+            decoys: accepted,
+        })
+    }
+
+    fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {
+        before.log_error() - self.held_out(fit).log_error()
     }
 }
 
