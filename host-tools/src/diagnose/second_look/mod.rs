@@ -1,0 +1,141 @@
+//! What a climb can miss, looked for once more with the free run as the judge.
+//!
+//! A climb adds one effect at a time by the balances of voltage and torque. Two effects whose contributions cancel gain
+//! nothing one at a time; the fit of one of them may end in a wrong valley without the other; and what acts at low speed
+//! only, such as weak Stribeck friction, drowns in the noise of the acceleration, while the free run adds it up. And where
+//! several are missing, the one that gains most at first may be none of them.
+//!
+//! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
+
+mod more;
+
+use super::Progress;
+use super::audit::Audit;
+use super::climb::{Climb, SAME_ERROR};
+use super::completeness::Completeness;
+use super::ladder::Ladder;
+use crate::error::Result;
+use crate::identify::minimise::Refined;
+use crate::identify::scales::Scales;
+
+/// Least fall of the error on data held out, sum of the logarithms of both signals.
+const SMALLEST_FALL: f64 = 0.5;
+
+/// The free run as the judge of a climb.
+pub struct SecondLook<'a> {
+    climb: &'a Climb<'a>,
+    audit: &'a Audit<'a>,
+    /// The model as it was, fitted to the balances.
+    base: &'a Refined,
+    /// And to the free run.
+    free: Refined,
+}
+
+/// A climb, and what it found fitted in the free run.
+type Judged = (Ladder, Refined);
+
+impl<'a> SecondLook<'a> {
+    /// Fits the model as it was, `base` by the balances, in the free run.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn new(climb: &'a Climb<'a>, audit: &'a Audit<'a>, base: &'a Refined) -> Result<Self> {
+        Ok(Self { climb, audit, base, free: audit.fit(&base.space)? })
+    }
+
+    /// The free run of the model as it was.
+    pub fn free(&self) -> &Refined {
+        &self.free
+    }
+
+    /// Judges what a climb has found, and looks for what it has missed while something is left to explain.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn at(&self, ladder: Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
+        let judged = self.judged(ladder)?;
+        let mut best = self.with_more(judged, progress)?;
+        for look in [Self::again, Self::by_two] {
+            if best.0.is_explained() {
+                break;
+            }
+            if let Some(other) = look(self, &best.0, progress)? {
+                let other = self.judged(other)?;
+                if self.is_better(&best, &other) {
+                    best = other;
+                }
+            }
+        }
+        self.climb.find_rivals(&mut best.0, progress)?;
+        self.confirm_rivals(&mut best, progress)?;
+        Ok(best)
+    }
+
+    /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all and
+    /// the first one does not.
+    fn is_better(&self, one: &Judged, other: &Judged) -> bool {
+        let explains = other.0.is_explained() && !one.0.is_explained();
+        self.suffices(&one.1, &other.1) || (explains && self.audit.held_out_fall(&one.1, &other.1) > SMALLEST_FALL)
+    }
+
+    /// Fits what a climb has found in the free run, and drops what does not earn its place there.
+    fn judged(&self, ladder: Ladder) -> Result<Judged> {
+        if ladder.found.is_empty() {
+            return Ok((Ladder { free_run: Some(self.completeness(&self.free)), ..ladder }, self.free.clone()));
+        }
+        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        let all = self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)?;
+        self.narrowed(ladder, all)
+    }
+
+    /// Drops what does not earn its place in a fit of the free run.
+    fn narrowed(&self, mut ladder: Ladder, all: Refined) -> Result<Judged> {
+        let mut kept = ladder.found.clone();
+        let fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
+        self.climb.narrow(&mut ladder, &kept, &fit)?;
+        ladder.free_run = Some(self.completeness(&fit));
+        Ok((ladder, fit))
+    }
+
+    /// Completeness of the free run without and with effects.
+    fn completeness(&self, fit: &Refined) -> (Completeness, Completeness) {
+        self.audit.completeness_of_both(&self.free, fit)
+    }
+
+    /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
+    fn confirm_rivals(&self, judged: &mut Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<()> {
+        let (ladder, kept) = judged;
+        let scales = Scales::of(&kept.space, self.climb.experiments());
+        for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
+            let mut confirmed = Vec::new();
+            for rival in rivals.iter().copied().filter(|id| !ladder.found.contains(id)) {
+                progress(Progress::Doing(rival));
+                let swapped = self.audit.fit(&kept.space.without_effect(found).with_effect(rival, &scales))?;
+                if self.error(&swapped) - self.error(kept) < SAME_ERROR {
+                    confirmed.push(rival);
+                }
+            }
+            *rivals = confirmed;
+        }
+        Ok(())
+    }
+
+    pub(super) fn error(&self, fit: &Refined) -> f64 {
+        self.audit.held_out(fit).log_error()
+    }
+
+    /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
+    fn again(&self, ladder: &Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+        if !ladder.has_dropped() || ladder.found.is_empty() {
+            return Ok(None);
+        }
+        let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
+        let again = self.climb.climb_on(self.base, fit, found, steps, progress)?;
+        Ok((again.found != ladder.found).then_some(again))
+    }
+
+    /// Climbs once more, by two effects at first.
+    fn by_two(&self, ladder: &Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+        self.climb.climb_by_two(self.base, ladder, progress)
+    }
+}

@@ -1,0 +1,161 @@
+//! What the free run needs and the balances do not show: one effect, or two at once.
+
+use greyrig::effects::Description;
+
+use super::{Judged, SMALLEST_FALL, SecondLook};
+use crate::diagnose::Progress;
+use crate::diagnose::classes;
+use crate::diagnose::climb::{LEAST_INDEPENDENT, SAME_ERROR};
+use crate::diagnose::ladder::{Objection, Step, Tried};
+use crate::diagnose::screening::Promise;
+use crate::error::Result;
+use crate::identify::minimise::{Effort, Refined};
+use crate::identify::scales::Scales;
+use crate::identify::space::Space;
+
+/// Excess over the floor, sum of the logarithms of both signals, below which nothing is looked for.
+const WORTH_LOOKING: f64 = 0.3;
+/// Share that may be left, in the signal that gains more, of the logarithm by which the error exceeds its floor.
+const LEFT: f64 = 0.4;
+/// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
+const WORTH_FITTING: f64 = 0.2;
+/// Candidates that are fitted in the free run, at most.
+const FITTED: usize = 3;
+/// And of these those whose fit is finished, best first.
+const FINISHED: usize = 2;
+/// Partners that are fitted with a single effect that gains without sufficing.
+const PARTNERS: usize = 2;
+/// Effects that are added so.
+const ADDED: usize = 2;
+
+/// Effects, and a fit with them.
+type Model = (Vec<&'static str>, Refined);
+/// The same, and those that would do as well.
+type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
+
+impl SecondLook<'_> {
+    /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
+    pub(super) fn with_more(&self, judged: Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
+        let (mut ladder, mut kept) = judged;
+        for _ in 0..ADDED {
+            if self.audit.excess(&kept, &kept).iter().sum::<f64>() <= WORTH_LOOKING {
+                break;
+            }
+            progress(Progress::Doing("free run"));
+            let scales = Scales::of(&kept.space, self.climb.experiments());
+            let objected = |id: &str| {
+                let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
+                last.and_then(|t| t.objection).is_some_and(|o| !Objection::is_of_size(o))
+            };
+            let mut candidates = self.climb.candidates_beside(&kept.space, &[]);
+            candidates.retain(|d| !objected(d.id));
+            let promises = self.promises(&kept, &scales, &candidates);
+            let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
+            let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
+            let singles = self.fitted(singles, progress)?;
+            let mut found = self.sufficient(&kept, &singles)?;
+            if found.is_none() {
+                let pairs = self.audit.pairs(&kept, &scales, &promises).into_iter();
+                let pairs = pairs.filter(|p| p.gain > WORTH_FITTING).take(FITTED).map(|p| (p.ids.to_vec(), p.space));
+                let partners = self.partners(&kept, &singles, &scales, &candidates);
+                found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
+            }
+            let Some((ids, fit, as_well)) = found else { break };
+            ladder.found.extend(&ids);
+            ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len()));
+            (ladder, kept) = self.narrowed(ladder, fit)?;
+        }
+        Ok((ladder, kept))
+    }
+
+    /// What was found in the free run, as a step of the ladder.
+    fn step(
+        &self,
+        kept: &Refined,
+        fit: &Refined,
+        ids: Vec<&'static str>,
+        as_well: Vec<&'static str>,
+        promises: &[Promise],
+        candidates: usize,
+    ) -> Step {
+        let parameters = fit.space.free().count() - kept.space.free().count();
+        let tries = candidates.pow(ids.len() as u32) as f64;
+        let tried = |id: &&'static str| Tried {
+            id,
+            fit: fit.clone(),
+            held_out: self.audit.held_out(fit),
+            gain: self.audit.held_out_fall(kept, fit),
+            p_value: (self.audit.p_value(kept, fit, parameters) * tries).min(1.0),
+            objection: None,
+        };
+        Step {
+            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+            tried: ids.iter().map(tried).collect(),
+            together: ids.len() > 1,
+            winners: ids,
+            as_well,
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        }
+    }
+
+    /// The candidates that have a column of their own in the free run, most promising first.
+    fn promises(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+        let mut promises = self.audit.screen(fit, scales, candidates);
+        promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
+        promises
+    }
+
+    /// The best single effect, where it gains without sufficing, and what promises most beside it: two laws that are bent
+    /// may gain together what the linearisation of neither shows.
+    fn partners(
+        &self,
+        kept: &Refined,
+        singles: &[Model],
+        scales: &Scales,
+        candidates: &[&'static Description],
+    ) -> Vec<(Vec<&'static str>, Space)> {
+        let gains = |single: &&Model| self.audit.held_out_fall(kept, &single.1) > SMALLEST_FALL;
+        let Some((ids, fit)) = singles.first().filter(gains) else { return Vec::new() };
+        let others: Vec<_> = candidates.iter().copied().filter(|d| !classes::same(d.id, ids[0])).collect();
+        let promises = self.promises(fit, scales, &others).into_iter().filter(|p| p.gain > WORTH_FITTING);
+        promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
+    }
+
+    /// Fits models with more effects roughly, the one with the smallest error on data held out first.
+    fn fitted(
+        &self,
+        models: Vec<(Vec<&'static str>, Space)>,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Vec<Model>> {
+        let mut fits = Vec::new();
+        for (ids, space) in models {
+            progress(Progress::Doing(ids[0]));
+            fits.push((ids, self.audit.fit_with(&space, Effort::ROUGH)?));
+        }
+        fits.sort_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
+        Ok(fits)
+    }
+
+    /// The first of these models that suffices, and the effects of those that do as well.
+    fn sufficient(&self, kept: &Refined, models: &[Model]) -> Result<Option<Found>> {
+        for (k, (ids, rough)) in models.iter().enumerate().take(FINISHED) {
+            let fit = self.audit.finish(rough)?;
+            if self.suffices(kept, &fit) {
+                let others = models.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, model)| model);
+                let as_well = others.filter(|(_, other)| self.error(other) - self.error(&fit) < SAME_ERROR);
+                let rivals = as_well.flat_map(|(other, _)| other).copied();
+                let rivals = rivals.filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
+                return Ok(Some((ids.clone(), fit, rivals)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether a fit takes most of what an earlier one exceeds the floor by, on data held out too.
+    pub(super) fn suffices(&self, before: &Refined, after: &Refined) -> bool {
+        let (over, left) = (self.audit.excess(before, after), self.audit.excess(after, after));
+        let gains_more = if over[0] - left[0] > over[1] - left[1] { 0 } else { 1 };
+        left[gains_more] < LEFT * over[gains_more] && self.audit.held_out_fall(before, after) > SMALLEST_FALL
+    }
+}
