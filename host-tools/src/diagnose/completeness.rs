@@ -141,6 +141,12 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
+    /// Whether more than half of the structure of an earlier fit is left in a signal, and is not little.
+    pub fn leaves_most(&self, before: &Self) -> bool {
+        let of = |left: f64, was: f64| left > NEARLY_COMPLETE && left - 1.0 > 0.5 * (was - 1.0);
+        of(self.electrical, before.electrical) || of(self.mechanical, before.mechanical)
+    }
+
     /// Whether nearly all structure of an earlier fit is explained in this one, signal by signal. What is left of one may also
     /// be little by itself, where what is left of both is little of what there was.
     pub fn explains(&self, before: &Self) -> bool {
@@ -228,5 +234,12 @@ mod tests {
         assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45)), "it is a third of what there was");
         assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6)), "it is not little");
         assert!(of(1.8, 1.4).explains(&of(33.0, 2.3)), "a fortieth of the current's, little of the speed's");
+    }
+
+    #[test]
+    fn half_of_the_structure_is_most_of_it_unless_it_is_little() {
+        assert!(of(1.0, 3.5).leaves_most(&of(1.0, 4.2)));
+        assert!(!of(0.9, 1.9).leaves_most(&of(36.0, 5.0)));
+        assert!(!of(0.9, 1.4).leaves_most(&of(36.0, 1.5)));
     }
 }
