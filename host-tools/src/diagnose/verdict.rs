@@ -199,11 +199,11 @@ fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
 
 /// Where structure can be left.
 const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];
+const FREE_RUN: [&str; 2] = ["current of the free run", "speed of the free run"];
 
 fn outside(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
-    let judge = ladder.free_run.filter(|_| !ladder.found.is_empty()).map(|(_, with)| with);
-    let names = if judge.is_some() { ["current of the free run", "speed of the free run"] } else { BALANCES };
-    let left = judge.unwrap_or(ladder.after);
+    let free_run = ladder.free_run.filter(|(without, with)| !ladder.found.is_empty() && !with.explains(without));
+    let (names, left) = free_run.map_or((BALANCES, ladder.after), |(_, with)| (FREE_RUN, with));
     let (side, times) =
         if left.electrical > left.mechanical { (names[0], left.electrical) } else { (names[1], left.mechanical) };
     if !text.is_empty() {

@@ -79,13 +79,10 @@ impl Climb<'_> {
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
         for id in found {
-            let Some(step) = ladder.steps.iter().find(|s| s.winners.contains(id)) else {
-                all.push(Vec::new());
-                continue;
-            };
-            let mut rivals = step.as_well.clone();
+            let step = ladder.steps.iter().find(|s| s.winners.contains(id));
+            let mut rivals = step.map_or_else(Vec::new, |s| s.as_well.clone());
             // What was tried together only is no rival of its other half.
-            let tried: &[Tried] = if step.together { &[] } else { &step.tried };
+            let tried: &[Tried] = step.filter(|s| !s.together).map_or(&[], |s| &s.tried);
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
             // With more parameters it is no rival: a law that has to be bent to look like another one.
             let rivals_here = tried.iter().filter(|t| {
