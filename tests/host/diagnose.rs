@@ -49,6 +49,16 @@ fn names_two_effects() {
 }
 
 #[test]
+fn a_shape_that_the_data_leave_open_has_no_interval() {
+    let d = universal(&["windage_exponent=2.6"], &[]);
+    assert_eq!(d.verdict.effects, ["windage_exponent"], "{}", d.verdict.text);
+    let interval = |name| d.verdict.sizes.iter().find(|s| s.name == name).expect("a parameter of it").ci95;
+    // The reference speed says the same as mu2: every value of it will do.
+    assert!(interval("windage_excess").is_some() && interval("windage_reference").is_none(), "{}", d.verdict.text);
+    assert!(d.verdict.text.contains("left open by these data"), "{}", d.verdict.text);
+}
+
+#[test]
 fn acquits_healthy_motors_and_what_is_invisible() {
     // The gain of a sensor and a resistance that grows with the speed rescale the base parameters exactly.
     for effects in [&[][..], &["commutation_resistance=1.5"], &["current_gain=0.03"]] {

@@ -274,7 +274,10 @@ fn is_of(id: &str, size: &Size) -> bool {
 
 /// A size with its interval.
 fn in_words(size: &Size) -> String {
-    let interval = size.ci95.map_or_else(String::new, |[low, high]| format!(" ({low:.3e} … {high:.3e}, 95 %)"));
+    let interval = size.ci95.map_or_else(
+        || " (left open by these data)".to_owned(),
+        |[low, high]| format!(" ({low:.3e} … {high:.3e}, 95 %)"),
+    );
     let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
     format!("{} = {:.3e}{unit}{interval}", size.name, size.value)
 }

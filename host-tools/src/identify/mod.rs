@@ -347,7 +347,8 @@ pub(crate) fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTre
     intervals_of(fit, &blocks_of_rows(problem, &fit.residuals))
 }
 
-/// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows.
+/// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows. A shape that the data leave open
+/// over its whole physical range has none.
 pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, [f64; 2]> {
     let mut fit = fit.clone();
     pin_shapes_at_limits(&mut fit);
@@ -356,7 +357,9 @@ pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, 
     fit.space
         .free()
         .enumerate()
-        .map(|(k, entry)| (entry.name.clone(), interval(entry, theta[k], covariance.half_width_95_of(k))))
+        .map(|(k, entry)| (entry, interval(entry, theta[k], covariance.half_width_95_of(k))))
+        .filter(|(entry, [low, high])| !(entry.is_shape() && *low <= entry.range.0 && *high >= entry.range.1))
+        .map(|(entry, interval)| (entry.name.clone(), interval))
         .collect()
 }
 
