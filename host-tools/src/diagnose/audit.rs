@@ -14,13 +14,10 @@ use super::screening::{self, Pair, Promise};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, resume, rms_of};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
-
-/// How hard the free run is fitted.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
 
 /// A little friction, relative to what motors have.
 const SMALL: f64 = 1e-3;
@@ -61,7 +58,7 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit(&self, space: &Space) -> Result<Refined> {
-        self.fit_with(space, EFFORT)
+        self.fit_with(space, Effort::USUAL)
     }
 
     /// The same with another effort.
@@ -77,7 +74,7 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn finish(&self, rough: &Refined) -> Result<Refined> {
-        resume(rough, &self.problem, EFFORT)
+        resume(rough, &self.problem, Effort::USUAL)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves structure in the current, or is no

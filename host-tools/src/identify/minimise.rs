@@ -63,6 +63,8 @@ pub struct Effort {
 impl Effort {
     /// To the last digit that matters.
     pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0, confirmed: true };
+    /// To where fits can be compared.
+    pub const USUAL: Self = Self { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
     /// To where something else has to be done next.
     pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
 }
@@ -355,4 +357,41 @@ fn bounded_step(
     let longest = change.iter().fold(0.0f64, |m, d| m.max(d.abs()));
     let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
     Some(theta.iter().zip(&change).zip(limits).map(|((x, d), (lo, hi))| (x + share * d).clamp(*lo, *hi)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Base, Kind};
+
+    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for; the others do nothing.
+    struct Decay(Vec<u8>);
+
+    impl Residuals for Decay {
+        fn at(&self, _: &Space, theta: &[f64]) -> DVector<f64> {
+            DVector::from_fn(self.0.len(), |k, _| {
+                let t = k as f64 / self.0.len() as f64;
+                theta[0].exp() * (-theta[1].exp() * t).exp() - 2.0 * (-3.0 * t).exp()
+            })
+        }
+        fn groups(&self) -> &[u8] {
+            &self.0
+        }
+        fn sizes(&self) -> [f64; 2] {
+            [1.0; 2]
+        }
+    }
+
+    #[test]
+    fn a_fit_that_goes_on_ends_where_one_without_a_break_does() {
+        let space = Space::new(Kind::PmDc, Base::Full, &[]);
+        let problem = Decay(vec![0; 200]);
+        let begun = Effort { steps: 2, tolerance: 1e-2, carried_on: 2, confirmed: false };
+        let begun = minimise(&space, &problem, begun, None, &mut || ()).unwrap();
+        let [amplitude, rate] = [2.0f64.ln(), 3.0f64.ln()];
+        assert!((begun.space.coordinates()[1] - rate).abs() > 1e-3, "two steps do not suffice");
+        let ended = resume(&begun, &problem, Effort::FULL).unwrap().space.coordinates();
+        // Without noise the minimum is the truth; forward differences and the tolerance leave some 1e-6.
+        assert!((ended[0] - amplitude).abs() < 1e-5 && (ended[1] - rate).abs() < 1e-5, "{ended:?}");
+    }
 }

@@ -34,8 +34,6 @@ pub const SAME_ERROR: f64 = 0.04;
 const PAIRS: usize = 4;
 /// How hard a model is fitted before candidates are tried on it.
 const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON, confirmed: true };
-/// How hard the others are.
-const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
 
 /// The data and the settings of a climb.
 pub struct Climb<'a> {
@@ -141,7 +139,7 @@ impl<'a> Climb<'a> {
         let mut begun = Vec::new();
         for pair in screening::pairs(base, &self.problem, &scales, &promises).into_iter().take(PAIRS) {
             progress(Progress::Doing(pair.ids[0]));
-            let fit = minimise(&pair.space, &self.problem, EFFORT, Some(base.rms), &mut || ())?;
+            let fit = minimise(&pair.space, &self.problem, Effort::USUAL, Some(base.rms), &mut || ())?;
             begun.push((self.held_out(&fit), pair.ids, fit));
         }
         let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
@@ -177,9 +175,9 @@ impl<'a> Climb<'a> {
         let dropped = ladder.found.iter().filter(|id| !kept.contains(id));
         let space = dropped.fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
         ladder.found = kept.to_vec();
-        let mut fit = minimise(&free.space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+        let mut fit = minimise(&free.space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ())?;
         if space.effects() == free.space.effects() {
-            let other = minimise(&space, &self.problem, EFFORT, Some(ladder.fit.rms), &mut || ())?;
+            let other = minimise(&space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ())?;
             let error = |fit: &Refined| fit.log_error(self.problem.groups());
             if error(&other) <= error(&fit) {
                 fit = other;

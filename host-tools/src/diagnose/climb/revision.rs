@@ -1,10 +1,10 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
-use super::{Climb, EFFORT, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
+use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::{Progress, classes, parameters_of, screening, size_of};
 use crate::error::Result;
-use crate::identify::minimise::{Refined, Residuals, minimise};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
 
 /// A rival that gains less than this share of the winner's gain is none.
@@ -59,7 +59,8 @@ impl Climb<'_> {
                 k += 1;
                 continue;
             }
-            let less = minimise(&fit.space.without_effect(found[k]), &self.problem, EFFORT, Some(fit.rms), &mut || ())?;
+            let less =
+                minimise(&fit.space.without_effect(found[k]), &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())?;
             if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
                 found.remove(k);
                 *fit = less;
@@ -100,7 +101,7 @@ impl Climb<'_> {
                     {
                         entry.value = known.value;
                     }
-                    minimise(&space, &self.problem, EFFORT, Some(fit.rms), &mut || ())?
+                    minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())?
                 };
                 if self.held_out(&swapped).log_error() - error < SAME_ERROR {
                     rivals.push(rival.id);

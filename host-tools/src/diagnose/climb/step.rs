@@ -1,6 +1,6 @@
 //! One step of a climb: all candidates at one model, each judged on data held out.
 
-use super::{Climb, EFFORT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
+use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::Progress;
 use crate::diagnose::blocks::{HeldOut, p_value};
 use crate::diagnose::decoys;
@@ -88,7 +88,7 @@ impl Climb<'_> {
         for (promise, refined, gain) in begun {
             output::check_interrupt()?;
             let refined =
-                if gain > WORTH_FINISHING * most { resume(&refined, &self.problem, EFFORT)? } else { refined };
+                if gain > WORTH_FINISHING * most { resume(&refined, &self.problem, Effort::USUAL)? } else { refined };
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
