@@ -162,7 +162,7 @@ fn check_names(model: &Model, effects: &[String]) -> Result<()> {
 /// What diagnosis finds in the recordings as they are, and whether structure is left that no effect explains.
 fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<&'static str>, bool)> {
     let options = diagnose::Options { settings: settings.clone(), exclude: Vec::new(), candidates_refined: false };
-    let verdict = diagnose::diagnose(recordings, &options, &mut |_| ())?.verdict;
+    let verdict = diagnose::diagnose(recordings, &options, &|_| ())?.verdict;
     let mut found = verdict.effects;
     if verdict.kind == VerdictKind::Ambiguous {
         // The others are rivals of the first, not further effects.

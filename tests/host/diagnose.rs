@@ -27,7 +27,7 @@ fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
 /// A universal motor on a staircase.
 fn universal(effects: &[&str], exclude: &[&str]) -> Diagnosis {
     let recordings = [record(Kind::Universal, "staircase", 8.0, effects)];
-    diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &mut |_| ()).expect("a diagnosis")
+    diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &|_| ()).expect("a diagnosis")
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn two_offsets_stand_in_for_a_third() {
 fn a_magnet_motor_names_friction_where_the_recording_shows_it() {
     let ask = |profile| {
         let recordings = [record(Kind::PmDc, profile, 8.0, &["coulomb_friction"])];
-        diagnose(&recordings, &options(Kind::PmDc, Base::Viscous, &[]), &mut |_| ()).expect("a diagnosis")
+        diagnose(&recordings, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis")
     };
     assert_eq!(ask("dc-ramp").verdict.effects, ["coulomb_friction"]);
 }
@@ -110,7 +110,7 @@ fn a_square_wave_is_no_brush_drop() {
     // The amplifier reverses ±12 V: the voltage itself looks like sign(i).
     let whole = record(Kind::PmDc, "dc-steps", 16.0, &[]);
     let pieces: Vec<Recording> = [5, 8].into_iter().map(|n| whole.part(n * 10_000..(n + 2) * 10_000)).collect();
-    let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &mut |_| ()).expect("a diagnosis");
+    let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis");
     assert!(!d.verdict.effects.contains(&"brush_drop"), "{}", d.verdict.text);
 }
 

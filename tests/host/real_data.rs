@@ -146,7 +146,7 @@ fn verdict(name: &str, map: &[&str]) -> Option<greyrig_host::diagnose::Verdict> 
         exclude: Vec::new(),
         candidates_refined: false,
     };
-    Some(greyrig_host::diagnose::diagnose(&[recording], &options, &mut |_| ()).expect("a diagnosis").verdict)
+    Some(greyrig_host::diagnose::diagnose(&[recording], &options, &|_| ()).expect("a diagnosis").verdict)
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     say("\n5. Which effect of the catalogue is missing:\n")?;
     let options = Options { settings: Settings::new(Kind::Universal), exclude: Vec::new(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
-    let diagnosis = diagnose(&training, &options, &mut |at| {
+    let diagnosis = diagnose(&training, &options, &|at| {
         if let Progress::Doing(what) = at {
             bar.set_message(what.to_owned());
         }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 
@@ -66,14 +67,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
     let options = Options { settings, exclude: args.exclude.clone(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
-    let mut ranked = false;
-    let result = diagnose(&recordings, &options, &mut |at| match at {
+    let ranked = AtomicBool::new(false);
+    let result = diagnose(&recordings, &options, &|at| match at {
         Progress::Doing(what) => {
             bar.set_message(what.to_owned());
             bar.inc(1);
         }
-        Progress::Ranking(candidates) if !ranked => {
-            ranked = true;
+        Progress::Ranking(candidates) if !ranked.swap(true, Ordering::Relaxed) => {
             bar.println(first_look(candidates));
         }
         Progress::Ranking(_) => (),

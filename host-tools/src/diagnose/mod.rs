@@ -28,6 +28,7 @@ mod verdict;
 use std::collections::BTreeMap;
 
 use greyrig::effects::{Effect, MAX_EFFECTS};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::compare::PerSignal;
@@ -136,15 +137,14 @@ pub enum Progress<'a> {
     Ranking(&'a [(&'static str, f64)]),
 }
 
+/// Who is told what a diagnosis is at, from several threads.
+pub type Watch<'a> = dyn Fn(Progress<'_>) + Sync + 'a;
+
 /// Diagnoses a model on recordings.
 ///
 /// # Errors
 /// Recordings that cannot be used, an unknown effect in `exclude`, an interrupt.
-pub fn diagnose(
-    recordings: &[Recording],
-    options: &Options,
-    progress: &mut dyn FnMut(Progress<'_>),
-) -> Result<Diagnosis> {
+pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
     let settings = &options.settings;
     for id in &options.exclude {
         if Effect::<f64>::CATALOGUE.iter().all(|d| d.id != id) {
@@ -314,21 +314,20 @@ fn describe_candidates(
     recordings: &[Recording],
 ) -> Result<Vec<Candidate>> {
     let refined = if options.candidates_refined { REFINED } else { 0 };
-    let mut all = Vec::new();
-    for (step, s) in ladder.steps.iter().enumerate() {
-        for (place, t) in s.tried.iter().enumerate() {
-            let esr_after = match audit {
-                // Refined where it matters; for the others the equation-error estimate as it is.
-                Some(audit) if step == 0 && place < refined && t.objection.is_none() => {
-                    ratio(audit, &audit.fit_with(&t.fit.space, Effort::ROUGH)?)
-                }
-                Some(audit) if options.candidates_refined => ratios(audit, audit.error_at(&t.fit.space)),
-                _ => PerSignal::default(),
-            };
-            all.push(candidate(t, step + 1, esr_after, &options.settings, recordings));
-        }
-    }
-    Ok(all)
+    let describe = |(step, place, t): (usize, usize, &Tried)| {
+        let esr_after = match audit {
+            // Refined where it matters; for the others the equation-error estimate as it is.
+            Some(audit) if step == 0 && place < refined && t.objection.is_none() => {
+                ratio(audit, &audit.fit_with(&t.fit.space, Effort::ROUGH)?)
+            }
+            Some(audit) if options.candidates_refined => ratios(audit, audit.error_at(&t.fit.space)),
+            _ => PerSignal::default(),
+        };
+        Ok(candidate(t, step + 1, esr_after, &options.settings, recordings))
+    };
+    let steps = ladder.steps.iter().enumerate();
+    let tried = steps.flat_map(|(step, s)| s.tried.iter().enumerate().map(move |(place, t)| (step, place, t)));
+    tried.collect::<Vec<_>>().into_par_iter().map(describe).collect()
 }
 
 fn candidate(

@@ -41,7 +41,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
     let options =
         Options { settings: Settings::new(Kind::Universal), exclude: case.exclude.clone(), candidates_refined: false };
     let start = std::time::Instant::now();
-    let d: Diagnosis = diagnose(&recordings, &options, &mut |_| ())?;
+    let d: Diagnosis = diagnose(&recordings, &options, &|_| ())?;
     let pair = |p: greyrig_host::compare::PerSignal| [p.current.unwrap_or(0.0), p.speed.unwrap_or(0.0)];
     Ok(Outcome {
         seed: case.seed,

@@ -6,15 +6,16 @@ mod step;
 use std::collections::BTreeMap;
 
 use greyrig::effects::Description;
+use rayon::prelude::*;
 
-use super::Progress;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::ladder::{Ladder, Step, Tried, dropped};
 use super::lead::{self, Lead};
-use super::screening::{self, Promise};
+use super::screening::{self, Pair, Promise};
 use super::shape::{self, Shape};
+use super::{Progress, Watch};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
@@ -89,7 +90,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Refined, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Ladder> {
+    pub fn climb(&self, base: &Refined, progress: &Watch<'_>) -> Result<Ladder> {
         self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
     }
 
@@ -100,7 +101,7 @@ impl<'a> Climb<'a> {
         mut fit: Refined,
         mut found: Vec<&'static str>,
         mut steps: Vec<Step>,
-        progress: &mut dyn FnMut(Progress<'_>),
+        progress: &Watch<'_>,
     ) -> Result<Ladder> {
         let left_out = dropped(&steps, &found);
         while found.len() < self.most {
@@ -128,20 +129,17 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_by_two(
-        &self,
-        base: &Refined,
-        earlier: &Ladder,
-        progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Option<Ladder>> {
+    pub fn climb_by_two(&self, base: &Refined, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
         let promises = self.screen(base, &[]);
         let scales = Scales::of(&base.space, self.experiments);
-        let mut begun = Vec::new();
-        for pair in screening::pairs(base, &self.problem, &scales, &promises).into_iter().take(PAIRS) {
+        let mut pairs = screening::pairs(base, &self.problem, &scales, &promises);
+        pairs.truncate(PAIRS);
+        let begin = |pair: Pair| {
             progress(Progress::Doing(pair.ids[0]));
             let fit = minimise(&pair.space, &self.problem, Effort::USUAL, Some(base.rms), &mut || ())?;
-            begun.push((self.held_out(&fit), pair.ids, fit));
-        }
+            Ok((self.held_out(&fit), pair.ids, fit))
+        };
+        let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
         let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
         let error = self.held_out(&earlier.fit).log_error();
         let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < error) else { return Ok(None) };
@@ -175,15 +173,17 @@ impl<'a> Climb<'a> {
         let dropped = ladder.found.iter().filter(|id| !kept.contains(id));
         let space = dropped.fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
         ladder.found = kept.to_vec();
-        let mut fit = minimise(&free.space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ())?;
-        if space.effects() == free.space.effects() {
-            let other = minimise(&space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ())?;
-            let error = |fit: &Refined| fit.log_error(self.problem.groups());
-            if error(&other) <= error(&fit) {
-                fit = other;
-            }
-        }
-        ladder.fit = fit;
+        let fitted = |space: &Space| minimise(space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ());
+        let (fit, other) = rayon::join(
+            || fitted(&free.space),
+            || (space.effects() == free.space.effects()).then(|| fitted(&space)).transpose(),
+        );
+        let (fit, other) = (fit?, other?);
+        let error = |fit: &Refined| fit.log_error(self.problem.groups());
+        ladder.fit = match other {
+            Some(other) if error(&other) <= error(&fit) => other,
+            _ => fit,
+        };
         ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }

@@ -1,8 +1,10 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
+use rayon::prelude::*;
+
 use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
-use crate::diagnose::{Progress, classes, parameters_of, screening, size_of};
+use crate::diagnose::{Progress, Watch, classes, parameters_of, screening, size_of};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
 use crate::identify::scales::Scales;
@@ -20,7 +22,7 @@ impl Climb<'_> {
         fit: &mut Refined,
         found: &mut [&'static str],
         steps: &mut [Step],
-        progress: &mut dyn FnMut(Progress<'_>),
+        progress: &Watch<'_>,
     ) -> Result<()> {
         for present in found {
             for other in classes::class_of(present).unwrap_or(&[]).iter().copied() {
@@ -49,7 +51,7 @@ impl Climb<'_> {
         &self,
         fit: &mut Refined,
         found: &mut Vec<&'static str>,
-        progress: &mut dyn FnMut(Progress<'_>),
+        progress: &Watch<'_>,
     ) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
@@ -75,7 +77,7 @@ impl Climb<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn find_rivals(&self, ladder: &mut Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<()> {
+    pub fn find_rivals(&self, ladder: &mut Ladder, progress: &Watch<'_>) -> Result<()> {
         let (fit, found) = (&ladder.fit, &ladder.found);
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
@@ -89,27 +91,27 @@ impl Climb<'_> {
             let rivals_here = tried.iter().filter(|t| {
                 t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
             });
-            for rival in rivals_here.filter(|r| !classes::same(id, r.id)) {
+            let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(id, r.id)).collect();
+            let does_as_well = |rival: &&Tried| {
                 progress(Progress::Doing(rival.id));
-                let swapped = if found.len() == 1 {
-                    rival.fit.clone()
-                } else {
-                    let scales = Scales::of(&fit.space, self.experiments);
-                    let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
-                    if let (Some(entry), Some(known)) =
-                        (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id)))
-                    {
-                        entry.value = known.value;
-                    }
-                    minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())?
-                };
-                if self.held_out(&swapped).log_error() - error < SAME_ERROR {
-                    rivals.push(rival.id);
-                }
-            }
+                let swapped = if found.len() == 1 { rival.fit.clone() } else { self.swapped(fit, id, rival)? };
+                Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
+            };
+            let as_well: Vec<bool> = others.par_iter().map(does_as_well).collect::<Result<_>>()?;
+            rivals.extend(others.iter().zip(as_well).filter(|(_, as_well)| *as_well).map(|(rival, _)| rival.id));
             all.push(rivals);
         }
         ladder.rivals = all;
         Ok(())
+    }
+
+    /// A fit with a rival in the place of an effect.
+    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried) -> Result<Refined> {
+        let scales = Scales::of(&fit.space, self.experiments);
+        let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
+        if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
+            entry.value = known.value;
+        }
+        minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())
     }
 }

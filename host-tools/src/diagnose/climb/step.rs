@@ -1,15 +1,17 @@
 //! One step of a climb: all candidates at one model, each judged on data held out.
 
 use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
-use crate::diagnose::Progress;
+use rayon::prelude::*;
+
 use crate::diagnose::blocks::{HeldOut, p_value};
 use crate::diagnose::decoys;
 use crate::diagnose::ladder::{Objection, Step, Tried};
+use crate::diagnose::screening::Promise;
+use crate::diagnose::{Progress, Watch};
 use crate::diagnose::{parameters_of, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume};
 use crate::identify::space::Space;
-use crate::output;
 
 /// Candidates that are fitted after the screening.
 const FITTED: usize = 7;
@@ -43,7 +45,7 @@ impl Climb<'_> {
         fit: &Refined,
         left_out: &[&'static str],
         gained: f64,
-        progress: &mut dyn FnMut(Progress<'_>),
+        progress: &Watch<'_>,
     ) -> Result<Step> {
         let before = self.held_out(fit);
         progress(Progress::Doing("screening"));
@@ -67,26 +69,17 @@ impl Climb<'_> {
         });
         let accepted = [decoys.len(), accepted.count()];
         let best = promises.first().map_or(0.0, |p| p.gain);
-        let mut begun = Vec::new();
-        for promise in promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED) {
-            output::check_interrupt()?;
-            progress(Progress::Doing(promise.id));
-            let mut refined = minimise(&promise.space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
-            let mut gain = self.gain(&before, &refined);
-            if promise.gain > smallest && gain < KEPT_PROMISE * promise.gain {
-                let near = screening::at_small_size(&promise.space, promise.id);
-                let again = minimise(&near, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
-                let gain_again = self.gain(&before, &again);
-                if gain_again > gain {
-                    (refined, gain) = (again, gain_again);
-                }
-            }
-            begun.push((promise, refined, gain));
-        }
+        let worthy: Vec<&Promise> = promises.iter().filter(|p| p.gain > WORTH_FITTING * best).take(FITTED).collect();
+        let begun: Vec<(&Promise, Refined, f64)> = worthy
+            .into_par_iter()
+            .map(|promise| {
+                progress(Progress::Doing(promise.id));
+                let (refined, gain) = self.begin(fit, &before, promise, smallest)?;
+                Ok((promise, refined, gain))
+            })
+            .collect::<Result<_>>()?;
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
-        let mut tried = Vec::new();
-        for (promise, refined, gain) in begun {
-            output::check_interrupt()?;
+        let finish = |(promise, refined, gain): (&Promise, Refined, f64)| {
             let refined =
                 if gain > WORTH_FINISHING * most { resume(&refined, &self.problem, Effort::USUAL)? } else { refined };
             let held_out = self.held_out(&refined);
@@ -107,8 +100,9 @@ impl Climb<'_> {
             } else {
                 None
             };
-            tried.push(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection });
-        }
+            Ok(Tried { id: promise.id, fit: refined, held_out, gain, p_value, objection })
+        };
+        let mut tried: Vec<Tried> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(Step {
             promises: ranking,
@@ -119,6 +113,21 @@ impl Climb<'_> {
             decoy_gain,
             decoys: accepted,
         })
+    }
+
+    /// The first steps of a candidate's fit, and what they gain.
+    fn begin(&self, fit: &Refined, before: &HeldOut, promise: &Promise, smallest: f64) -> Result<(Refined, f64)> {
+        let from = |space: &Space| -> Result<(Refined, f64)> {
+            let refined = minimise(space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let gain = self.gain(before, &refined);
+            Ok((refined, gain))
+        };
+        let first = from(&promise.space)?;
+        if promise.gain <= smallest || first.1 >= KEPT_PROMISE * promise.gain {
+            return Ok(first);
+        }
+        let again = from(&screening::at_small_size(&promise.space, promise.id))?;
+        Ok(if again.1 > first.1 { again } else { first })
     }
 
     fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {

@@ -9,11 +9,13 @@
 
 mod more;
 
-use super::Progress;
+use rayon::prelude::*;
+
 use super::audit::Audit;
 use super::climb::{Climb, SAME_ERROR};
 use super::completeness::Completeness;
 use super::ladder::Ladder;
+use super::{Progress, Watch};
 use crate::error::Result;
 use crate::identify::minimise::Refined;
 use crate::identify::scales::Scales;
@@ -52,7 +54,7 @@ impl<'a> SecondLook<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn at(&self, ladder: Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
+    pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
         let judged = self.judged(ladder)?;
         let mut best = self.with_more(judged, progress)?;
         for look in [Self::again, Self::by_two] {
@@ -103,19 +105,18 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
-    fn confirm_rivals(&self, judged: &mut Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<()> {
+    fn confirm_rivals(&self, judged: &mut Judged, progress: &Watch<'_>) -> Result<()> {
         let (ladder, kept) = judged;
         let scales = Scales::of(&kept.space, self.climb.experiments());
         for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
-            let mut confirmed = Vec::new();
-            for rival in rivals.iter().copied().filter(|id| !ladder.found.contains(id)) {
+            rivals.retain(|id| !ladder.found.contains(id));
+            let confirm = |rival: &&'static str| {
                 progress(Progress::Doing(rival));
                 let swapped = self.audit.fit(&kept.space.without_effect(found).with_effect(rival, &scales))?;
-                if self.error(&swapped) - self.error(kept) < SAME_ERROR {
-                    confirmed.push(rival);
-                }
-            }
-            *rivals = confirmed;
+                Ok((self.error(&swapped) - self.error(kept) < SAME_ERROR).then_some(*rival))
+            };
+            let confirmed: Vec<_> = rivals.par_iter().map(confirm).collect::<Result<_>>()?;
+            *rivals = confirmed.into_iter().flatten().collect();
         }
         Ok(())
     }
@@ -125,7 +126,7 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
-    fn again(&self, ladder: &Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+    fn again(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
         if !ladder.has_dropped() || ladder.found.is_empty() {
             return Ok(None);
         }
@@ -135,7 +136,7 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Climbs once more, by two effects at first.
-    fn by_two(&self, ladder: &Ladder, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Option<Ladder>> {
+    fn by_two(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
         self.climb.climb_by_two(self.base, ladder, progress)
     }
 }

@@ -1,13 +1,14 @@
 //! What the free run needs and the balances do not show: one effect, or two at once.
 
 use greyrig::effects::Description;
+use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
-use crate::diagnose::Progress;
 use crate::diagnose::classes;
 use crate::diagnose::climb::{LEAST_INDEPENDENT, SAME_ERROR};
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
+use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
@@ -35,7 +36,7 @@ type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
 
 impl SecondLook<'_> {
     /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
-    pub(super) fn with_more(&self, judged: Judged, progress: &mut dyn FnMut(Progress<'_>)) -> Result<Judged> {
+    pub(super) fn with_more(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
         let (mut ladder, mut kept) = judged;
         for _ in 0..ADDED {
             if self.audit.excess(&kept, &kept).iter().sum::<f64>() <= WORTH_LOOKING {
@@ -123,16 +124,12 @@ impl SecondLook<'_> {
     }
 
     /// Fits models with more effects roughly, the one with the smallest error on data held out first.
-    fn fitted(
-        &self,
-        models: Vec<(Vec<&'static str>, Space)>,
-        progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Vec<Model>> {
-        let mut fits = Vec::new();
-        for (ids, space) in models {
+    fn fitted(&self, models: Vec<(Vec<&'static str>, Space)>, progress: &Watch<'_>) -> Result<Vec<Model>> {
+        let fit = |(ids, space): (Vec<&'static str>, Space)| {
             progress(Progress::Doing(ids[0]));
-            fits.push((ids, self.audit.fit_with(&space, Effort::ROUGH)?));
-        }
+            Ok((ids, self.audit.fit_with(&space, Effort::ROUGH)?))
+        };
+        let mut fits: Vec<Model> = models.into_par_iter().map(fit).collect::<Result<_>>()?;
         fits.sort_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
         Ok(fits)
     }
