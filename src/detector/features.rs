@@ -10,9 +10,10 @@
 //! | deviation of the current | −⟨e î⟩/⟨î²⟩ = by how much the motor draws more than the model | 1 |
 //! | deviation of the speed | −⟨ε ω̂⟩/⟨ω̂²⟩ = by how much it runs faster | 1 |
 //! | sparking | √⟨h²⟩ | A |
-//! | phase of the sparking | ⟨h² where \|i\| is above its mean of the last period⟩/⟨h²⟩ | 1 |
+//! | arcing | ⟨\|i\|⟩ (⟨h² \|i\|⟩ − ⟨h²⟩⟨\|i\|⟩)/(⟨i²⟩ − ⟨\|i\|⟩²) | A² |
 //!
-//! Half of white noise is where |i| is above its mean or a little less; sparks need a current.
+//! Noise of the sensor is there with and without a current; sparks need one. The last line, the mean of h² that goes with |i| by
+//! linear regression over the period, holds them alone. On direct current, where |i| does not change, nothing can tell, and it is zero.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ use crate::scalar::root;
 
 /// How many features a period has.
 pub const FEATURES: usize = 10;
+
+/// Least variance of |i| over its mean square from which the period tells what goes with it: a sine has 0.19.
+const LEAST_VARIATION: f32 = 0.02;
 
 /// The features of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -35,8 +39,8 @@ pub struct Features {
     pub speed_deviation: f32,
     /// RMS of the current above 1 kHz, A.
     pub sparking: f32,
-    /// Share of that while the current is above its mean magnitude.
-    pub sparking_phase: f32,
+    /// Its power, A², as far as it goes with the current over the period.
+    pub arcing: f32,
     /// RMS of the voltage, V.
     pub voltage_rms: f32,
     /// RMS of the measured current, A.
@@ -83,7 +87,7 @@ impl Features {
             &mut self.current_deviation,
             &mut self.speed_deviation,
             &mut self.sparking,
-            &mut self.sparking_phase,
+            &mut self.arcing,
             &mut self.voltage_rms,
             &mut self.current_rms,
             &mut self.speed_mean,
@@ -108,9 +112,8 @@ pub struct Sums {
     model_current: f32,
     model_speed: f32,
     high: f32,
-    high_at_load: f32,
+    high_with_current: f32,
     validity: f32,
-    mean_magnitude: f32,
 }
 
 /// What a sample contributes.
@@ -149,14 +152,14 @@ impl Sums {
         self.model_current += p.modelled.current * p.modelled.current;
         self.model_speed += p.modelled.speed * p.modelled.speed;
         self.high += high;
-        self.high_at_load += if magnitude > self.mean_magnitude { high } else { 0.0 };
+        self.high_with_current += high * magnitude;
         self.validity += p.validity;
     }
 
-    /// The sums of the next period with its first sample, which know the mean magnitude of the current of this one.
+    /// The sums of a period that begins with this sample.
     #[inline]
-    pub fn next(&self, first: &Point) -> Self {
-        let mut sums = Self { mean_magnitude: self.magnitude / self.samples(), ..Self::default() };
+    pub fn of(first: &Point) -> Self {
+        let mut sums = Self::default();
         sums.add(first);
         sums
     }
@@ -185,11 +188,21 @@ impl Sums {
             2 => f.current_deviation = -ratio(self.current_product, self.model_current),
             3 => f.speed_deviation = -ratio(self.speed_product, self.model_speed),
             4 => f.sparking = root(self.high / n),
-            5 => f.sparking_phase = ratio(self.high_at_load, self.high),
+            5 => f.arcing = self.arcing(n),
             6 => f.voltage_rms = root(self.voltage / n),
             7 => f.current_rms = root(self.current / n),
             8 => f.speed_mean = self.speed_sum / n,
             _ => f.validity = self.validity / n,
+        }
+    }
+
+    fn arcing(&self, n: f32) -> f32 {
+        let (square, magnitude) = (self.current / n, self.magnitude / n);
+        let varies = square - magnitude * magnitude;
+        if varies > LEAST_VARIATION * square {
+            magnitude * (self.high_with_current / n - self.high / n * magnitude) / varies
+        } else {
+            0.0
         }
     }
 

@@ -277,7 +277,7 @@ impl Detector {
         if self.clock.process(voltage).is_some() {
             self.blank = self.blank.saturating_sub(self.sums.count());
             self.judge.begin(self.sums, self.blank > 0);
-            self.sums = self.sums.next(&point);
+            self.sums = Sums::of(&point);
             Progress::Step
         } else {
             self.sums.add(&point);

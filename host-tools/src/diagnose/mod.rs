@@ -176,13 +176,16 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         return Ok(insufficient("these recordings hold neither voltage and current nor torque and motion"));
     };
     let base = climb.fit(&space)?;
-    let mut ladder = climb.climb(&base, progress)?;
-    progress(Progress::Doing("free run"));
     let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
+    let (ladder, look) = rayon::join(
+        || climb.climb(&base, progress),
+        || free_run.as_ref().map(|audit| SecondLook::new(&climb, audit, &base)).transpose(),
+    );
+    let (mut ladder, look) = (ladder?, look?);
+    progress(Progress::Doing("free run"));
     let mut esr = [PerSignal::default(); 2];
     let mut fitted = None;
-    if let Some(audit) = &free_run {
-        let look = SecondLook::new(&climb, audit, &base)?;
+    if let (Some(audit), Some(look)) = (&free_run, &look) {
         let (judged, kept) = look.at(ladder, progress)?;
         ladder = judged;
         esr = [look.free(), &kept].map(|fit| ratio(audit, fit));

@@ -105,6 +105,8 @@ struct MotorPart<'a> {
     windows: Vec<(usize, usize)>,
     /// Samples over which the speed at a window's end is averaged.
     period: usize,
+    /// Change of the speed over each window, rad/s.
+    speed_changes: Vec<f64>,
 }
 
 impl<'a> EquationError<'a> {
@@ -179,6 +181,12 @@ fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
             held
         })
         .collect()
+}
+
+/// Change of a signal over windows, from the means over a period around their ends.
+fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64> {
+    let smooth = sliding_mean(signal, period);
+    windows.iter().map(|(from, to)| smooth[*to] - smooth[*from]).collect()
 }
 
 impl<'a> Part<'a> {
@@ -302,6 +310,7 @@ impl<'a> MotorPart<'a> {
             voltage_rate: derivative(&e.input, e.interval_s),
             current_rate: derivative(&current, e.interval_s),
             turning: without_small_reversals(&current, least_reversal),
+            speed_changes: changes(&speed, &windows, period),
             least_reversal,
             current,
             samples: (0..e.len()).step_by(stride(e)).filter(|n| e.counted[*n]).collect(),
@@ -367,10 +376,10 @@ impl<'a> MotorPart<'a> {
         if self.windows.is_empty() {
             return rows;
         }
-        let smooth = sliding_mean(speed, self.period);
-        rows.extend(
-            self.windows.iter().map(|(from, to)| torque[*to] - torque[*from] - inertia * (smooth[*to] - smooth[*from])),
-        );
+        let undone = undone.is_some().then(|| changes(speed, &self.windows, self.period));
+        let changes = undone.as_ref().unwrap_or(&self.speed_changes);
+        let impulses = self.windows.iter().map(|(from, to)| torque[*to] - torque[*from]);
+        rows.extend(impulses.zip(changes).map(|(impulse, change)| impulse - inertia * change));
         rows
     }
 

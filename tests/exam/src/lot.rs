@@ -45,7 +45,7 @@ pub struct Fault {
 /// The faults that are asked for.
 pub const FAULTS: &[Fault] = &[
     Fault { id: "resistance_up", kind: "electrical", sizes: &[0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8] },
-    Fault { id: "sparking", kind: "electrical", sizes: &[0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4] },
+    Fault { id: "sparking", kind: "electrical", sizes: &[0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.4] },
     Fault { id: "bearing_friction", kind: "mechanical", sizes: &[0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0] },
     Fault { id: "fan_load", kind: "mechanical", sizes: &[-0.01, -0.02, -0.05, -0.1, -0.2, -0.4, -0.6] },
     Fault { id: "current_sensor", kind: "sensor", sizes: &[0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.3] },
@@ -154,8 +154,15 @@ pub struct Glance {
     pub verdict: Verdict,
     /// First alarm, s.
     pub alarm_s: Option<f64>,
-    /// Mean error of current and speed over the judged periods.
-    pub errors: [f64; 2],
+    /// Means over the judged periods.
+    pub features: Features,
+}
+
+impl Glance {
+    /// Mean error of current and speed.
+    pub fn errors(&self) -> [f64; 2] {
+        [self.features.current, self.features.speed].map(f64::from)
+    }
 }
 
 impl Station {
@@ -190,8 +197,7 @@ impl Station {
             ratios.chain(deviations).fold(0.0, f64::max)
         });
         let alarm_s = run.rows.iter().find(|r| r.alarm.is_some()).map(|r| r.t_s);
-        let mean = Features::mean(run.judged().map(|r| &r.features));
-        let errors = [mean.current, mean.speed].map(f64::from);
-        Ok(Glance { score, verdict: run.verdict, alarm_s, errors })
+        let features = Features::mean(run.judged().map(|r| &r.features));
+        Ok(Glance { score, verdict: run.verdict, alarm_s, features })
     }
 }

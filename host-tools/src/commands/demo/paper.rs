@@ -2,8 +2,9 @@
 //!
 //! Source: A. Rakar, Đ. Juričić: Modelling for fault detection of electric motors, Strojniški vestnik, 2004.
 
+use greyrig::detector::Features;
+
 use crate::compare::Comparison;
-use crate::monitor::replay::Row;
 use crate::monitor::test::Test;
 use crate::report::{Curves, Report};
 
@@ -62,17 +63,19 @@ fn residuals([healthy, sparking]: &[Test; 2]) -> Curves {
     }
 }
 
-/// RMS of the last second over that of the healthy motor.
+/// What sparking does to the residual and to the current above 1 kHz in the last second.
 fn growth([healthy, sparking]: &[Test; 2]) -> String {
-    let rms = |t: &Test, get: fn(&Row) -> f32| {
-        let last = t.replay.rows.iter().rev().filter(|r| r.judged).take(LAST_PERIODS);
-        let squares: Vec<f64> = last.map(|r| f64::from(get(r)).powi(2)).collect();
-        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    let mean = |t: &Test| {
+        let judged = t.replay.rows.iter().rev().filter(|r| r.judged);
+        Features::mean(judged.take(LAST_PERIODS).map(|r| &r.features))
     };
-    let times = |get: fn(&Row) -> f32| rms(sparking, get) / rms(healthy, get);
+    let (healthy, sparking) = (mean(healthy), mean(sparking));
+    let times = |get: fn(&Features) -> f32| get(&sparking) / get(&healthy);
     format!(
-        "In the last second the residual of the current is {:.1} times that of the healthy motor, the current above 1 kHz {:.1} times.",
-        times(|r| r.features.current),
-        times(|r| r.features.sparking)
+        "In the last second the residual of the current is {:.1} times that of the healthy motor, the current above 1 kHz {:.1} times, \
+         and its power that goes with the current, without the noise of the sensor, {:.0} times.",
+        times(|f| f.current),
+        times(|f| f.sparking),
+        times(|f| f.arcing)
     )
 }

@@ -81,7 +81,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn first_step(&self, fit: &Refined) -> Result<Step> {
-        let mut step = self.step(fit, &[], 0.0, &mut |_| ())?;
+        let mut step = self.step(fit, &[], 0.0, &|_| ())?;
         step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use greyrig::detector::Verdict;
+use greyrig::detector::{Features, Verdict};
 use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
 use greyrig_exam::roc::{area, characteristic, size_for};
 use greyrig_exam::share::Share;
@@ -66,34 +66,35 @@ fn main() -> Result<()> {
     if let Some(count) = args.spread {
         return spread(count, &stations);
     }
-    let look = |seed: u64, fault: Option<(&str, f64)>, onset: Onset| -> Option<(f64, Vec<Glance>)> {
-        let (recording, begin) = motor(seed, fault, onset).ok()?;
-        Some((begin, stations.iter().map(|s| s.glance(&recording).ok()).collect::<Option<_>>()?))
+    let look = |seed: u64, fault: Option<(&str, f64)>, onset: Onset| -> Result<(f64, Vec<Glance>)> {
+        let (recording, begin) = motor(seed, fault, onset)?;
+        Ok((begin, stations.iter().map(|s| s.glance(&recording)).collect::<Result<_>>()?))
     };
     let healthy: Vec<Vec<Glance>> = (0..args.healthy)
         .into_par_iter()
-        .filter_map(|seed| {
+        .map(|seed| {
             if seed % 100 == 0 {
                 eprintln!("healthy {seed}/{}", args.healthy);
             }
             look(seed, None, Onset::During).map(|(_, glances)| glances)
         })
-        .collect();
+        .collect::<Result<_>>()?;
     println!("## Healthy motors\n\n| model | false alarms | cannot judge |\n| --- | --- | --- |");
     for (k, station) in stations.iter().enumerate() {
         let of = |what: Verdict| Share::of(&healthy, |all| all[k].verdict == what).exact();
         println!("| {} | {} | {} |", station.name, of(Verdict::Fail), of(Verdict::CannotJudge));
     }
     let grown = growth(&stations)?;
+    sparking(stations.last())?;
     let mut seen = Vec::new();
     for onset in [Onset::During, Onset::Before] {
         for fault in FAULTS {
             eprintln!("{} {onset:?}", fault.id);
             let with = |n: usize, size: f64| {
                 let seed = 2_000_000 + 1000 * n as u64;
-                (0..args.faulty).into_par_iter().filter_map(|k| look(seed + k, Some((fault.id, size)), onset)).collect()
+                (0..args.faulty).into_par_iter().map(|k| look(seed + k, Some((fault.id, size)), onset)).collect()
             };
-            let glances = fault.sizes.iter().enumerate().map(|(n, size)| with(n, *size)).collect();
+            let glances = fault.sizes.iter().enumerate().map(|(n, size)| with(n, *size)).collect::<Result<_>>()?;
             seen.push(Seen { fault, onset, glances });
         }
     }
@@ -118,8 +119,7 @@ fn main() -> Result<()> {
     if let Some(folder) = &args.figures {
         draw(folder, &healthy, &seen, &grown, &names)?;
     }
-    isolation(&args, stations.last(), &seen);
-    Ok(())
+    isolation(&args, stations.last(), &seen)
 }
 
 /// Errors of the current on other motors, against what their scatter leaves.
@@ -240,7 +240,7 @@ fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>
 fn growth(stations: &[Station]) -> Result<Vec<Vec<f64>>> {
     let errors = |fault: Option<(&str, f64)>| -> Result<Vec<[f64; 2]>> {
         let recording = type_motor(fault)?;
-        stations.iter().map(|s| Ok(s.glance(&recording)?.errors)).collect()
+        stations.iter().map(|s| Ok(s.glance(&recording)?.errors())).collect()
     };
     let without = errors(None)?;
     println!("\n## The motor that the model is of, a fault from the start: error of current, speed\n");
@@ -262,10 +262,33 @@ fn growth(stations: &[Station]) -> Result<Vec<Vec<f64>>> {
         .collect()
 }
 
+/// By how much sparks raise what is watched of the motor that the model is of, by the station with the best model.
+fn sparking(station: Option<&Station>) -> Result<()> {
+    let (Some(station), Some(fault)) = (station, FAULTS.iter().find(|f| f.id == "sparking")) else { return Ok(()) };
+    println!("\n## Sparking of the motor that the model is of, over the motor without the fault ({})\n", station.name);
+    println!(
+        "| passages with an arc | error of the current | current above 1 kHz | its power that goes with the current |"
+    );
+    println!("| --- | --- | --- | --- |");
+    let without = station.glance(&type_motor(None)?)?.features;
+    for size in fault.sizes {
+        let with = station.glance(&type_motor(Some((fault.id, *size)))?)?.features;
+        let times = |get: fn(&Features) -> f32| get(&with) / get(&without);
+        println!(
+            "| {:.1} % | {:.1} | {:.2} | {:.1} |",
+            100.0 * size,
+            times(|f| f.current),
+            times(|f| f.sparking),
+            times(|f| f.arcing)
+        );
+    }
+    Ok(())
+}
+
 /// Where faults of three times the limit are put, by the station with the best model.
-fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) {
+fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()> {
     const PLACES: [&str; 3] = ["electrical", "mechanical", "sensor"];
-    let Some(station) = station else { return };
+    let Some(station) = station else { return Ok(()) };
     println!("\n## Where faults of {CLEAR} times the limit are put ({})\n", station.name);
     println!("| fault | size | sits | electrical | mechanical | sensor | not called | right |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
@@ -280,12 +303,12 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) {
         eprintln!("isolation {} {size:.3}", s.fault.id);
         let told: Vec<Option<&str>> = (0..args.isolated)
             .into_par_iter()
-            .filter_map(|k| {
-                let (recording, onset) = motor(3_000_000 + k, Some((s.fault.id, size)), Onset::During).ok()?;
-                let test = station.test(&recording).ok()?;
-                Some(test.alarms.iter().find(|a| a.until_s >= onset).map(|a| a.kind))
+            .map(|k| {
+                let (recording, onset) = motor(3_000_000 + k, Some((s.fault.id, size)), Onset::During)?;
+                let test = station.test(&recording)?;
+                Ok(test.alarms.iter().find(|a| a.until_s >= onset).map(|a| a.kind))
             })
-            .collect();
+            .collect::<Result<_>>()?;
         let counts = PLACES.map(|place| told.iter().filter(|t| **t == Some(place)).count());
         let here = Share::of(&told, |t| *t == Some(s.fault.kind));
         (right, all) = (right + here.hits, all + here.cases);
@@ -301,6 +324,7 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) {
         );
     }
     println!("\nRight: {}", Share { hits: right, cases: all }.exact());
+    Ok(())
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
