@@ -160,6 +160,7 @@ impl Judge {
         alarm.kind = if sparking {
             // Sparks take voltage, which moves current and speed, too, and more.
             alarm.cause = Cause::Sparking;
+            alarm.ratio = self.watches[2].ratio(f.sparking);
             Kind::Electrical
         } else if current_jump || speed_jump {
             locate(jumps[0], jumps[1])

@@ -10,6 +10,9 @@ use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
 
+/// Share of the deviations that a mechanical fault or a sensor's has to explain to be named beside sparking brushes, whose arcs
+/// take voltage at random: what they do to current and speed no other electrical cause can be told from.
+const BESIDE_SPARKS: f64 = 0.8;
 /// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
 const TEMPERATURE_MARGIN: f64 = 10.0;
 /// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may vary
@@ -105,6 +108,9 @@ pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run
     let mut suspects = Vec::new();
     if let Some(first) = alarms.first().filter(|_| whole) {
         suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
+        if alarms.iter().any(|a| !a.suspect.is_empty()) {
+            suspects.retain(|s| s.kind != Kind::Electrical.name() && s.explains > BESIDE_SPARKS);
+        }
         suspects.truncate(3);
         if let Some(likeliest) = suspects.first() {
             for alarm in alarms.iter_mut().filter(|a| a.suspect.is_empty()) {
@@ -147,11 +153,12 @@ fn alarms(rows: &[Row]) -> Vec<Alarm> {
         match all.last_mut().filter(|(last, _)| t - last.until_s < TOGETHER_S) {
             Some((last, kinds)) => {
                 kinds[a.kind as usize] += 1;
-                let sparks = !last.suspect.is_empty();
-                if !sparks && (ratio > last.ratio || a.cause == Cause::Sparking) {
+                // Sparks move current and speed, too, and more: theirs is the cause that is told.
+                let (sparked, sparks) = (!last.suspect.is_empty(), a.cause == Cause::Sparking);
+                if (sparks && !sparked) || (sparks == sparked && ratio > last.ratio) {
                     *last = Alarm { t_s: last.t_s, ..fresh };
                 }
-                (last.until_s, last.ratio) = (t, last.ratio.max(ratio));
+                last.until_s = t;
             }
             None => {
                 let mut kinds = [0; Kind::ALL.len()];

@@ -342,12 +342,18 @@ fn origins(caption: &str, recordings: &[Origin]) -> Markup {
 }
 
 fn table(table: &Table) -> Markup {
+    let numeric = |k: usize| {
+        let sign_or_digit = |c: char| c.is_ascii_digit() || "+-−–<>≤≥".contains(c);
+        k > 0
+            && table.rows.iter().filter_map(|r| r.get(k)).all(|cell| cell.is_empty() || cell.starts_with(sign_or_digit))
+    };
+    let class = |k: usize| numeric(k).then_some("number");
     html! {
         div.scroll { table {
             caption { (table.caption) }
-            thead { tr { @for column in &table.columns { th scope="col" { (column) } } } }
+            thead { tr { @for (k, column) in table.columns.iter().enumerate() { th scope="col" class=[class(k)] { (column) } } } }
             tbody { @for row in &table.rows { tr { @for (k, cell) in row.iter().enumerate() {
-                @if k == 0 { th scope="row" { (cell) } } @else { td.number { (cell) } }
+                @if k == 0 { th scope="row" { (cell) } } @else { td class=[class(k)] { (cell) } }
             } } } }
         } }
     }

@@ -33,9 +33,25 @@ pub fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) ->
         },
     );
     for test in tests.iter().take(12) {
-        report = report.curves(format!("{}: {}", test.recording, test.verdict.words()), ratios(test, detector));
+        report = report
+            .curves(format!("{}: {}", test.recording, test.verdict.words()), ratios(test, detector))
+            .curves(format!("{}: arcing", test.recording), arcing(test));
     }
     report.recordings(files)
+}
+
+/// What only arcs do to the current above 1 kHz.
+fn arcing(test: &Test) -> Curves {
+    let points = test.replay.judged().map(|r| (r.t_s, f64::from(r.features.arcing)));
+    Curves {
+        caption:
+            "Power of the current above 1 kHz that goes with the current: arcs do, the noise of the sensor does not"
+                .to_owned(),
+        x: "time, s".to_owned(),
+        y: "arcing, A²".to_owned(),
+        logarithmic: false,
+        curves: vec![("arcing".to_owned(), points.collect())],
+    }
 }
 
 /// What is watched, over its limit, in time.
