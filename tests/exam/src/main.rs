@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
-use greyrig_exam::export;
 use greyrig_exam::recovery::{self, Recovery};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
+use greyrig_exam::{balances, export};
 use greyrig_host::diagnose::VerdictKind;
 use rayon::prelude::*;
 
@@ -34,6 +34,9 @@ struct Args {
     /// Add what was named in this many of the cases with one effect, and report what that recovers
     #[arg(long, default_value_t = 0)]
     add: usize,
+    /// Add what was named in all cases, and report the error of the balances on a ramp
+    #[arg(long)]
+    balances: bool,
     /// Print each case as a line of JSON
     #[arg(long)]
     verbose: bool,
@@ -83,6 +86,9 @@ fn main() -> ExitCode {
                 }
                 if asked(&id) {
                     report(&id, *question, &outcomes, healthy);
+                    if args.balances {
+                        balances(*question, excitation, noise, &outcomes);
+                    }
                     if *name == "one" && args.add > 0 {
                         recover(*question, excitation, noise, &outcomes, healthy, args.add);
                     }
@@ -180,6 +186,19 @@ fn recover(
             "- {}: {before:.5} -> {after:.5}, floor {floor:.5}; off by {resistance:.1} {inertia:.1} {flux:.1} half widths",
             r.seed
         );
+    }
+    println!();
+}
+
+/// Errors of the balances on the held-out ramp.
+fn balances(question: Question, excitation: Excitation, noise: f64, outcomes: &[Outcome]) {
+    let all: Vec<_> = outcomes
+        .par_iter()
+        .filter_map(|o| balances::left(&Case::new(question, excitation, noise, o.seed), o).ok())
+        .collect();
+    for (k, name) in ["voltage", "torque"].into_iter().enumerate() {
+        let [before, after] = [all.iter().map(|l| l.0[k]).collect(), all.iter().map(|l| l.1[k]).collect()].map(median);
+        println!("held-out error of the {name} balance, median of {}: {before:.5} -> {after:.5}", all.len());
     }
     println!();
 }
