@@ -243,6 +243,9 @@ pub struct DetectorEntry {
     /// Density of the air, kg/m³: least and largest of all runs, if they told.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_kg_m3: Option<[f64; 2]>,
+    /// Logarithm of the ratio of a healthy motor's own parameters to the model's, by name: mean and half-width.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, [f64; 2]>,
 }
 
 /// Where the model comes from.

@@ -10,6 +10,7 @@ use super::words;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::monitor::calibrate::{Shown, calibrate};
+use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
 use crate::output;
 
@@ -93,5 +94,11 @@ fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {
     let band = |[centre, half]: [f64; 2]| format!("{} … {}", percent(centre - half), percent(centre + half));
     row("deviation of the current", of(&|s| s.current_deviation[1]), band(detector.current_deviation), 100.0, " %");
     row("deviation of the speed", of(&|s| s.speed_deviation[1]), band(detector.speed_deviation), 100.0, " %");
+    for (name, limits) in &detector.parameters {
+        let words = parameters::described(name).unwrap_or(name.as_str());
+        let own = of(&|s| s.parameters.get(name).map_or(f64::NAN, |x| x.exp_m1()));
+        let [low, high] = [limits[0] - limits[1], limits[0] + limits[1]].map(f64::exp_m1);
+        row(&format!("{words}, from the model's"), own, format!("{} … {}", percent(low), percent(high)), 100.0, " %");
+    }
     table.to_string()
 }

@@ -3,14 +3,17 @@
 //! From each run the value that just would not have called is taken: of the fast features the largest that lasts as many
 //! periods as a call needs, of the deviations the extremes of the mean over as many periods as the cumulative sum needs. Limits
 //! are tolerance limits of these values over the motors: lognormal for errors and noise, normal for deviations. Seven values
-//! are watched, so each limit holds all but a seventh of the false alarms that are allowed.
+//! are watched, so each limit holds all but a seventh of the false alarms that are allowed. The parameters that are estimated
+//! from a run, on the host alone, have a share of their own.
+
+use std::collections::BTreeMap;
 
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
-use super::air;
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
+use super::{air, parameters};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model};
 use crate::output;
@@ -34,7 +37,7 @@ const LEAST_VOLTAGE: f64 = 0.3;
 const FEWEST_PERIODS: u32 = 50;
 
 /// What one run has shown.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shown {
     /// Largest lasting error of the current.
     pub current: f64,
@@ -50,9 +53,11 @@ pub struct Shown {
     pub current_deviation: [f64; 2],
     /// Smallest and largest steady deviation of the speed.
     pub speed_deviation: [f64; 2],
+    /// Logarithms of the ratios of the motor's own parameters to the model's, of those that the run determines.
+    pub parameters: BTreeMap<String, f64>,
 }
 
-/// The values of a run. `None` if nothing in it could be judged.
+/// The values of a run, but for the parameters. `None` if nothing in it could be judged.
 pub fn shown(replay: &Replay) -> Option<Shown> {
     let judged: Vec<&Row> = replay.judged().collect();
     let lasting = |get: &dyn Fn(&Row) -> f32| {
@@ -73,6 +78,7 @@ pub fn shown(replay: &Replay) -> Option<Shown> {
         speed_jump: lasting(&|r| r.jumps[1].abs()),
         current_deviation: steady(&|r| r.features.current_deviation),
         speed_deviation: steady(&|r| r.features.speed_deviation),
+        parameters: BTreeMap::new(),
     })
 }
 
@@ -143,24 +149,35 @@ pub fn calibrate(
         output::check_interrupt()?;
         let run = look(&entry, recording)?;
         mains.extend(run.highest_voltage());
-        all.push(shown(&run).ok_or_else(|| {
+        let values = shown(&run).ok_or_else(|| {
             Error::usage(
                 format!("in {} less than half a second can be judged", recording.path.display()),
                 "record longer, at nominal voltage and speed",
             )
-        })?);
+        })?;
+        let own = air::compensated(model, &entry, recording)?;
+        all.push(Shown { parameters: parameters::changes(&own, recording)?, ..values });
         progress();
     }
-    let share = 1.0 - (1.0 - HOLDS) / WATCHED;
-    let limit = |values: Vec<f64>, logarithmic| {
+    let upper_of = |values: &[f64], logarithmic, watched: f64| {
         let of_motors: Vec<Vec<f64>> = motors.iter().map(|runs| runs.iter().map(|k| values[*k]).collect()).collect();
-        upper(&of_motors, logarithmic, share, CONFIDENCE).unwrap_or(0.0)
+        upper(&of_motors, logarithmic, 1.0 - (1.0 - HOLDS) / watched, CONFIDENCE).unwrap_or(0.0)
     };
+    let limit = |values: Vec<f64>, logarithmic| upper_of(&values, logarithmic, WATCHED);
     let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
     let band = |get: &dyn Fn(&Shown) -> [f64; 2]| {
         let high = limit(of(&|s| get(s)[1]), false);
         let low = -limit(of(&|s| -get(s)[0]), false);
         [0.5 * (low + high), 0.5 * (high - low)]
+    };
+    let determined: Vec<&String> =
+        all[0].parameters.keys().filter(|name| all.iter().all(|s| s.parameters.contains_key(*name))).collect();
+    let of_parameter = |name: &String| {
+        let values: Vec<f64> = all.iter().map(|s| s.parameters[name]).collect();
+        let opposite: Vec<f64> = values.iter().map(|x| -x).collect();
+        let watched = determined.len() as f64;
+        let (low, high) = (-upper_of(&opposite, false, watched), upper_of(&values, false, watched));
+        (name.clone(), [0.5 * (low + high), 0.5 * (high - low)])
     };
     let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
     entry = DetectorEntry {
@@ -173,6 +190,7 @@ pub fn calibrate(
         speed_deviation: band(&|s| s.speed_deviation),
         temperature_c: range(&temperatures),
         mains_v: range(&mains),
+        parameters: determined.iter().map(|name| of_parameter(name)).collect(),
         ..entry
     };
     Ok((entry, all))

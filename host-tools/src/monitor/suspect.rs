@@ -148,20 +148,34 @@ pub fn suspects(
         let length = square(&made);
         if length > 0.0 && product > 0.0 {
             all.push(Suspect {
-                text: format!("{} {:+.0} %", cause.name, 100.0 * size),
+                text: format!("{} {}", cause.name, percent(size)),
                 kind: cause.kind,
                 change: size,
                 explains: (product * product / length / whole).min(1.0),
             });
         }
     }
-    // Causes that explain as much as the best one come in the order in which they are frequent.
+    Ok(likeliest_first(all))
+}
+
+/// Suspects that explain as much as the best one in the order in which they are frequent, which is theirs, then the others.
+pub(super) fn likeliest_first(all: Vec<Suspect>) -> Vec<Suspect> {
     let best = all.iter().map(|s| s.explains).fold(0.0, f64::max);
     let (mut likely, mut others): (Vec<Suspect>, Vec<Suspect>) =
         all.into_iter().partition(|s| s.explains > best - AS_LIKELY);
     others.sort_by(|a, b| b.explains.total_cmp(&a.explains));
     likely.append(&mut others);
-    Ok(likely)
+    likely
+}
+
+/// A relative change in words, `+10 %`, small ones with decimals.
+pub(super) fn percent(change: f64) -> String {
+    let decimals = match change.abs() {
+        0.02.. => 0,
+        0.002.. => 1,
+        _ => 2,
+    };
+    format!("{:+.decimals$} %", 100.0 * change)
 }
 
 fn square(deviations: &[[f64; 2]]) -> f64 {

@@ -1,11 +1,13 @@
 //! The test of a motor: one run, one verdict, and why.
 
+use std::collections::BTreeMap;
+
 use greyrig::detector::{Cause, Features, Kind, Verdict};
 use serde::Serialize;
 
-use super::air;
 use super::replay::{Replay, Row, replay};
 use super::suspect::{self, Suspect};
+use super::{air, parameters};
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
@@ -13,6 +15,8 @@ use crate::recording::Recording;
 /// Share of the deviations that a mechanical fault or a sensor's has to explain to be named beside sparking brushes, whose arcs
 /// take voltage at random: what they do to current and speed no other electrical cause can be told from.
 const BESIDE_SPARKS: f64 = 0.8;
+/// Share of the deviations that a cause since the alarm has to explain, or the parameters are looked at over the whole run.
+const EXPLAINED: f64 = 0.5;
 /// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
 const TEMPERATURE_MARGIN: f64 = 10.0;
 /// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may vary
@@ -79,6 +83,9 @@ pub struct Test {
     pub alarms: Vec<Alarm>,
     /// What may be broken, by parameters estimated once more from the alarm on.
     pub suspects: Vec<Suspect>,
+    /// Logarithms of the ratios of the motor's own parameters to the model's, where nothing else explains what was seen.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, f64>,
     /// Periods that were judged, and all.
     pub periods: [usize; 2],
     /// Mean of what was watched, over the judged periods.
@@ -105,11 +112,24 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
 /// As [`test()`].
 pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run: Replay, whole: bool) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
-    let mut suspects = Vec::new();
-    if let Some(first) = alarms.first().filter(|_| whole) {
-        suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
-        if alarms.iter().any(|a| !a.suspect.is_empty()) {
-            suspects.retain(|s| s.kind != Kind::Electrical.name() && s.explains > BESIDE_SPARKS);
+    let (mut suspects, mut own) = (Vec::new(), BTreeMap::new());
+    if whole {
+        if let Some(first) = alarms.first() {
+            suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
+            if alarms.iter().any(|a| !a.suspect.is_empty()) {
+                suspects.retain(|s| s.kind != Kind::Electrical.name() && s.explains > BESIDE_SPARKS);
+            }
+        }
+        let unexplained = alarms.is_empty() || suspects.first().is_some_and(|s| s.explains < EXPLAINED);
+        if unexplained && run.verdict != Verdict::CannotJudge && !detector.parameters.is_empty() {
+            own = parameters::changes(model, recording)?;
+            let ratio = parameters::farthest(&detector.parameters, &own);
+            if ratio > 1.0 {
+                suspects = parameters::suspects(model.kind, &detector.parameters, &own);
+                if alarms.is_empty() {
+                    alarms.push(from_the_start(&run, ratio));
+                }
+            }
         }
         suspects.truncate(3);
         if let Some(likeliest) = suspects.first() {
@@ -126,6 +146,7 @@ pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run
         // Where the limits do not hold an alarm is no proof either.
         Verdict::Fail if strange => Outcome::CannotJudge,
         Verdict::Fail => Outcome::Fail,
+        Verdict::Pass if !alarms.is_empty() && !strange => Outcome::Fail,
         Verdict::Pass if reasons.is_empty() => Outcome::Pass,
         _ => Outcome::CannotJudge,
     };
@@ -136,10 +157,19 @@ pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run
         reasons,
         alarms,
         suspects,
+        parameters: own,
         periods: [run.judged().count(), run.rows.len()],
         features: Features::mean(run.judged().map(|r| &r.features)),
         replay: run,
     })
+}
+
+/// The alarm of parameters that healthy motors do not have, over all the time that is judged.
+fn from_the_start(run: &Replay, ratio: f64) -> Alarm {
+    let times = || run.judged().map(|r| r.t_s);
+    let (t_s, until_s) = (times().next().unwrap_or(0.0), times().last().unwrap_or(0.0));
+    let kind = Kind::Electrical.name();
+    Alarm { t_s, until_s, kind, cause: "estimated parameters", suspect: String::new(), ratio }
 }
 
 /// Periods that call, joined where they are close together. Where the fault sits is what most of them say: before the rotor

@@ -29,12 +29,7 @@ pub fn left(case: &Case, outcome: &Outcome) -> Result<(Left, Left)> {
 fn of(model: &Model, case: &Case) -> Result<Left> {
     let held_out = prepare(&[case.held_out()?], &model.filter)?;
     let mut space = build_space(&Settings::of_model(model))?;
-    for entry in &mut space.entries {
-        let of_effect = model.effects.iter().find_map(|e| e.parameters.get(&entry.name));
-        if let Some(known) = model.parameters.get(&entry.name).or(of_effect) {
-            entry.value = known.value;
-        }
-    }
+    space.take_model(model);
     let Some(problem) = EquationError::new(&held_out) else { return Ok([f64::NAN; 2]) };
     let groups = problem.groups();
     let rms = rms_of(&problem.at(&space, &space.coordinates()), groups);

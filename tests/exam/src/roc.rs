@@ -1,12 +1,20 @@
 //! From scores to receiver operating characteristics and smallest detectable sizes.
 
-/// The receiver operating characteristic: share of healthy motors called, and of faulty ones, as the threshold falls.
+/// The receiver operating characteristic: share of healthy motors called, and of faulty ones, as the threshold falls. Of
+/// straight pieces only the ends.
 pub fn characteristic(healthy: &[f64], faulty: &[f64]) -> Vec<(f64, f64)> {
     let mut thresholds: Vec<f64> = healthy.iter().chain(faulty).copied().collect();
     thresholds.sort_by(|a, b| b.total_cmp(a));
     let above = |scores: &[f64], t: f64| scores.iter().filter(|s| **s >= t).count() as f64 / scores.len().max(1) as f64;
     let mut curve = vec![(0.0, 0.0)];
-    curve.extend(thresholds.into_iter().map(|t| (above(healthy, t), above(faulty, t))));
+    for point in thresholds.into_iter().map(|t| (above(healthy, t), above(faulty, t))) {
+        if let [.., a, b] = curve.as_slice()
+            && (a.0 == b.0 && b.0 == point.0 || a.1 == b.1 && b.1 == point.1)
+        {
+            curve.pop();
+        }
+        curve.push(point);
+    }
     curve
 }
 

@@ -1,14 +1,13 @@
 //! One step of a climb: all candidates at one model, each judged on data held out.
 
-use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use rayon::prelude::*;
 
+use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::blocks::{HeldOut, p_value};
 use crate::diagnose::decoys;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
-use crate::diagnose::{Progress, Watch};
-use crate::diagnose::{parameters_of, screening};
+use crate::diagnose::{Progress, Watch, parameters_of, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume};
 use crate::identify::space::Space;

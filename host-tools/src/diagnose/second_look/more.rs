@@ -4,11 +4,10 @@ use greyrig::effects::Description;
 use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
-use crate::diagnose::classes;
 use crate::diagnose::climb::{LEAST_INDEPENDENT, SAME_ERROR};
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
-use crate::diagnose::{Progress, Watch};
+use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;

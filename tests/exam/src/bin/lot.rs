@@ -9,6 +9,7 @@ use greyrig_exam::roc::{area, characteristic, size_for};
 use greyrig_exam::share::Share;
 use greyrig_exam::spread::{Held, held};
 use greyrig_host::error::Result;
+use greyrig_host::monitor::test::{Outcome, Test};
 use greyrig_host::output;
 use greyrig_host::report::panels::{Panel, Scale, panels};
 use rayon::prelude::*;
@@ -32,6 +33,9 @@ struct Args {
     /// Faulty motors of each fault whose cause is looked for
     #[arg(long, default_value_t = 30)]
     isolated: u64,
+    /// Healthy motors, and a tenth as many with each fault and size from the start, whose parameters are estimated
+    #[arg(long, default_value_t = 300)]
+    estimated: u64,
     /// Only judge the type's models on so many other motors of the type, on a ramp
     #[arg(long)]
     spread: Option<u64>,
@@ -119,7 +123,8 @@ fn main() -> Result<()> {
     if let Some(folder) = &args.figures {
         draw(folder, &healthy, &seen, &grown, &names)?;
     }
-    isolation(&args, stations.last(), &seen)
+    isolation(&args, stations.last(), &seen)?;
+    estimated(args.estimated, stations.last())
 }
 
 /// Errors of the current on other motors, against what their scatter leaves.
@@ -324,6 +329,35 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()
         );
     }
     println!("\nRight: {}", Share { hits: right, cases: all }.exact());
+    Ok(())
+}
+
+/// What the whole test makes of faults that are there from the start, the parameters' estimation included.
+fn estimated(count: u64, station: Option<&Station>) -> Result<()> {
+    let Some(station) = station.filter(|_| count > 0) else { return Ok(()) };
+    println!("\n## Faults from the start, with parameters estimated ({})\n", station.name);
+    println!("| fault | size | fails | of these in the right place |\n| --- | --- | --- | --- |");
+    let tested = |seed: u64, motors: u64, fault: Option<(&str, f64)>| -> Result<Vec<Test>> {
+        let one = |k: u64| station.test(&motor(seed + k, fault, Onset::Before)?.0);
+        (0..motors).into_par_iter().map(one).collect()
+    };
+    let fails = |t: &&Test| t.verdict == Outcome::Fail;
+    let healthy = tested(4_000_000, count, None)?;
+    println!("| none | – | {} | – |", Share::of(&healthy.iter().collect::<Vec<_>>(), fails).exact());
+    for fault in FAULTS {
+        let mut shares = Vec::new();
+        for size in fault.sizes {
+            eprintln!("estimated {} {size}", fault.id);
+            let tests = tested(5_000_000, count / 10, Some((fault.id, *size)))?;
+            let failed: Vec<&Test> = tests.iter().filter(fails).collect();
+            let share = Share { hits: failed.len(), cases: tests.len() };
+            let right = Share::of(&failed, |t| t.alarms.iter().any(|a| a.kind == fault.kind));
+            println!("| {} | {size} | {} | {} |", fault.id, share.exact(), right.exact());
+            shares.push((*size, share.value()));
+        }
+        let smallest = size_for(DETECTED, &shares).map_or_else(|| "–".to_owned(), |size| format!("{size:.3}"));
+        println!("| {} | 95 % of motors from {smallest} on | | |", fault.id);
+    }
     Ok(())
 }
 
