@@ -146,8 +146,8 @@ pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run
         // Where the limits do not hold an alarm is no proof either.
         Verdict::Fail if strange => Outcome::CannotJudge,
         Verdict::Fail => Outcome::Fail,
-        Verdict::Pass if !alarms.is_empty() && !strange => Outcome::Fail,
-        Verdict::Pass if reasons.is_empty() => Outcome::Pass,
+        Verdict::Pass if reasons.is_empty() && alarms.is_empty() => Outcome::Pass,
+        Verdict::Pass if reasons.is_empty() => Outcome::Fail,
         _ => Outcome::CannotJudge,
     };
     Ok(Test {
