@@ -190,6 +190,20 @@ fn the_command_tells_by_its_exit_code() {
     let verdicts: Vec<&str> = day.lines().skip(1).map(|l| l.split(',').nth(2).unwrap()).collect();
     assert_eq!(verdicts, ["pass", "fail", "cannot judge"]);
 
+    let serial = |more: &[&str]| {
+        let told = [&["monitor", "good.csv", "--model", "station.toml", "--json", "--serial", "B-3"], more].concat();
+        greyrig(folder.path(), &told)
+    };
+    let told: serde_json::Value = serde_json::from_slice(&serial(&[]).stdout).unwrap();
+    assert_eq!(told["runs"][0]["serial"], "B-3");
+    for (more, complaint) in [("short.csv", "one motor's"), ("--out=x.csv", "--out is for a test over the link")] {
+        let refused = serial(&[more]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&refused.stderr).contains(complaint), "{refused:?}");
+    }
+    let another = greyrig(folder.path(), &["monitor", "bad.csv", "--model", "station.toml", "--serial", "B-3"]);
+    assert_eq!(another.status.code(), Some(2));
+
     let without = greyrig(folder.path(), &["monitor", "good.csv", "--model", "bare.toml"]);
     assert_eq!(without.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&without.stderr).contains("greyrig calibrate"));

@@ -41,16 +41,16 @@ pub struct Args {
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
     /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
-    #[arg(long, value_name = "FILE", requires = "port")]
+    #[arg(long, value_name = "FILE")]
     clock: Option<PathBuf>,
     /// Length of a test over the link, s
-    #[arg(long, value_name = "S", requires = "port")]
+    #[arg(long, value_name = "S")]
     seconds: Option<f64>,
-    /// Serial number of the motor that is tested over the link
-    #[arg(long, value_name = "NUMBER", requires = "port")]
+    /// Serial number of the motor that is tested, where its recording does not tell it (# serial:)
+    #[arg(long, value_name = "NUMBER")]
     serial: Option<String>,
     /// Recording of a test over the link to write: .csv or .parquet
-    #[arg(long, value_name = "RUN", requires = "port")]
+    #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
     /// Model file with the detector's limits, from `greyrig calibrate`
     #[arg(long, value_name = "MODEL.toml")]
@@ -127,8 +127,20 @@ struct Judged {
 }
 
 fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+    only_over_the_link(args)?;
     let mut recordings = input::load(&args.recordings, &args.map)?;
     recordings.iter_mut().for_each(|r| circumstances(args, r));
+    if let Some(serial) = &args.serial {
+        let [recording] = recordings.as_mut_slice() else {
+            let told = format!("--serial {serial} is one motor's, and {} recordings are given", recordings.len());
+            return Err(Error::usage(told, "test one recording at a time, or have each tell its own (# serial:)"));
+        };
+        let known = recording.metadata.entry("serial".into()).or_insert_with(|| serial.clone());
+        if known != serial {
+            let told = format!("--serial {serial}, but {} is of motor {known}", recording.path.display());
+            return Err(Error::usage(told, "leave --serial out, or name the right recording"));
+        }
+    }
     let mut tests = Vec::new();
     for recording in &recordings {
         output::check_interrupt()?;
@@ -138,6 +150,18 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judg
         tests.push(test);
     }
     Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
+}
+
+/// Refuses what a replay has no use for.
+fn only_over_the_link(args: &Args) -> Result<()> {
+    let given =
+        [("--clock", args.clock.is_some()), ("--seconds", args.seconds.is_some()), ("--out", args.out.is_some())];
+    match given.iter().find(|(_, given)| *given) {
+        Some((name, _)) => {
+            Err(Error::usage(format!("{name} is for a test over the link"), "give --port, or leave it out"))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Adds what the command line tells about air and temperature to a recording that does not.
