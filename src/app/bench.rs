@@ -75,8 +75,8 @@ pub struct Bench {
     /// The motor under more load, which takes over where the other one is.
     loaded: Stepper<f32>,
     trouble: Trouble,
-    /// What begins at [`MIDDLE`] of a cycle.
-    planned: Option<Trouble>,
+    /// What begins at [`MIDDLE`] of each cycle.
+    planned: Trouble,
     sample: u32,
     last_voltage: f32,
 }
@@ -93,15 +93,15 @@ impl Bench {
             stepper: stepper(MOTOR)?,
             loaded: stepper(load)?,
             trouble: Trouble::None,
-            planned: None,
+            planned: Trouble::None,
             sample: 0,
             last_voltage: 0.0,
         })
     }
 
-    /// Something goes wrong from the next [`MIDDLE`] on: whoever asks need not be quick.
+    /// Something goes wrong from [`MIDDLE`] on in each cycle, until something else is planned: whoever asks need not be quick.
     pub fn plan_trouble(&mut self, trouble: Trouble) {
-        self.planned = Some(trouble);
+        self.planned = trouble;
     }
 
     /// Something goes wrong from the next sample until the end of the cycle, or no longer.
@@ -122,10 +122,8 @@ impl Bench {
         if now == 0 && self.sample > 0 {
             self.set_trouble(Trouble::None);
         }
-        if now == MIDDLE
-            && let Some(trouble) = self.planned.take()
-        {
-            self.set_trouble(trouble);
+        if now == MIDDLE && self.planned != Trouble::None {
+            self.set_trouble(self.planned);
         }
         let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
