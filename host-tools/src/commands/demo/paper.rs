@@ -63,19 +63,19 @@ fn residuals([healthy, sparking]: &[Test; 2]) -> Curves {
     }
 }
 
-/// What sparking does to the residual and to the current above 1 kHz in the last second.
+/// What sparking does to the residual and to the current above 1 kHz: mean squares of the last second.
 fn growth([healthy, sparking]: &[Test; 2]) -> String {
-    let mean = |t: &Test| {
-        let judged = t.replay.rows.iter().rev().filter(|r| r.judged);
-        Features::mean(judged.take(LAST_PERIODS).map(|r| &r.features))
+    let mean = |t: &Test, get: fn(&Features) -> f64| {
+        let last = t.replay.rows.iter().rev().filter(|r| r.judged).take(LAST_PERIODS);
+        let values: Vec<f64> = last.map(|r| get(&r.features)).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
     };
-    let (healthy, sparking) = (mean(healthy), mean(sparking));
-    let times = |get: fn(&Features) -> f32| get(&sparking) / get(&healthy);
+    let times = |get: fn(&Features) -> f64| mean(sparking, get) / mean(healthy, get);
     format!(
         "In the last second the residual of the current is {:.1} times that of the healthy motor, the current above 1 kHz {:.1} times, \
          and its power that goes with the current, without the noise of the sensor, {:.0} times.",
-        times(|f| f.current),
-        times(|f| f.sparking),
-        times(|f| f.arcing)
+        times(|f| f64::from(f.current).powi(2)).sqrt(),
+        times(|f| f64::from(f.sparking).powi(2)).sqrt(),
+        times(|f| f64::from(f.arcing))
     )
 }
