@@ -59,6 +59,17 @@ fn a_shape_that_the_data_leave_open_has_no_interval() {
 }
 
 #[test]
+fn sizes_have_intervals_however_many_parameters_there_are() {
+    // With four parameters each and the seven of the base these are more than sixteen blocks of time can be judged by.
+    let d = universal(&["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"], &[]);
+    for name in ["saturation_depth", "hysteresis_coercive", "brush_drop"] {
+        let size = d.verdict.sizes.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{}", d.verdict.text));
+        let [low, high] = size.ci95.unwrap_or_else(|| panic!("{}", d.verdict.text));
+        assert!(low < size.value && size.value < high, "{name}: {low} … {high}");
+    }
+}
+
+#[test]
 fn acquits_healthy_motors_and_what_is_invisible() {
     // The gain of a sensor and a resistance that grows with the speed rescale the base parameters exactly.
     for effects in [&[][..], &["commutation_resistance=1.5"], &["current_gain=0.03"]] {

@@ -22,6 +22,9 @@ const CORRELATION_TIMES: f64 = 8.0;
 /// No fewer blocks than this are made; with fewer, the blocks' own scatter is not known.
 const FEWEST_BLOCKS: f64 = 16.0;
 
+/// Nor fewer than this many times the parameters: without a block the others have to determine them all.
+const BLOCKS_PER_PARAMETER: f64 = 1.5;
+
 /// More blocks than this bring nothing.
 const MOST_BLOCKS: f64 = 120.0;
 
@@ -99,9 +102,10 @@ pub fn correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
     sum * interval_s
 }
 
-/// Length of the blocks for a total duration, s.
-pub fn block_length_s(correlation_s: f64, total_s: f64) -> f64 {
-    (CORRELATION_TIMES * correlation_s).clamp(total_s / MOST_BLOCKS, total_s / FEWEST_BLOCKS)
+/// Length of the blocks for a total duration, s, and a number of parameters.
+pub fn block_length_s(correlation_s: f64, total_s: f64, parameters: usize) -> f64 {
+    let fewest = FEWEST_BLOCKS.max(BLOCKS_PER_PARAMETER * parameters as f64).min(MOST_BLOCKS);
+    (CORRELATION_TIMES * correlation_s).clamp(total_s / MOST_BLOCKS, total_s / fewest)
 }
 
 /// Covariance from the Jacobian, the residuals and the block of each row. `None` where a direction is not determined at all

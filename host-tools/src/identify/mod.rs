@@ -317,7 +317,7 @@ fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Re
         let interval = columns.times.windows(2).map(|t| t[1].1 - t[0].1).find(|d| *d > 0.0).unwrap_or(1.0);
         let total = columns.target.len() as f64 * interval;
         let correlation = correlation_time_s(residuals.as_slice(), interval);
-        let block = block_length_s(correlation, total);
+        let block = block_length_s(correlation, total, p);
         let blocks = numbered(columns.times.iter().map(|(r, t)| (*r, (t / block) as usize)));
         let covariance = covariance(&columns.matrix, &residuals, &blocks);
         if let Some(weakness) = covariance.as_ref().and_then(|c| identifiability::of_columns(&space, &columns, c))
@@ -333,18 +333,18 @@ fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Re
 }
 
 /// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
-fn blocks_of_rows(problem: &OutputError<'_>, residuals: &DVector<f64>) -> Vec<usize> {
+fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
     let rows = problem.rows();
     let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
     let total: f64 = rows.iter().map(Rows::duration_s).sum();
-    let correlation = slowest_correlation_s(rows, residuals.as_slice(), interval);
-    let block = block_length_s(correlation, total);
+    let correlation = slowest_correlation_s(rows, fit.residuals.as_slice(), interval);
+    let block = block_length_s(correlation, total, fit.jacobian.ncols());
     numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))))
 }
 
 /// 95 % intervals of the free parameters of a fit by output error, by name. Parameters at a limit have none.
 pub(crate) fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
-    intervals_of(fit, &blocks_of_rows(problem, &fit.residuals))
+    intervals_of(fit, &blocks_of_rows(problem, fit))
 }
 
 /// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows. A shape that the data leave open
@@ -433,7 +433,7 @@ fn by_simulation(
             }
             continue;
         }
-        let blocks = blocks_of_rows(&problem, &refined.residuals);
+        let blocks = blocks_of_rows(&problem, &refined);
         let mut refined = refined;
         pin_shapes_at_limits(&mut refined);
         let mut covariance = covariance(&refined.jacobian, &refined.residuals, &blocks);
