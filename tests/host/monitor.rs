@@ -114,7 +114,7 @@ fn parameters_tell_what_was_wrong_from_the_start() {
         let alarm = &t.alarms[0];
         assert_eq!(alarm.kind, kind, "{fault}: {alarm:?} {:?}", t.suspects);
         assert!(alarm.suspect.contains(suspect), "{fault}: {alarm:?} {:?}", t.suspects);
-        // The motor's own 3 % and what its other parameters do to the estimate.
+        // The motor's own scatter: two standard deviations of 3 % are two fifths of the smallest fault, less what several parameters average.
         let told = t.suspects[0].change;
         assert!((told / size - 1.0).abs() < 0.35, "{fault}: {told}");
     }

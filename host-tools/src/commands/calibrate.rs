@@ -71,9 +71,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         100.0 * detector.holds[0],
         100.0 * detector.holds[1]
     ))?;
-    let of_parameters = of_parameters(&calibrated, &detector);
-    if !of_parameters.is_empty() {
-        output::print_line(&of_parameters)?;
+    for line in of_parameters(&calibrated, &detector) {
+        output::print_line(&line)?;
     }
     if let Some(path) = &args.out {
         output::print_line(&format!("written: {}", path.display()))?;
@@ -82,26 +81,27 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// What is known of the motors' own parameters.
-fn of_parameters(model: &Model, detector: &DetectorEntry) -> String {
+fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
     let undetermined: Vec<&str> = ["R", "L", "K", "J"]
         .into_iter()
         .filter(|name| model.parameters.contains_key(*name) && !detector.parameters.contains_key(*name))
         .filter_map(parameters::described)
         .collect();
-    let mut text = if detector.parameters.is_empty() {
-        String::new()
-    } else {
-        "the limits of the parameters, which `greyrig monitor` estimates where nothing else calls, hold as many again"
-            .to_owned()
-    };
-    if !undetermined.is_empty() {
-        text += &format!(
-            "{}not determined within 20 % by every run: {}; a model with the effects that it lacks, or runs with the run-up, would tell more",
-            if text.is_empty() { "" } else { "\n" },
-            undetermined.join(", ")
+    let mut lines = Vec::new();
+    if !detector.parameters.is_empty() {
+        lines.push(
+            "the limits of the parameters, which `greyrig monitor` estimates where nothing else calls, hold as many again"
+                .to_owned(),
         );
     }
-    text
+    if !undetermined.is_empty() {
+        lines.push(format!(
+            "not determined within {:.0} % by every run: {}; a model with the effects that it lacks, or runs with the run-up, would tell more",
+            100.0 * parameters::PRECISION,
+            undetermined.join(", ")
+        ));
+    }
+    lines
 }
 
 fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {

@@ -165,20 +165,15 @@ pub fn calibrate(
     };
     let limit = |values: Vec<f64>, logarithmic| upper_of(&values, logarithmic, WATCHED);
     let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
-    let band = |get: &dyn Fn(&Shown) -> [f64; 2]| {
-        let high = limit(of(&|s| get(s)[1]), false);
-        let low = -limit(of(&|s| -get(s)[0]), false);
+    let band_of = |get: &dyn Fn(&Shown) -> [f64; 2], watched: f64| {
+        let high = upper_of(&of(&|s| get(s)[1]), false, watched);
+        let low = -upper_of(&of(&|s| -get(s)[0]), false, watched);
         [0.5 * (low + high), 0.5 * (high - low)]
     };
+    let band = |get: &dyn Fn(&Shown) -> [f64; 2]| band_of(get, WATCHED);
     let determined: Vec<&String> =
         all[0].parameters.keys().filter(|name| all.iter().all(|s| s.parameters.contains_key(*name))).collect();
-    let of_parameter = |name: &String| {
-        let values: Vec<f64> = all.iter().map(|s| s.parameters[name]).collect();
-        let opposite: Vec<f64> = values.iter().map(|x| -x).collect();
-        let watched = determined.len() as f64;
-        let (low, high) = (-upper_of(&opposite, false, watched), upper_of(&values, false, watched));
-        (name.clone(), [0.5 * (low + high), 0.5 * (high - low)])
-    };
+    let of_parameter = |name: &String| (name.clone(), band_of(&|s| [s.parameters[name]; 2], determined.len() as f64));
     let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
     entry = DetectorEntry {
         current: limit(of(&|s| s.current), true),

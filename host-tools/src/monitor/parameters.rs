@@ -22,7 +22,7 @@ use crate::model::{Kind, Model};
 use crate::recording::Recording;
 
 /// Relative half-width of the 95 % interval from which on a run does not determine a parameter.
-const PRECISION: f64 = 0.2;
+pub const PRECISION: f64 = 0.2;
 
 /// Base parameters that are estimated, with their names. Of the frictions the one that takes most.
 const ESTIMATED: [(&str, &str); PARAMETERS] = [

@@ -19,8 +19,12 @@ use greyrig_host::rig::{Motor, Setup};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// What all motors of the type have.
-pub const EFFECTS: [&str; 3] = ["saturation=0.25", "hysteresis=0.1", "brush_arcing=0.02"];
+/// What all motors of the type have beside their saturation.
+const EFFECTS: [&str; 2] = ["hysteresis=0.1", "brush_arcing=0.02"];
+/// Recordings that teach the type's model, as many of them as are asked for: length, s, number, and peak voltage, V, if it is not
+/// the nominal one.
+const STAIRCASES: [(f64, u64, Option<f64>); 5] =
+    [(12.0, 1, None), (12.0, 11, Some(300.0)), (7.0, 12, None), (9.0, 13, Some(280.0)), (10.0, 14, Some(312.0))];
 /// Relative scatter of the parameters.
 pub const SPREAD: f64 = 0.03;
 /// Motors that teach the limits.
@@ -61,18 +65,6 @@ pub struct Station {
     detector: DetectorEntry,
 }
 
-/// The virtual rig with what all motors of the type have.
-///
-/// # Errors
-/// An unknown profile.
-pub fn rig(profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
-    let mut setup = Setup::new(Kind::Universal).profile(profile)?.seconds(seconds).seed(seed);
-    for effect in EFFECTS {
-        setup = setup.effect(effect)?;
-    }
-    Ok(setup)
-}
-
 /// When a fault begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Onset {
@@ -82,67 +74,93 @@ pub enum Onset {
     Before,
 }
 
-/// The test of a motor of the lot, perhaps with a fault, and when that begins, s.
-///
-/// # Errors
-/// An interrupt.
-pub fn motor(seed: u64, fault: Option<(&str, f64)>, onset: Onset) -> Result<(Recording, f64)> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let onset = match onset {
-        Onset::During => ONSET_S.0 + random.random::<f64>() * (ONSET_S.1 - ONSET_S.0),
-        Onset::Before => 0.0,
-    };
-    let mut setup =
-        rig("steady", TEST_S, seed)?.motor(Motor::sample_from_population(&Motor::universal(), SPREAD, seed));
-    if let Some((id, size)) = fault {
-        setup = setup.fault(&format!("{id}={size}@{onset}"))?;
+/// A motor type.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorType {
+    /// Part of the flux that saturation takes.
+    pub saturation: f64,
+    /// Staircases that teach its model, five at most.
+    pub staircases: usize,
+}
+
+impl MotorType {
+    /// The virtual rig with what all motors of the type have.
+    ///
+    /// # Errors
+    /// An unknown profile, an impossible saturation.
+    pub fn rig(&self, profile: &str, seconds: f64, seed: u64) -> Result<Setup> {
+        let setup = Setup::new(Kind::Universal).profile(profile)?.seconds(seconds).seed(seed);
+        let saturated = setup.effect(&format!("saturation={}", self.saturation))?;
+        EFFECTS.into_iter().try_fold(saturated, |setup, effect| setup.effect(effect))
     }
-    Ok((setup.run()?.recording, onset))
-}
 
-/// The motor that the type's model was identified on, perhaps with a fault that is there from the start: the paper's case.
-///
-/// # Errors
-/// An interrupt.
-pub fn type_motor(fault: Option<(&str, f64)>) -> Result<Recording> {
-    let setup = rig("steady", TEST_S, 5)?;
-    let setup = match fault {
-        Some((id, size)) => setup.fault(&format!("{id}={size}@0"))?,
-        None => setup,
-    };
-    Ok(setup.run()?.recording)
-}
+    /// The test of a motor of the lot, perhaps with a fault, and when that begins, s.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn motor(&self, seed: u64, fault: Option<(&str, f64)>, onset: Onset) -> Result<(Recording, f64)> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let onset = match onset {
+            Onset::During => ONSET_S.0 + random.random::<f64>() * (ONSET_S.1 - ONSET_S.0),
+            Onset::Before => 0.0,
+        };
+        let mut setup =
+            self.rig("steady", TEST_S, seed)?.motor(Motor::sample_from_population(&Motor::universal(), SPREAD, seed));
+        if let Some((id, size)) = fault {
+            setup = setup.fault(&format!("{id}={size}@{onset}"))?;
+        }
+        Ok((setup.run()?.recording, onset))
+    }
 
-/// The three stations.
-///
-/// # Errors
-/// An interrupt.
-pub fn stations() -> Result<Vec<Station>> {
-    let training = [rig("staircase", 12.0, 1)?.run()?.recording];
-    let teachers: Vec<Recording> =
-        (1..=TEACHERS).map(|seed| Ok(motor(1_000_000 + seed, None, Onset::During)?.0)).collect::<Result<_>>()?;
-    let named = |effects: &[&str]| Settings {
-        effects: effects.iter().map(|id| (*id).to_owned()).collect(),
-        ..Settings::new(Kind::Universal)
-    };
-    let bare = identify(&training, &named(&[]))?.model;
-    let physics = identify(&training, &named(&["saturation", "hysteresis"]))?.model;
-    let corrected = |model: &Model| -> Result<Model> {
-        let settings = hybrid::settings(Method::Varpro, 60);
-        Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)
-    };
-    let stages = [
-        ("physical model alone", bare.clone()),
-        ("with the learned correction", corrected(&bare)?),
-        ("with effects and correction", corrected(&physics)?),
-    ];
-    stages
-        .into_iter()
-        .map(|(name, model)| {
-            let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &mut || ())?;
-            Ok(Station { name, model, detector })
-        })
-        .collect()
+    /// The motor that the type's model was identified on, perhaps with a fault that is there from the start: the paper's case.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn type_motor(&self, fault: Option<(&str, f64)>) -> Result<Recording> {
+        let setup = self.rig("steady", TEST_S, 5)?;
+        let setup = match fault {
+            Some((id, size)) => setup.fault(&format!("{id}={size}@0"))?,
+            None => setup,
+        };
+        Ok(setup.run()?.recording)
+    }
+
+    /// The three stations.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn stations(&self) -> Result<Vec<Station>> {
+        let staircase = |(seconds, seed, peak_voltage_v): (f64, u64, Option<f64>)| {
+            Ok(Setup { peak_voltage_v, ..self.rig("staircase", seconds, seed)? }.run()?.recording)
+        };
+        let training: Vec<Recording> =
+            STAIRCASES.into_iter().take(self.staircases).map(staircase).collect::<Result<_>>()?;
+        let teachers: Vec<Recording> = (1..=TEACHERS)
+            .map(|seed| Ok(self.motor(1_000_000 + seed, None, Onset::During)?.0))
+            .collect::<Result<_>>()?;
+        let named = |effects: &[&str]| Settings {
+            effects: effects.iter().map(|id| (*id).to_owned()).collect(),
+            ..Settings::new(Kind::Universal)
+        };
+        let bare = identify(&training, &named(&[]))?.model;
+        let physics = identify(&training, &named(&["saturation", "hysteresis"]))?.model;
+        let corrected = |model: &Model| -> Result<Model> {
+            let settings = hybrid::settings(Method::Varpro, 60);
+            Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)
+        };
+        let stages = [
+            ("physical model alone", bare.clone()),
+            ("with the learned correction", corrected(&bare)?),
+            ("with effects and correction", corrected(&physics)?),
+        ];
+        stages
+            .into_iter()
+            .map(|(name, model)| {
+                let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &mut || ())?;
+                Ok(Station { name, model, detector })
+            })
+            .collect()
+    }
 }
 
 /// What a station makes of a run, without looking for the cause.

@@ -5,7 +5,7 @@ use greyrig_host::error::Result;
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::Motor;
 
-use crate::lot::{SPREAD, Station, rig};
+use crate::lot::{MotorType, SPREAD, Station};
 
 /// Begin of a recording that does not count, s.
 const BLANKING_S: f64 = 1.0;
@@ -26,11 +26,11 @@ pub struct Held {
 ///
 /// # Errors
 /// An interrupt.
-pub fn held(seed: u64, stations: &[Station]) -> Result<Held> {
+pub fn held(of: &MotorType, seed: u64, stations: &[Station]) -> Result<Held> {
     let nominal = Motor::universal();
     let motor = if seed == 0 { nominal } else { Motor::sample_from_population(&nominal, SPREAD, seed) };
     let run = |motor: Motor, noise: f64| -> Result<Recording> {
-        Ok(rig("ramp", RAMP_S, 7_000 + seed)?.motor(motor).noise(noise).run()?.recording)
+        Ok(of.rig("ramp", RAMP_S, 7_000 + seed)?.motor(motor).noise(noise).run()?.recording)
     };
     let (ideal, here) = (run(nominal, 0.0)?, run(motor, 0.0)?);
     let mut recording = run(motor, 1.0)?;

@@ -1,7 +1,7 @@
 //! A small examination: the figures of docs/exam.md are those of many more cases.
 
 use greyrig_exam::cases::{Case, Excitation, Question};
-use greyrig_exam::lot::{Onset, motor, stations};
+use greyrig_exam::lot::{MotorType, Onset};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_host::diagnose::VerdictKind;
@@ -64,14 +64,15 @@ fn wilson_intervals_are_those_of_the_tables() {
 
 #[test]
 fn a_lot_passes_and_its_gross_faults_fail() {
-    let stations = stations().unwrap();
+    let of = MotorType { saturation: 0.25, staircases: 1 };
+    let stations = of.stations().unwrap();
     let last = stations.last().unwrap();
     (0..8u64).into_par_iter().for_each(|seed| {
-        let test = last.test(&motor(seed, None, Onset::During).unwrap().0).unwrap();
+        let test = last.test(&of.motor(seed, None, Onset::During).unwrap().0).unwrap();
         assert_eq!(test.verdict, Judged::Pass, "motor {seed}: {:?}", test.alarms);
     });
     for (id, size) in [("sparking", 0.1), ("resistance_up", 0.2), ("fan_load", -0.1)] {
-        let test = last.test(&motor(3_000_000, Some((id, size)), Onset::During).unwrap().0).unwrap();
+        let test = last.test(&of.motor(3_000_000, Some((id, size)), Onset::During).unwrap().0).unwrap();
         assert_eq!(test.verdict, Judged::Fail, "{id}");
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use greyrig::detector::{Features, Verdict};
-use greyrig_exam::lot::{FAULTS, Fault, Glance, Onset, Station, motor, stations, type_motor};
+use greyrig_exam::lot::{FAULTS, Fault, Glance, MotorType, Onset, Station};
 use greyrig_exam::roc::{area, characteristic, size_for};
 use greyrig_exam::share::Share;
 use greyrig_exam::spread::{Held, held};
@@ -36,6 +36,12 @@ struct Args {
     /// Healthy motors, and a tenth as many with each fault and size from the start, whose parameters are estimated
     #[arg(long, default_value_t = 300)]
     estimated: u64,
+    /// Part of the flux that saturation takes from the motors of the type
+    #[arg(long, default_value_t = 0.25)]
+    saturation: f64,
+    /// Staircases that teach the type's models
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=5))]
+    staircases: u8,
     /// Only judge the type's models on so many other motors of the type, on a ramp
     #[arg(long)]
     spread: Option<u64>,
@@ -66,12 +72,13 @@ impl Seen {
 
 fn main() -> Result<()> {
     let args = Args::parse();
-    let stations = stations()?;
+    let of = MotorType { saturation: args.saturation, staircases: usize::from(args.staircases) };
+    let stations = of.stations()?;
     if let Some(count) = args.spread {
-        return spread(count, &stations);
+        return spread(&of, count, &stations);
     }
     let look = |seed: u64, fault: Option<(&str, f64)>, onset: Onset| -> Result<(f64, Vec<Glance>)> {
-        let (recording, begin) = motor(seed, fault, onset)?;
+        let (recording, begin) = of.motor(seed, fault, onset)?;
         Ok((begin, stations.iter().map(|s| s.glance(&recording)).collect::<Result<_>>()?))
     };
     let healthy: Vec<Vec<Glance>> = (0..args.healthy)
@@ -85,11 +92,11 @@ fn main() -> Result<()> {
         .collect::<Result<_>>()?;
     println!("## Healthy motors\n\n| model | false alarms | cannot judge |\n| --- | --- | --- |");
     for (k, station) in stations.iter().enumerate() {
-        let of = |what: Verdict| Share::of(&healthy, |all| all[k].verdict == what).exact();
-        println!("| {} | {} | {} |", station.name, of(Verdict::Fail), of(Verdict::CannotJudge));
+        let share = |what: Verdict| Share::of(&healthy, |all| all[k].verdict == what).exact();
+        println!("| {} | {} | {} |", station.name, share(Verdict::Fail), share(Verdict::CannotJudge));
     }
-    let grown = growth(&stations)?;
-    sparking(stations.last())?;
+    let grown = growth(&of, &stations)?;
+    sparking(&of, stations.last())?;
     let mut seen = Vec::new();
     for onset in [Onset::During, Onset::Before] {
         for fault in FAULTS {
@@ -123,16 +130,16 @@ fn main() -> Result<()> {
     if let Some(folder) = &args.figures {
         draw(folder, &healthy, &seen, &grown, &names)?;
     }
-    isolation(&args, stations.last(), &seen)?;
-    estimated(args.estimated, stations.last())
+    isolation(&of, &args, stations.last(), &seen)?;
+    estimated(&of, args.estimated, stations.last())
 }
 
 /// Errors of the current on other motors, against what their scatter leaves.
-fn spread(count: u64, stations: &[Station]) -> Result<()> {
+fn spread(of: &MotorType, count: u64, stations: &[Station]) -> Result<()> {
     println!("## Error of the current on a ramp, from 1 s on; motor 0 is that of the type\n");
     println!("| motor | spread floor |{}", stations.iter().map(|s| format!(" {} |", s.name)).collect::<String>());
     println!("| --- | --- | --- | --- | --- |");
-    let all: Vec<Held> = (0..=count).into_par_iter().map(|seed| held(seed, stations)).collect::<Result<_>>()?;
+    let all: Vec<Held> = (0..=count).into_par_iter().map(|seed| held(of, seed, stations)).collect::<Result<_>>()?;
     for (n, held) in all.iter().enumerate() {
         let cells = held.errors.iter().map(|e| format!(" {:.2} % |", 100.0 * e));
         println!("| {n} | {:.2} % |{}", 100.0 * held.floor, cells.collect::<String>());
@@ -242,9 +249,9 @@ fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>
 
 /// By how much faults that are there from the start raise the error of the current or the speed, whichever rises more, of the
 /// motor that the model was identified on.
-fn growth(stations: &[Station]) -> Result<Vec<Vec<f64>>> {
+fn growth(of: &MotorType, stations: &[Station]) -> Result<Vec<Vec<f64>>> {
     let errors = |fault: Option<(&str, f64)>| -> Result<Vec<[f64; 2]>> {
-        let recording = type_motor(fault)?;
+        let recording = of.type_motor(fault)?;
         stations.iter().map(|s| Ok(s.glance(&recording)?.errors())).collect()
     };
     let without = errors(None)?;
@@ -268,16 +275,16 @@ fn growth(stations: &[Station]) -> Result<Vec<Vec<f64>>> {
 }
 
 /// By how much sparks raise what is watched of the motor that the model is of, by the station with the best model.
-fn sparking(station: Option<&Station>) -> Result<()> {
+fn sparking(of: &MotorType, station: Option<&Station>) -> Result<()> {
     let (Some(station), Some(fault)) = (station, FAULTS.iter().find(|f| f.id == "sparking")) else { return Ok(()) };
     println!("\n## Sparking of the motor that the model is of, over the motor without the fault ({})\n", station.name);
     println!(
         "| passages with an arc | error of the current | current above 1 kHz | its power that goes with the current |"
     );
     println!("| --- | --- | --- | --- |");
-    let without = station.glance(&type_motor(None)?)?.features;
+    let without = station.glance(&of.type_motor(None)?)?.features;
     for size in fault.sizes {
-        let with = station.glance(&type_motor(Some((fault.id, *size)))?)?.features;
+        let with = station.glance(&of.type_motor(Some((fault.id, *size)))?)?.features;
         let times = |get: fn(&Features) -> f32| get(&with) / get(&without);
         println!(
             "| {:.1} % | {:.1} | {:.2} | {:.1} |",
@@ -291,7 +298,7 @@ fn sparking(station: Option<&Station>) -> Result<()> {
 }
 
 /// Where faults of three times the limit are put, by the station with the best model.
-fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()> {
+fn isolation(of: &MotorType, args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()> {
     const PLACES: [&str; 3] = ["electrical", "mechanical", "sensor"];
     let Some(station) = station else { return Ok(()) };
     println!("\n## Where faults of {CLEAR} times the limit are put ({})\n", station.name);
@@ -309,7 +316,7 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()
         let told: Vec<Option<&str>> = (0..args.isolated)
             .into_par_iter()
             .map(|k| {
-                let (recording, onset) = motor(3_000_000 + k, Some((s.fault.id, size)), Onset::During)?;
+                let (recording, onset) = of.motor(3_000_000 + k, Some((s.fault.id, size)), Onset::During)?;
                 let test = station.test(&recording)?;
                 Ok(test.alarms.iter().find(|a| a.until_s >= onset).map(|a| a.kind))
             })
@@ -333,12 +340,12 @@ fn isolation(args: &Args, station: Option<&Station>, seen: &[Seen]) -> Result<()
 }
 
 /// What the whole test makes of faults that are there from the start, the parameters' estimation included.
-fn estimated(count: u64, station: Option<&Station>) -> Result<()> {
+fn estimated(of: &MotorType, count: u64, station: Option<&Station>) -> Result<()> {
     let Some(station) = station.filter(|_| count > 0) else { return Ok(()) };
     println!("\n## Faults from the start, with parameters estimated ({})\n", station.name);
     println!("| fault | size | fails | of these in the right place |\n| --- | --- | --- | --- |");
     let tested = |seed: u64, motors: u64, fault: Option<(&str, f64)>| -> Result<Vec<Test>> {
-        let one = |k: u64| station.test(&motor(seed + k, fault, Onset::Before)?.0);
+        let one = |k: u64| station.test(&of.motor(seed + k, fault, Onset::Before)?.0);
         (0..motors).into_par_iter().map(one).collect()
     };
     let fails = |t: &&Test| t.verdict == Outcome::Fail;
