@@ -31,7 +31,7 @@ use rayon::prelude::*;
 
 use super::inverse_dynamics::{automatic_cutoff_hz, directions_by_quantum, zero_phase};
 use super::minimise::{Residuals, rms_of};
-use super::regression::{directions, sliding_mean, stride};
+use super::regression::{SlidingMean, directions, stride};
 use super::space::Space;
 use crate::experiment::{Drive, Experiment, derivative};
 use crate::noise::white_noise;
@@ -185,8 +185,8 @@ fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
 
 /// Change of a signal over windows, from the means over a period around their ends.
 fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64> {
-    let smooth = sliding_mean(signal, period);
-    windows.iter().map(|(from, to)| smooth[*to] - smooth[*from]).collect()
+    let smooth = SlidingMean::new(signal, period);
+    windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
 }
 
 impl<'a> Part<'a> {
@@ -321,6 +321,12 @@ impl<'a> MotorPart<'a> {
         })
     }
 
+    /// Change of a signal over each window. That of the torque's integral is taken as that of the speed, which is averaged
+    /// against its noise: where the torque jumps near a window's end the two would differ.
+    fn changes(&self, signal: &[f64]) -> Vec<f64> {
+        changes(signal, &self.windows, self.period)
+    }
+
     /// What the rows are compared with: the voltage, and the change of speed (of unknown inertia, so of a typical one).
     fn signals(&self) -> Vec<f64> {
         let voltage = self.experiment.filtered(&self.experiment.input);
@@ -376,10 +382,10 @@ impl<'a> MotorPart<'a> {
         if self.windows.is_empty() {
             return rows;
         }
-        let undone = undone.is_some().then(|| changes(speed, &self.windows, self.period));
+        let undone = undone.is_some().then(|| self.changes(speed));
         let changes = undone.as_ref().unwrap_or(&self.speed_changes);
-        let impulses = self.windows.iter().map(|(from, to)| torque[*to] - torque[*from]);
-        rows.extend(impulses.zip(changes).map(|(impulse, change)| impulse - inertia * change));
+        let impulses = self.changes(&torque);
+        rows.extend(impulses.iter().zip(changes).map(|(impulse, change)| impulse - inertia * change));
         rows
     }
 
@@ -398,8 +404,7 @@ impl<'a> MotorPart<'a> {
                 for pair in values.windows(2) {
                     sums.push(sums[sums.len() - 1] - 0.5 * (pair[0] + pair[1]) * e.interval_s);
                 }
-                let windows = self.windows.iter().map(|(from, to)| sums[*to] - sums[*from]);
-                self.samples.iter().map(|_| 0.0).chain(windows).collect()
+                self.samples.iter().map(|_| 0.0).chain(self.changes(&sums)).collect()
             }
         }
     }

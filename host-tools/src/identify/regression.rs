@@ -179,7 +179,7 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
         };
         let period = e.mains_period_s.unwrap_or(0.02);
         let window = ((WINDOW_S / period).ceil() * period / e.interval_s).round() as usize;
-        let smooth = sliding_mean(w, (period / e.interval_s).round() as usize);
+        let smooth = SlidingMean::new(w, (period / e.interval_s).round() as usize);
         let direction = directions(w);
         let mut from = 0;
         while from + window < w.len() {
@@ -192,7 +192,7 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
             let torque = sum(&|n| if e.is_open(n) { 0.0 } else { k * flux_of(space.kind(), i[n]) * i[n] });
             regression.push(
                 &[
-                    smooth[range.end] - smooth[range.start],
+                    smooth.at(range.end) - smooth.at(range.start),
                     sum(&|n| direction[n]),
                     sum(&|n| w[n]),
                     sum(&|n| w[n] * w[n].abs()),
@@ -205,22 +205,27 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
     take(space, solution);
 }
 
-/// Mean over a window around each sample.
-pub fn sliding_mean(signal: &[f64], window: usize) -> Vec<f64> {
-    let half = (window / 2).max(1);
-    let mut sums = Vec::with_capacity(signal.len() + 1);
-    let mut sum = 0.0;
-    sums.push(0.0);
-    for x in signal {
-        sum += x;
-        sums.push(sum);
+/// Mean of a signal over a window around a sample.
+pub struct SlidingMean {
+    sums: Vec<f64>,
+    half: usize,
+}
+
+impl SlidingMean {
+    /// Of a signal, over so many samples.
+    pub fn new(signal: &[f64], window: usize) -> Self {
+        let running = signal.iter().scan(0.0, |sum, x| {
+            *sum += x;
+            Some(*sum)
+        });
+        Self { sums: std::iter::once(0.0).chain(running).collect(), half: (window / 2).max(1) }
     }
-    (0..signal.len())
-        .map(|n| {
-            let (a, b) = (n.saturating_sub(half), (n + half).min(signal.len()));
-            (sums[b] - sums[a]) / (b - a) as f64
-        })
-        .collect()
+
+    /// Around sample `n`; at the ends of the signal over what there is.
+    pub fn at(&self, n: usize) -> f64 {
+        let (a, b) = (n.saturating_sub(self.half), (n + self.half).min(self.sums.len() - 1));
+        (self.sums[b] - self.sums[a]) / (b - a) as f64
+    }
 }
 
 /// Every how many samples a filtered signal has to be looked at: four times per period of the cut-off.
