@@ -108,6 +108,8 @@ pub struct Description {
     pub lags_flux: bool,
     /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
     pub bends_supply: bool,
+    /// Whether the recorded voltage is not that of the terminals because of it, while the supply conducts.
+    pub of_supply: bool,
     /// Whether it remembers: whether its `advance` does anything.
     pub remembers: bool,
     /// Its parameters.
@@ -133,6 +135,7 @@ impl Description {
         motors: Motors::All,
         lags_flux: false,
         bends_supply: false,
+        of_supply: false,
         remembers: false,
         parameters: &[],
         signature: "",

@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         equation: "u_motor = u − sign(u) min(|u|, w)",
         acts: Acts::Electrical,
         bends_supply: true,
+        of_supply: true,
         parameters: &[EffectParameter {
             name: "supply_dead_zone",
             unit: "V",

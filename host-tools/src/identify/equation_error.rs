@@ -6,7 +6,7 @@
 //!
 //! # Electrical side
 //! `L di/dt + R i + K φ ω + v − u` on the raw samples, then through the Butterworth filter. (The product of filtered signals
-//! is not the filtered product.)
+//! is not the filtered product.) The current's rate is its central difference, and the rest the mean over the same two intervals.
 //!
 //! # Mechanical side
 //! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that nothing is
@@ -24,7 +24,7 @@
 //! ASME 79 (1957) 547–552.
 
 use greyrig::butterworth::{self, Cascade};
-use greyrig::effects::{Acts, Passed};
+use greyrig::effects::{Acts, Effect, Passed};
 use greyrig::motor::{Motor, OperatingPoint, State};
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -189,6 +189,45 @@ fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64
     windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
 }
 
+/// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
+fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
+    let of_supply = |effect: &Effect<f64>| effect.description().of_supply;
+    if !motor.effects().iter().any(of_supply) {
+        return None;
+    }
+    let absent = |effect: &Effect<f64>| Effect::from_id(effect.description().id, &[]);
+    let effects: Vec<Effect<f64>> = motor
+        .effects()
+        .iter()
+        .map(|effect| if of_supply(effect) { absent(effect).unwrap_or(*effect) } else { *effect })
+        .collect();
+    Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
+}
+
+/// The rate of the current at a sample.
+#[derive(Debug, Clone, Copy)]
+struct Rate {
+    /// dλ/di, H.
+    inductance: f64,
+    /// Central difference of the measured current, A/s.
+    measured: f64,
+    /// What the voltage balance wants it to be, A/s.
+    modelled: f64,
+}
+
+impl Rate {
+    /// What the voltage balance leaves over, V. The central difference is the mean rate over two intervals, and so has to be
+    /// the model's: Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
+    fn left_over(self, before: Self, after: Self) -> f64 {
+        self.inductance * (self.measured - simpson(before.modelled, self.modelled, after.modelled))
+    }
+}
+
+/// Mean over two intervals.
+fn simpson(before: f64, at: f64, after: f64) -> f64 {
+    (before + 4.0 * at + after) / 6.0
+}
+
 impl<'a> Part<'a> {
     fn new(e: &'a Experiment) -> Option<Self> {
         if e.drive == Drive::Voltage && e.current.is_some() {
@@ -351,6 +390,18 @@ impl<'a> MotorPart<'a> {
         let mut torque = Vec::with_capacity(e.len());
         let (mut impulse, mut last) = (0.0, 0.0);
         let mut next = 0;
+        let mut filtered = |n: usize, left: f64| {
+            if n == 0 {
+                filter.reset_to(left);
+            }
+            let left = filter.process(&coefficients, left);
+            if self.samples.get(next) == Some(&n) {
+                rows.push(left);
+                next += 1;
+            }
+        };
+        let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
+        let mut passed: Option<[Rate; 2]> = None;
         for n in 0..e.len() {
             let state = State { current: current[n], speed: speed[n] };
             if n > 0 {
@@ -364,20 +415,20 @@ impl<'a> MotorPart<'a> {
                 voltage: e.input[n],
                 voltage_rate: self.voltage_rate[n],
             };
-            let slopes = motor.slopes(&at, Some(self.directions[n]), &memories);
-            let left = slopes.inductance * (current_rate[n] - slopes.current);
-            if n == 0 {
-                filter.reset_to(left);
+            let present = at_terminals.as_ref().filter(|_| e.is_open(n)).unwrap_or(motor);
+            let slopes = present.slopes(&at, Some(self.directions[n]), &memories);
+            let here = Rate { inductance: slopes.inductance, measured: current_rate[n], modelled: slopes.current };
+            if let Some([before, last]) = passed {
+                filtered(n - 1, last.left_over(before, here));
             }
-            let left = filter.process(&coefficients, left);
-            if self.samples.get(next) == Some(&n) {
-                rows.push(left);
-                next += 1;
-            }
+            passed = Some([passed.map_or(here, |[_, last]| last), here]);
             let driving = inertia * slopes.speed;
             impulse += 0.5 * (last + driving) * e.interval_s;
             last = driving;
             torque.push(impulse);
+        }
+        if let Some([before, last]) = passed {
+            filtered(e.len() - 1, last.left_over(before, last));
         }
         if self.windows.is_empty() {
             return rows;
@@ -395,7 +446,11 @@ impl<'a> MotorPart<'a> {
             (0..e.len()).map(|n| term(self.current[n], self.speed[n], self.current_rate[n])).collect();
         match balance {
             Balance::Voltage => {
-                let filtered = e.filtered(&values);
+                let last = values.len() - 1;
+                let means: Vec<f64> = (0..=last)
+                    .map(|n| simpson(values[n.saturating_sub(1)], values[n], values[(n + 1).min(last)]))
+                    .collect();
+                let filtered = e.filtered(&means);
                 let rows = self.samples.iter().map(|n| filtered[*n]);
                 rows.chain(self.windows.iter().map(|_| 0.0)).collect()
             }

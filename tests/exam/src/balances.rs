@@ -4,7 +4,7 @@ use greyrig_host::error::Result;
 use greyrig_host::identify::equation_error::{Balance, EquationError};
 use greyrig_host::identify::minimise::{Residuals, rms_of};
 use greyrig_host::identify::{Settings, build_space, identify, prepare};
-use greyrig_host::model::{Kind, Model};
+use greyrig_host::model::Model;
 
 use crate::cases::Case;
 use crate::score::Outcome;
@@ -20,7 +20,7 @@ pub type Left = [f64; 2];
 pub fn left(case: &Case, outcome: &Outcome) -> Result<(Left, Left)> {
     let training = case.recordings()?;
     let with = |effects: Vec<String>| -> Result<Left> {
-        let settings = Settings { effects, ..Settings::new(Kind::Universal) };
+        let settings = Settings { effects, ..Settings::new(case.excitation.kind()) };
         of(&identify(&training, &settings)?.model, case)
     };
     Ok((with(Vec::new())?, with(outcome.named.iter().map(|id| (*id).to_owned()).collect())?))

@@ -19,7 +19,7 @@ use rand_chacha::ChaCha8Rng;
 pub const STANDS_OUT: f64 = 3.0;
 
 /// Relative scatter of the base parameters in the lot.
-pub const SPREAD: f64 = 0.025;
+const SPREAD: f64 = 0.025;
 
 /// An effect with its forms and the range of its sizes in a motor of the 1.4 kW class.
 pub struct Sort {
@@ -36,7 +36,7 @@ const fn sort(id: &'static str, low: f64, high: f64) -> Sort {
 }
 
 /// Effects that leave something to see in voltage, current and speed of a universal motor.
-pub const VISIBLE: &[Sort] = &[
+const VISIBLE: &[Sort] = &[
     Sort { id: "saturation", forms: &["froelich", "langevin"], sizes: (0.1, 0.5) },
     sort("inductance_saturation", 0.2, 0.7),
     sort("hysteresis", 0.04, 0.5),
@@ -63,8 +63,38 @@ pub const VISIBLE: &[Sort] = &[
     sort("adc_clipping", 5.0, 8.0),
 ];
 
+/// Effects that leave something to see in voltage, current and speed of a small magnet motor.
+const VISIBLE_WITH_MAGNETS: &[Sort] = &[
+    sort("brush_drop", 0.2, 2.0),
+    sort("winding_temperature", 20.0, 120.0),
+    sort("commutation_demagnetisation", 0.02, 0.1),
+    sort("skin_effect", 0.05, 0.5),
+    sort("supply_dead_zone", 0.2, 3.0),
+    sort("asymmetric_friction", 1e-3, 0.01),
+    sort("stribeck", 1e-3, 0.01),
+    sort("torque_offset", 1e-3, 0.01),
+    sort("quadratic_load", 1e-3, 0.01),
+    sort("stray_load_torque", 0.05, 0.5),
+    sort("bearing_warmup", 0.5, 2.0),
+    sort("current_offset", 0.02, 0.2),
+    sort("voltage_offset", 0.05, 1.0),
+    sort("current_compression", 0.02, 0.2),
+    sort("channel_delay", 50e-6, 1e-3),
+    sort("speed_lag", 1e-3, 20e-3),
+    sort("adc_clipping", 1.0, 4.0),
+];
+
+/// Effects of a magnet motor that nothing in voltage, current and speed below the filter can show.
+const INVISIBLE_WITH_MAGNETS: &[Sort] = &[
+    sort("supply_impedance", 0.05, 0.5),
+    sort("current_gain", -0.05, 0.05),
+    sort("voltage_gain", -0.05, 0.05),
+    sort("speed_gain", -0.05, 0.05),
+    sort("coulomb_friction", 1e-3, 0.01),
+];
+
 /// Effects that nothing in voltage, current and speed below the filter can show.
-pub const INVISIBLE: &[Sort] = &[
+const INVISIBLE: &[Sort] = &[
     sort("commutation_resistance", 0.5, 3.0),
     sort("supply_impedance", 0.1, 0.6),
     sort("current_gain", -0.05, 0.05),
@@ -84,6 +114,8 @@ pub enum Excitation {
     Ac,
     /// AC, DC steps, a locked rotor and a coast-down.
     Set,
+    /// DC steps and a ramp in both directions, and coast-downs: of a magnet motor.
+    Magnet,
 }
 
 /// Effects that are one on AC alone.
@@ -103,6 +135,36 @@ impl Excitation {
         match self {
             Self::Ac => &[("staircase", 12.0)],
             Self::Set => &[("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
+            Self::Magnet => &[("dc-steps", 8.0), ("dc-ramp", 6.0), ("coast-down", 9.0)],
+        }
+    }
+
+    /// The motor.
+    pub const fn kind(self) -> Kind {
+        match self {
+            Self::Ac | Self::Set => Kind::Universal,
+            Self::Magnet => Kind::PmDc,
+        }
+    }
+
+    /// Whether a question can be asked of such a motor: a magnet has no hysteresis.
+    pub fn has(self, question: Question) -> bool {
+        question != Question::Five || self.kind() == Kind::Universal
+    }
+
+    /// Effects that leave something to see in voltage, current and speed.
+    pub const fn visible(self) -> &'static [Sort] {
+        match self.kind() {
+            Kind::Universal => VISIBLE,
+            Kind::PmDc => VISIBLE_WITH_MAGNETS,
+        }
+    }
+
+    /// Effects that leave nothing to see there.
+    const fn invisible(self) -> &'static [Sort] {
+        match self.kind() {
+            Kind::Universal => INVISIBLE,
+            Kind::PmDc => INVISIBLE_WITH_MAGNETS,
         }
     }
 }
@@ -170,7 +232,7 @@ impl Case {
     pub fn new(question: Question, excitation: Excitation, noise: f64, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let blank = Self { seed, truth: Vec::new(), effects: Vec::new(), exclude: Vec::new(), excitation, noise };
-        let visible: Vec<&'static Sort> = VISIBLE.iter().collect();
+        let visible: Vec<&'static Sort> = excitation.visible().iter().collect();
         let mut truth = Vec::new();
         let mut effects = Vec::new();
         let several = matches!(question, Question::Two | Question::Three);
@@ -189,7 +251,7 @@ impl Case {
             Question::One | Question::Withheld => add(&mut random, &visible, &mut truth),
             Question::None => {
                 if random.random::<f64>() < 0.5 {
-                    let invisible: Vec<&'static Sort> = INVISIBLE.iter().collect();
+                    let invisible: Vec<&'static Sort> = excitation.invisible().iter().collect();
                     add(&mut random, &invisible, &mut Vec::new());
                 }
             }
@@ -197,7 +259,8 @@ impl Case {
                 // Two members of a class are one effect in the data.
                 let count = if question == Question::Two { 2 } else { 3 };
                 while truth.len() < count {
-                    let apart: Vec<&'static Sort> = VISIBLE
+                    let apart: Vec<&'static Sort> = excitation
+                        .visible()
                         .iter()
                         .filter(|s| truth.iter().all(|t| !greyrig_host::diagnose::classes::same(s.id, t)))
                         .collect();
@@ -206,7 +269,7 @@ impl Case {
             }
             Question::Five => {
                 for id in FIVE {
-                    let sort: Vec<&'static Sort> = VISIBLE.iter().filter(|s| s.id == id).collect();
+                    let sort: Vec<&'static Sort> = excitation.visible().iter().filter(|s| s.id == id).collect();
                     add(&mut random, &sort, &mut truth);
                 }
             }
@@ -224,7 +287,7 @@ impl Case {
         let error = |effects: Vec<String>| -> Option<[f64; 2]> {
             let alone = Self { effects, ..self.clone() };
             let recordings = alone.recordings().ok()?;
-            let settings = Settings { filter: Filter::default(), ..Settings::new(Kind::Universal) };
+            let settings = Settings { filter: Filter::default(), ..Settings::new(self.excitation.kind()) };
             let base = base_error(&recordings, &settings).ok()?;
             Some(base)
         };
@@ -237,9 +300,13 @@ impl Case {
         }
     }
 
+    /// The motor by itself.
+    pub fn motor(&self) -> Motor {
+        Motor::sample_from_population(&Motor::nominal(self.excitation.kind()), SPREAD, self.seed)
+    }
+
     fn setup(&self) -> greyrig_host::error::Result<Setup> {
-        let motor = Motor::sample_from_population(&Motor::universal(), SPREAD, self.seed);
-        let setup = Setup::new(Kind::Universal).motor(motor).noise(self.noise);
+        let setup = Setup::new(self.excitation.kind()).motor(self.motor()).noise(self.noise);
         self.effects.iter().try_fold(setup, |setup, effect| setup.effect(effect))
     }
 

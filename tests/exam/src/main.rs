@@ -61,12 +61,15 @@ const QUESTIONS: &[(&str, Question)] = &[
     ("five", Question::Five),
 ];
 
+const EXCITATIONS: [(Excitation, &str); 3] =
+    [(Excitation::Ac, "ac"), (Excitation::Set, "set"), (Excitation::Magnet, "magnet")];
+
 fn main() -> ExitCode {
     let args = Args::parse();
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
-        for (excitation, suffix) in [(Excitation::Ac, "ac"), (Excitation::Set, "set")] {
+        for (excitation, suffix) in EXCITATIONS {
             let mut healthy = [0.0; 2];
-            for (name, question) in QUESTIONS {
+            for (name, question) in QUESTIONS.iter().filter(|(_, question)| excitation.has(*question)) {
                 let id = format!("{name}-{suffix}{label}");
                 let asked = |id: &str| args.only.is_empty() || args.only.iter().any(|o| o == id);
                 let needed = *name == "none" && QUESTIONS.iter().any(|(n, _)| asked(&format!("{n}-{suffix}{label}")));

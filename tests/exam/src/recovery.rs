@@ -5,10 +5,8 @@ use greyrig_host::compare::compare;
 use greyrig_host::error::Result;
 use greyrig_host::identify::flux::swings;
 use greyrig_host::identify::{Settings, identify};
-use greyrig_host::model::Kind;
-use greyrig_host::rig::Motor;
 
-use crate::cases::{Case, SPREAD};
+use crate::cases::Case;
 use crate::score::Outcome;
 
 /// The outcome of adding.
@@ -37,13 +35,13 @@ impl Recovery {
 pub fn add(case: &Case, outcome: &Outcome) -> Result<Recovery> {
     let training = case.recordings()?;
     let held_out = [case.held_out()?];
-    let before = identify(&training, &Settings::new(Kind::Universal))?;
+    let before = identify(&training, &Settings::new(case.excitation.kind()))?;
     let effects = outcome.named.iter().map(|id| (*id).to_owned()).collect();
-    let after = identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) })?;
+    let after = identify(&training, &Settings { effects, ..Settings::new(case.excitation.kind()) })?;
     let (worse, better) = (compare(&before.model, &held_out)?, compare(&after.model, &held_out)?);
     let current = |c: &greyrig_host::compare::Comparison| c.esr.current.unwrap_or(0.0);
     let floor = better.noise_floor.current.unwrap_or(0.0);
-    let motor = Motor::sample_from_population(&Motor::universal(), SPREAD, case.seed);
+    let motor = case.motor();
     let off = |truth: f64, value: f64, [low, high]: [f64; 2]| 2.0 * (value - truth).abs() / (high - low);
     let parameter = |name: &str, truth: f64| {
         let found = after.parameters.iter().find(|p| p.name == name);

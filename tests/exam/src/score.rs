@@ -4,7 +4,6 @@ use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::error::Result;
 use greyrig_host::identify::Settings;
-use greyrig_host::model::Kind;
 use serde::Serialize;
 
 use crate::cases::{Case, STANDS_OUT};
@@ -38,8 +37,8 @@ pub struct Outcome {
 /// An interrupt.
 pub fn run(case: &Case) -> Result<Outcome> {
     let recordings = case.recordings()?;
-    let options =
-        Options { settings: Settings::new(Kind::Universal), exclude: case.exclude.clone(), candidates_refined: false };
+    let settings = Settings::new(case.excitation.kind());
+    let options = Options { settings, exclude: case.exclude.clone(), candidates_refined: false };
     let start = std::time::Instant::now();
     let d: Diagnosis = diagnose(&recordings, &options, &|_| ())?;
     let pair = |p: greyrig_host::compare::PerSignal| [p.current.unwrap_or(0.0), p.speed.unwrap_or(0.0)];
