@@ -316,6 +316,7 @@ impl Bench {
         let scales = Scales {
             voltage: limits.voltage_v,
             current: limits.current_a,
+            heat: limits.current_a.powi(2) * seconds,
             speed: 1.0,
             friction: 0.1
                 * model.value("K")

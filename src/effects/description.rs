@@ -9,6 +9,8 @@ pub enum Relative {
     Current,
     /// One over the square of the largest current.
     InverseCurrentSquared,
+    /// One over the largest integral of the squared current over a recording, which heats.
+    InverseHeat,
     /// The largest voltage.
     Voltage,
     /// The largest voltage over the largest current.

@@ -34,8 +34,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
                 name: "winding_heating",
                 unit: "1/(A² s)",
                 range: (0.0, 1e4),
-                start: 0.014,
-                relative: Relative::InverseCurrentSquared,
+                start: 0.03,
+                relative: Relative::InverseHeat,
                 meaning: "relative rise of the resistance per time and square of the current, without cooling",
             },
             EffectParameter {

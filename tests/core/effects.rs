@@ -45,6 +45,8 @@ impl Drive {
             Relative::Absolute => 1.0,
             Relative::Current => current,
             Relative::InverseCurrentSquared => 1.0 / (current * current),
+            // A second at the largest current.
+            Relative::InverseHeat => 1.0 / (current * current),
             Relative::Voltage => voltage,
             Relative::Impedance => voltage / current,
             Relative::ImpedancePerSpeed => voltage / current / speed,

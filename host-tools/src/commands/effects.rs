@@ -90,6 +90,7 @@ fn relative(relative: Relative) -> &'static str {
         Relative::Absolute => "",
         Relative::Current => " of the largest current",
         Relative::InverseCurrentSquared => " over the largest current squared",
+        Relative::InverseHeat => " over the integral of the squared current",
         Relative::Voltage => " of the largest voltage",
         Relative::Impedance => " of voltage over current",
         Relative::ImpedancePerSpeed => " of voltage over current and speed",

@@ -22,7 +22,8 @@ use crate::output;
 /// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// The longest step of a coordinate: a factor of four, or that many typical sizes.
+/// The longest step of a coordinate: a factor of four, or that many typical sizes, of which a size that has grown beyond them
+/// may take as many of its own: what is typical is known to an order of magnitude or two.
 const LONGEST: f64 = 1.4;
 
 /// Trials with more and more damping before a step counts as the last.
@@ -163,9 +164,10 @@ fn search(
             data + PRIOR * at.iter().zip(&usual).filter_map(|(x, u)| Some((x - (*u)?).powi(2))).sum::<f64>()
         };
         let present = cost(&residuals, &theta);
+        let longest: Vec<f64> = space.free().zip(&theta).map(|(entry, x)| LONGEST * entry.reach(*x)).collect();
         let fell = 'trial: {
             for _ in 0..TRIALS {
-                let there = bounded_step(&normal, &gradient, &theta, &limits, damping);
+                let there = bounded_step(&normal, &gradient, &theta, &limits, &longest, damping);
                 let Some(there) = there else { break };
                 let trial = problem.at(space, &there);
                 let next = cost(&trial, &there);
@@ -309,6 +311,7 @@ fn bounded_step(
     gradient: &DVector<f64>,
     theta: &[f64],
     limits: &[(f64, f64)],
+    longest: &[f64],
     damping: f64,
 ) -> Option<Vec<f64>> {
     let p = theta.len();
@@ -354,8 +357,7 @@ fn bounded_step(
     if change.iter().any(|d| !d.is_finite()) {
         return None;
     }
-    let longest = change.iter().fold(0.0f64, |m, d| m.max(d.abs()));
-    let share = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+    let share = change.iter().zip(longest).fold(1.0f64, |share, (d, longest)| share.min(longest / d.abs()));
     Some(theta.iter().zip(&change).zip(limits).map(|((x, d), (lo, hi))| (x + share * d).clamp(*lo, *hi)).collect())
 }
 

@@ -13,6 +13,8 @@ pub struct Scales {
     pub voltage: f64,
     /// A.
     pub current: f64,
+    /// The largest integral of the squared current over a recording, A² s.
+    pub heat: f64,
     /// rad/s.
     pub speed: f64,
     /// A tenth of the largest driving torque, N m: the size that friction has.
@@ -23,7 +25,7 @@ impl Scales {
     /// From recordings, with K and R from the space for the torque.
     pub fn of(space: &Space, experiments: &[Experiment]) -> Self {
         let k = space.value("K");
-        let (mut voltage, mut current, mut torque, mut speed) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+        let [mut voltage, mut current, mut heat, mut torque, mut speed] = [0.0f64; 5];
         let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let flux = |i: f64| if space.kind() == Kind::Universal { i } else { 1.0 };
         for e in experiments {
@@ -35,6 +37,7 @@ impl Scales {
                 (Drive::Voltage, Some(i)) => {
                     voltage = voltage.max(largest(&e.input));
                     current = current.max(largest(i));
+                    heat = heat.max(i.iter().map(|i| i * i).sum::<f64>() * e.interval_s);
                     if !(0..e.len()).all(|n| e.is_locked(n)) {
                         torque = torque.max((k * flux(largest(i)) * largest(i)).abs());
                     }
@@ -43,6 +46,7 @@ impl Scales {
                     voltage = voltage.max(largest(&e.input));
                     let i = voltage / space.value("R").max(1e-6);
                     current = current.max(i);
+                    heat = heat.max(i * i * e.len() as f64 * e.interval_s);
                     torque = torque.max((k * i).abs());
                 }
             }
@@ -50,6 +54,7 @@ impl Scales {
         Self {
             voltage: voltage.max(1e-9),
             current: current.max(1e-9),
+            heat: heat.max(1e-18),
             speed: speed.max(1e-9),
             friction: 0.1 * torque.max(1e-12),
         }
@@ -57,11 +62,12 @@ impl Scales {
 
     /// The size that a relative start value of one stands for.
     pub fn size(&self, relative: Relative) -> f64 {
-        let Self { voltage: u, current: i, speed: w, friction: t } = *self;
+        let Self { voltage: u, current: i, heat: q, speed: w, friction: t } = *self;
         match relative {
             Relative::Absolute => 1.0,
             Relative::Current => i,
             Relative::InverseCurrentSquared => 1.0 / (i * i),
+            Relative::InverseHeat => 1.0 / q,
             Relative::Voltage => u,
             Relative::Impedance => u / i,
             Relative::ImpedancePerSpeed => u / (i * w),

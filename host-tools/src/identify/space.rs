@@ -105,6 +105,12 @@ impl Entry {
         }
     }
 
+    /// How far a step may go from a point, in steps from where a fit begins.
+    pub fn reach(&self, theta: f64) -> f64 {
+        let grows = self.freedom == Freedom::Free(None) && !self.positive && !self.is_shape();
+        if grows { theta.abs().max(1.0) } else { 1.0 }
+    }
+
     /// Whether the value has run into a bound.
     pub fn at_bound(&self) -> bool {
         matches!(self.freedom, Freedom::Free(Some((low, high)))
