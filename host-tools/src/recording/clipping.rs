@@ -4,7 +4,7 @@
 //! of a reason: a constant channel, a locked rotor, a commanded voltage and a quantised but unclipped signal rest, too.
 //! With *level* the largest (smallest) value, *q* the step of which all differences between values are multiples
 //! (at least 10^-6 of the range), and *run* at least
-//! [`RUN`] equal samples at the level, either of two observations counts:
+//! [`RUN`] equal samples at the level, any of three observations counts:
 //!
 //! 1. **The noise vanishes.** Away from the level fewer than [`REPEATS`] of all neighbours are equal, and within
 //!    [`WINDOW`] samples of the runs at least [`TURNS`] of the increments change their sign, so the channel is noisy, and
@@ -16,6 +16,11 @@
 //!    0.3 of it. A smooth peak quantised in steps of q stays at its top value for L samples if its curvature is
 //!    8 q / L², which moves it by at most 8 q within the next L samples, and a decaying exponential puts less than 0.3
 //!    into the nearer half.
+//!
+//! 3. **It rests there as nowhere else** (current, speed and torque, at a level that is not zero). At least [`TURNS`] of all
+//!    increments away from the level change their sign, and the longest run, [`LONG`] or more, is at least
+//!    [`LONGER`] times the longest one between the two extremes. (The top of a smooth peak in quanta is 2.7 times as
+//!    long as the step below it: 2 √1 against √3 − √1. A sensor that is silent at standstill shows zero.)
 //!
 //! The voltage is judged by the first observation only, because amplifiers do saturate: the voltage is then really
 //! constant, and valid. A position is not judged; it rests at its end stops.
@@ -32,6 +37,10 @@ pub const REPEATS: f64 = 0.2;
 pub const TURNS: f64 = 0.1;
 /// Samples before and after a run that are looked at.
 pub const WINDOW: usize = 8;
+/// Shortest run at the level for the third observation.
+pub const LONG: usize = 20;
+/// How much longer it is than any other.
+pub const LONGER: usize = 4;
 /// How far, in quanta, the signal moves within that window if its slope broke off.
 pub const FLAT_TOP: f64 = 20.0;
 
@@ -58,7 +67,7 @@ pub fn find(channel: Channel, values: &[f64]) -> Vec<Clipped> {
     let quantum = quantum(values, 1e-6 * range);
     [high, low]
         .into_iter()
-        .filter(|&level| at_level(channel, values, level, quantum))
+        .filter(|&level| at_level(channel, values, level, [high, low], quantum))
         .map(|level| Clipped { level, samples: (0..values.len()).filter(|&k| values[k] == level).collect() })
         .collect()
 }
@@ -83,7 +92,7 @@ fn quantum(values: &[f64], resolution: f64) -> f64 {
     step.max(resolution)
 }
 
-fn at_level(channel: Channel, values: &[f64], level: f64, quantum: f64) -> bool {
+fn at_level(channel: Channel, values: &[f64], level: f64, extremes: [f64; 2], quantum: f64) -> bool {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     let (mut count, mut k) = (0, 0);
     while k < values.len() {
@@ -96,6 +105,9 @@ fn at_level(channel: Channel, values: &[f64], level: f64, quantum: f64) -> bool 
             runs.push((start, k));
         }
         k = k.max(start + 1);
+    }
+    if channel != Channel::Voltage && level != 0.0 && rests_as_nowhere_else(values, extremes, &runs) {
+        return true;
     }
     if runs.len() < 2 {
         return false;
@@ -110,6 +122,23 @@ fn at_level(channel: Channel, values: &[f64], level: f64, quantum: f64) -> bool 
         return true;
     }
     channel != Channel::Voltage && runs.iter().filter(|&&run| slope_breaks_off(values, run, quantum)).count() >= 2
+}
+
+/// Whether a channel that is noisy elsewhere rests at one of its extremes much longer than between them.
+fn rests_as_nowhere_else(values: &[f64], extremes: [f64; 2], runs: &[(usize, usize)]) -> bool {
+    let longest = runs.iter().map(|(start, end)| end - start).max().unwrap_or(0);
+    if longest < LONG {
+        return false;
+    }
+    let between = |x: &f64| !extremes.contains(x);
+    let elsewhere = values.chunk_by(|a, b| a == b).filter(|run| between(&run[0])).map(<[f64]>::len).max().unwrap_or(0);
+    let away = values.windows(3).filter(|w| w.iter().all(between));
+    let (mut triples, mut turns) = (0_usize, 0_usize);
+    for w in away {
+        triples += 1;
+        turns += usize::from((w[1] - w[0]) * (w[2] - w[1]) < 0.0);
+    }
+    longest >= LONGER * elsewhere && turns as f64 >= TURNS * triples as f64 && turns > 0
 }
 
 /// Whether the increments beside the runs change their sign as noise does.
@@ -190,6 +219,21 @@ mod tests {
     }
 
     #[test]
+    fn a_single_inrush_that_clips_is_found() {
+        // A converter of 12 bit whose noise is half a quantum: a third of all neighbours are equal.
+        let quantum = 30.0 / 4096.0;
+        let inrush = |k: f64| if k < 500.0 { 0.3 } else { 0.3 + 6.0 * (-(k - 500.0) / 170.0).exp() };
+        let x: Vec<f64> = signal(8000, inrush, 0.5 * quantum, quantum, 1e9);
+        assert_eq!(find(Channel::Current, &x), vec![]);
+        let limit = (2.5 / quantum).round() * quantum;
+        let clipped: Vec<f64> = x.iter().map(|i| i.min(limit)).collect();
+        let found = find(Channel::Current, &clipped);
+        assert_eq!(found.len(), 1);
+        // 6 A fall to 2.2 A in 170 ln(6/2.2) = 171 samples.
+        assert!((165..180).contains(&found[0].samples.len()), "{}", found[0].samples.len());
+    }
+
+    #[test]
     fn resting_signals_are_left_alone() {
         let constant = vec![3.0; 1000];
         let locked = vec![0.0; 1000];
@@ -231,6 +275,14 @@ mod tests {
             );
             assert_eq!(find(Channel::Speed, &x), vec![], "tau {tau}");
         }
+        // An encoder's speed, noisy until the rotor stands.
+        let stop = signal(8000, |k| 300.0 * (1.0 - k / 4000.0).max(0.0), 0.0, 0.0, 1e9);
+        let mut source = Noise(7);
+        let stop: Vec<f64> = stop
+            .iter()
+            .map(|w| if *w > 0.0 { ((w + 2.0 * source.next()) / 0.77).round() * 0.77 } else { 0.0 })
+            .collect();
+        assert_eq!(find(Channel::Speed, &stop), vec![]);
         // A sampled voltage saturates because the amplifier does.
         let amplifier = signal(5000, sine(500.0, 30.0), 0.0, 0.0, 24.0);
         assert_eq!(find(Channel::Voltage, &amplifier), vec![]);
