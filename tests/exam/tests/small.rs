@@ -9,7 +9,11 @@ use greyrig_host::monitor::test::Outcome as Judged;
 use rayon::prelude::*;
 
 fn ask(question: Question, seeds: std::ops::Range<u64>) -> Vec<Outcome> {
-    seeds.into_par_iter().map(|seed| run(&Case::new(question, Excitation::Ac, 1.0, seed)).unwrap()).collect()
+    ask_of(Excitation::Ac, question, seeds)
+}
+
+fn ask_of(excitation: Excitation, question: Question, seeds: impl IntoParallelIterator<Item = u64>) -> Vec<Outcome> {
+    seeds.into_par_iter().map(|seed| run(&Case::new(question, excitation, 1.0, seed)).unwrap()).collect()
 }
 
 /// Error-to-signal ratios of a healthy motor on this excitation, current and speed: three times these stand out.
@@ -39,6 +43,22 @@ fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
     let wrong: Vec<_> =
         outcomes.iter().filter(|o| o.stands_out(HEALTHY) && o.kind == VerdictKind::MissingEffect).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn a_healthy_magnet_motor_is_not_accused() {
+    for o in ask_of(Excitation::Magnet, Question::None, 9_101..9_107) {
+        assert_eq!(o.kind, VerdictKind::None, "seed {}: {:?}", o.seed, o.named);
+    }
+}
+
+#[test]
+fn an_effect_of_a_magnet_motor_is_named() {
+    // 4: an inrush alone clips. 8: a dead zone, beside coast-downs in which it does nothing. 12: heat of inrushes, thousands of
+    // times what the largest current would make of the mean.
+    for o in ask_of(Excitation::Magnet, Question::One, [1, 4, 8, 12, 9_001, 9_002]) {
+        assert!(o.exact(), "seed {}, {:?}: {:?} {:?}", o.seed, o.effects, o.kind, o.named);
+    }
 }
 
 #[test]
