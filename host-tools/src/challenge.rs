@@ -133,7 +133,10 @@ pub fn challenge(
 
 /// How many effects a challenge of a kind of motor goes through at most: the length of its progress.
 pub fn most_effects(model: &Model, effects: &[String]) -> u64 {
-    let all = Effect::<f64>::CATALOGUE.iter().filter(|d| d.seen == Seen::FreeRun && fits(d, model.kind)).count();
+    let all = Effect::<f64>::CATALOGUE
+        .iter()
+        .filter(|d| d.seen_with(model.kind.flux_law()) == Seen::FreeRun && fits(d, model.kind))
+        .count();
     (if effects.is_empty() { all } else { effects.len() }) as u64
 }
 
@@ -168,15 +171,20 @@ fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<&'
         // The others are rivals of the first, not further effects.
         found.truncate(1);
     }
-    found.retain(|id| Effect::<f64>::CATALOGUE.iter().any(|d| d.id == *id && d.seen == Seen::FreeRun));
+    found.retain(|id| {
+        Effect::<f64>::CATALOGUE.iter().any(|d| d.id == *id && d.seen_with(settings.kind.flux_law()) == Seen::FreeRun)
+    });
     found.truncate(MAX_EFFECTS - 1 - settings.effects.len());
     Ok((found, verdict.kind == VerdictKind::OutsideCatalogue))
 }
 
 fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) -> OutOfReach {
-    let text = match d.seen {
+    let seen = d.seen_with(kind.flux_law());
+    let text = match seen {
         _ if unconfirmed => "the balances show it in the recordings as they are, and the free run does not".to_owned(),
-        Seen::Invisible(needed) => format!("no recording of voltage, current and speed shows it; it takes {needed}"),
+        Seen::Invisible(needed) | Seen::InvisibleInSeries(needed) => {
+            format!("no recording of voltage, current and speed shows it; it takes {needed}")
+        }
         _ if !fits(d, kind) => "a motor with magnets cannot have it".to_owned(),
         _ if d.id == "speed_sign_lost" => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::Variance => "it shows in the variance of the residual, not in its mean".to_owned(),
@@ -188,7 +196,7 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
         }
         Seen::FreeRun => "it takes motion in both directions".to_owned(),
     };
-    OutOfReach { effect: d.id, name: d.name, invisible: matches!(d.seen, Seen::Invisible(_)), text }
+    OutOfReach { effect: d.id, name: d.name, invisible: matches!(seen, Seen::Invisible(_)), text }
 }
 
 /// The recordings and the model that are challenged.
@@ -311,7 +319,7 @@ impl<'a> Rig<'a> {
         drop(challenged);
         let climb = climb(&coarse, &self.candidates)?;
         let step = climb.first_step(&climb.fit(&self.fit.space)?)?;
-        Ok((answer(&step, d.id), esr))
+        Ok((answer(&step, d.id, self.fit.space.kind()), esr))
     }
 
     /// The recordings as they would be with the effect; `None` if the model cannot be run with it.
@@ -359,11 +367,11 @@ fn free_run(e: &Experiment, motor: &Motor<f64>, plain: &Motor<f64>) -> Option<Fr
     run.iter().flatten().all(|x| x.is_finite()).then_some(run)
 }
 
-fn answer(step: &Step, id: &'static str) -> Answer {
+fn answer(step: &Step, id: &'static str, kind: Kind) -> Answer {
     match step.winners.first().copied() {
-        Some(winner) if classes::same(winner, id) => Answer::Revealed,
+        Some(winner) if classes::same(kind, winner, id) => Answer::Revealed,
         named => {
-            let own = step.tried.iter().find(|t| classes::same(t.id, id));
+            let own = step.tried.iter().find(|t| classes::same(kind, t.id, id));
             let objection = own.map_or(Some(Objection::TooSmall), |t| t.objection).map(Objection::words);
             Answer::Hidden { named, objection }
         }

@@ -199,10 +199,10 @@ fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description; 2]>
     for id in rivals {
         let d = description(id)
             .ok_or_else(|| Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"))?;
-        match d.seen {
+        match d.seen_with(kind.flux_law()) {
             Seen::FreeRun if fits(d, kind) => named.push(d),
             Seen::FreeRun => return Err(Error::usage(format!("a {kind} motor cannot have {id}"), "leave it out")),
-            Seen::Invisible(needed) => {
+            Seen::Invisible(needed) | Seen::InvisibleInSeries(needed) => {
                 return Err(Error::usage(
                     format!("no recording of voltage, current and speed shows {id}"),
                     format!("it takes {needed}"),
@@ -218,21 +218,21 @@ fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description; 2]>
     }
     if let [only] = named[..] {
         let others = only.confused_with.iter().filter_map(|id| description(id));
-        named.extend(others.filter(|d| d.seen == Seen::FreeRun && fits(d, kind)));
+        named.extend(others.filter(|d| d.seen_with(kind.flux_law()) == Seen::FreeRun && fits(d, kind)));
         named.dedup_by_key(|d| d.id);
-        return different(named[1..].iter().map(|other| [only, other]).collect());
+        return different(kind, named[1..].iter().map(|other| [only, other]).collect());
     }
     let all: Vec<[&'static Description; 2]> =
         named.iter().enumerate().flat_map(|(k, a)| named[k + 1..].iter().map(move |b| [*a, *b])).collect();
     let confused =
         |p: &&[&Description; 2]| p[0].confused_with.contains(&p[1].id) || p[1].confused_with.contains(&p[0].id);
     let known: Vec<_> = all.iter().filter(confused).copied().collect();
-    different(if known.is_empty() { all } else { known })
+    different(kind, if known.is_empty() { all } else { known })
 }
 
 /// Leaves out pairs that are one in the data.
-fn different(pairs: Vec<[&'static Description; 2]>) -> Result<Vec<[&'static Description; 2]>> {
-    let same = |p: &&[&Description; 2]| classes::same(p[0].id, p[1].id);
+fn different(kind: Kind, pairs: Vec<[&'static Description; 2]>) -> Result<Vec<[&'static Description; 2]>> {
+    let same = |p: &&[&Description; 2]| classes::same(kind, p[0].id, p[1].id);
     let left: Vec<_> = pairs.iter().filter(|p| !same(p)).copied().collect();
     if let (true, Some([a, b])) = (left.is_empty(), pairs.iter().find(same)) {
         return Err(Error::usage(

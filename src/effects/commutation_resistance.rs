@@ -23,7 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
         name: "resistance of delayed commutation",
         equation: "(R + r |ω|) i",
         acts: Acts::Electrical,
-        seen: Seen::Invisible("the inertia J, from a pendulum test or a known disc"),
+        seen: Seen::InvisibleInSeries("the inertia J, from a pendulum test or a known disc"),
         parameters: &[EffectParameter {
             name: "commutation_resistance",
             unit: "Ω s/rad",
@@ -33,9 +33,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
             meaning: "resistance per speed",
         }],
         signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
-                    exceeds K of the torque",
+                    exceeds K of the torque. In a magnet motor a resistance that rises in proportion to the speed",
         confused_with: &["voltage_gain", "skin_effect"],
-        separated_by: "a known inertia: K from the voltage balance against K from the torque balance",
+        separated_by: "a known inertia: K from the voltage balance against K from the torque balance; with magnets different \
+                       loads at one speed",
         source: "general machine theory",
         ..Description::USUAL
     };

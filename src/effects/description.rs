@@ -1,5 +1,7 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
+use crate::motor::FluxLaw;
+
 /// What a start value is relative to, so that one figure serves a watch motor and a traction drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Relative {
@@ -72,6 +74,8 @@ pub enum Seen {
     FreeRun,
     /// Not at all: other parameters take its place exactly. Says what has to be known besides.
     Invisible(&'static str),
+    /// In a series motor not at all, for the same reason; else in the error of the free run.
+    InvisibleInSeries(&'static str),
     /// In the variance of the residual, not in its mean.
     Variance,
     /// In lines at multiples of the rotation, above the filter.
@@ -127,6 +131,15 @@ pub struct Description {
 }
 
 impl Description {
+    /// How it shows in a motor with a flux law: what [`Seen::InvisibleInSeries`] comes to.
+    pub const fn seen_with(&self, law: FluxLaw) -> Seen {
+        match (self.seen, law) {
+            (Seen::InvisibleInSeries(needed), FluxLaw::Series) => Seen::Invisible(needed),
+            (Seen::InvisibleInSeries(_), FluxLaw::PermanentMagnet) => Seen::FreeRun,
+            (seen, _) => seen,
+        }
+    }
+
     /// What most effects are: seen in the free run, possible in every motor, without parameters or words yet.
     pub const USUAL: Self = Self {
         id: "",

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use greyrig::effects::{Acts, Description, Effect, Relative, Seen};
+use greyrig::motor::FluxLaw;
 use serde_json::json;
 
 use super::words;
@@ -52,6 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let shows = match d.seen {
                 Seen::FreeRun => "free run",
                 Seen::Invisible(_) => "nothing",
+                Seen::InvisibleInSeries(_) => "free run, with magnets",
                 Seen::Variance => "variance",
                 Seen::Orders => "orders",
                 Seen::Samples => "samples",
@@ -78,6 +80,9 @@ fn shows(d: &Description) -> String {
     match d.seen {
         Seen::FreeRun => "in the error of the free run".to_owned(),
         Seen::Invisible(needs) => format!("not in voltage, current and speed: needs {needs}"),
+        Seen::InvisibleInSeries(needs) => {
+            format!("in the error of the free run, with magnets; not in a series motor: needs {needs}")
+        }
         Seen::Variance => "in the variance of the residual".to_owned(),
         Seen::Orders => "in lines at multiples of the rotation, above the filter".to_owned(),
         Seen::Samples => "in the samples, before any fit".to_owned(),
@@ -113,7 +118,13 @@ fn page(effects: &[&Description]) -> String {
          absent.\n\nEffects that no recording of voltage, current and speed could separate count as one: \n\n",
     );
     for class in classes::all() {
-        text += &format!("- {}\n", class.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", "));
+        let members = class.members.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", ");
+        let motors = match class.law {
+            None => "",
+            Some(FluxLaw::Series) => " (series motors)",
+            Some(FluxLaw::PermanentMagnet) => " (magnet motors)",
+        };
+        text += &format!("- {members}{motors}\n");
     }
     text += "\n| effect | what | enters | shows |\n| --- | --- | --- | --- |\n";
     for d in effects {

@@ -1,10 +1,24 @@
 //! Effects that no recording of voltage, current and speed could separate.
 
-/// Sets of such effects, the default member first.
-const CLASSES: &[&[&str]] = &[
-    &["saturation", "armature_reaction"],
-    &["iron_loss_drag", "stray_load_torque"],
-    &["commutation_demagnetisation", "skin_effect"],
+use greyrig::motor::FluxLaw;
+
+use crate::model::Kind;
+
+/// A set of such effects.
+#[derive(Debug, Clone, Copy)]
+pub struct Class {
+    /// The effects, the default member first.
+    pub members: &'static [&'static str],
+    /// The motors in which they are one, if not in all. A resistance and a weaker flux are the same voltage where the flux is
+    /// the current; with magnets, two laws by which a resistance grows with the speed are.
+    pub law: Option<FluxLaw>,
+}
+
+const CLASSES: &[Class] = &[
+    Class { members: &["saturation", "armature_reaction"], law: Some(FluxLaw::Series) },
+    Class { members: &["iron_loss_drag", "stray_load_torque"], law: None },
+    Class { members: &["commutation_demagnetisation", "skin_effect"], law: Some(FluxLaw::Series) },
+    Class { members: &["commutation_resistance", "skin_effect"], law: Some(FluxLaw::PermanentMagnet) },
 ];
 
 /// Effects of which any two can take the part of the third while the motor runs on a closed supply: their columns in the
@@ -12,16 +26,17 @@ const CLASSES: &[&[&str]] = &[
 pub const OFFSETS: [&str; 3] = ["remanence", "current_offset", "voltage_offset"];
 
 /// All such sets.
-pub fn all() -> &'static [&'static [&'static str]] {
+pub fn all() -> &'static [Class] {
     CLASSES
 }
 
-/// The class of an effect, if it shares one.
-pub fn class_of(id: &str) -> Option<&'static [&'static str]> {
-    CLASSES.iter().copied().find(|class| class.contains(&id))
+/// The class of an effect in a kind of motor, if it shares one.
+pub fn class_of(kind: Kind, id: &str) -> Option<&'static [&'static str]> {
+    let here = |class: &&Class| class.law.is_none_or(|law| law == kind.flux_law());
+    CLASSES.iter().filter(here).map(|class| class.members).find(|members| members.contains(&id))
 }
 
-/// Whether two effects are one in the data.
-pub fn same(a: &str, b: &str) -> bool {
-    a == b || class_of(a).is_some_and(|class| class.contains(&b))
+/// Whether two effects are one in the data of a kind of motor.
+pub fn same(kind: Kind, a: &str, b: &str) -> bool {
+    a == b || class_of(kind, a).is_some_and(|class| class.contains(&b))
 }

@@ -4,6 +4,7 @@ use super::blocks::HeldOut;
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use crate::identify::minimise::Refined;
+use crate::model::Kind;
 
 /// Why a candidate does not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +96,7 @@ pub struct Ladder {
 impl Ladder {
     /// Whether an effect that was added has been dropped since.
     pub fn has_dropped(&self) -> bool {
-        !dropped(&self.steps, &self.found).is_empty()
+        !dropped(self.fit.space.kind(), &self.steps, &self.found).is_empty()
     }
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
@@ -111,7 +112,7 @@ impl Ladder {
 }
 
 /// Effects that steps have added and that are no longer among what was found.
-pub fn dropped(steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
+pub fn dropped(kind: Kind, steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
     let added = steps.iter().flat_map(|s| &s.winners).copied();
-    added.filter(|id| found.iter().all(|kept| !classes::same(kept, id))).collect()
+    added.filter(|id| found.iter().all(|kept| !classes::same(kind, kept, id))).collect()
 }

@@ -76,7 +76,7 @@ impl Holds {
 pub fn candidates(kind: Kind, holds: Holds) -> impl Iterator<Item = &'static Description> {
     Effect::<f64>::CATALOGUE
         .iter()
-        .filter(|d| d.seen == Seen::FreeRun && d.id != "speed_sign_lost")
+        .filter(move |d| d.seen_with(kind.flux_law()) == Seen::FreeRun && d.id != "speed_sign_lost")
         .filter(move |d| d.motors == Motors::All || kind == Kind::Universal)
         .filter(move |d| holds.tells(d))
 }

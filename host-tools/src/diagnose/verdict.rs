@@ -10,6 +10,7 @@ use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
 use super::screening::Holds;
+use crate::model::Kind;
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
 /// most 1.04.
@@ -73,16 +74,17 @@ fn name(id: &str) -> &str {
 }
 
 /// The default member of the class of an effect, or the effect itself.
-fn default_member(id: &'static str) -> &'static str {
-    class_of(id).map_or(id, |class| class[0])
+fn default_member(kind: Kind, id: &'static str) -> &'static str {
+    class_of(kind, id).map_or(id, |class| class[0])
 }
 
 /// Judges what a climb has found.
 pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size>, holds: Holds) -> Verdict {
+    let kind = ladder.fit.space.kind();
     let mut effects: Vec<&'static str> = super::ids(findings);
-    effects.extend(ladder.found.iter().map(|id| default_member(id)));
+    effects.extend(ladder.found.iter().map(|id| default_member(kind, id)));
     let mut classes: Vec<Vec<&'static str>> =
-        ladder.found.iter().filter_map(|id| class_of(id)).map(<[_]>::to_vec).collect();
+        ladder.found.iter().filter_map(|id| class_of(kind, id)).map(<[_]>::to_vec).collect();
     classes.dedup();
     let complete = ladder.is_explained();
     let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
@@ -104,14 +106,17 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
     match (found, complete) {
         (true, _) if !complete && !ladder.found.is_empty() => outside(ladder, lead, sizes, text),
         (true, _) if !rivals.is_empty() || doubt.is_some() => {
-            for id in rivals.iter().map(|id| default_member(id)) {
+            for id in rivals.iter().map(|id| default_member(kind, id)) {
                 if !effects.contains(&id) {
                     effects.push(id);
                 }
             }
-            let next = ladder.found.iter().zip(&ladder.rivals).find(|(_, r)| !r.is_empty()).and_then(|(id, _)| {
-                description(id).map(|d| d.separated_by.to_owned())
-            });
+            let next = ladder
+                .found
+                .iter()
+                .zip(&ladder.rivals)
+                .find(|(_, r)| !r.is_empty())
+                .and_then(|(id, _)| description(id).map(|d| d.separated_by.to_owned()));
             let next = next.or_else(|| Some("a locked rotor, and a coast-down with the supply open".to_owned()));
             text.push(doubt.unwrap_or_else(|| {
                 format!(
@@ -119,7 +124,14 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
                     rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
                 )
             }));
-            Verdict { kind: VerdictKind::Ambiguous, effects, classes, sizes, text: text.join("\n"), next_experiment: next }
+            Verdict {
+                kind: VerdictKind::Ambiguous,
+                effects,
+                classes,
+                sizes,
+                text: text.join("\n"),
+                next_experiment: next,
+            }
         }
         (true, _) => {
             if ladder.floor.is_known() && ladder.after.is_complete() && !ladder.found.is_empty() {
@@ -157,10 +169,15 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
             effects: Vec::new(),
             classes: Vec::new(),
             sizes,
-            text: "the model is as good as the data: what is left does not repeat from one period to the next, and no effect \
-                   of the catalogue lowers the error on data held out. Gains of the sensors, an impedance of the supply and a \
-                   resistance that grows with the speed are never visible in voltage, current and speed"
-                .to_owned(),
+            text: format!(
+                "the model is as good as the data: what is left does not repeat from one period to the next, and no effect of the \
+                 catalogue lowers the error on data held out. {} never visible in voltage, current and speed",
+                match kind {
+                    Kind::Universal =>
+                        "Gains of the sensors, an impedance of the supply and a resistance that grows with the speed are",
+                    Kind::PmDc => "Gains of the sensors and an impedance of the supply are",
+                }
+            ),
             next_experiment: None,
         },
         (false, false) => outside(ladder, lead, sizes, text),

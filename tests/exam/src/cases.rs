@@ -68,6 +68,7 @@ const VISIBLE_WITH_MAGNETS: &[Sort] = &[
     sort("brush_drop", 0.2, 2.0),
     sort("winding_temperature", 20.0, 120.0),
     sort("commutation_demagnetisation", 0.02, 0.1),
+    sort("commutation_resistance", 0.1, 1.0),
     sort("skin_effect", 0.05, 0.5),
     sort("supply_dead_zone", 0.2, 3.0),
     sort("asymmetric_friction", 1e-3, 0.01),
@@ -126,7 +127,7 @@ fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> 
     if excitation == Excitation::Ac && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
-    greyrig_host::diagnose::classes::class_of(id).map_or_else(|| vec![id], <[_]>::to_vec)
+    greyrig_host::diagnose::classes::class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
 }
 
 impl Excitation {
@@ -262,7 +263,9 @@ impl Case {
                     let apart: Vec<&'static Sort> = excitation
                         .visible()
                         .iter()
-                        .filter(|s| truth.iter().all(|t| !greyrig_host::diagnose::classes::same(s.id, t)))
+                        .filter(|s| {
+                            truth.iter().all(|t| !greyrig_host::diagnose::classes::same(excitation.kind(), s.id, t))
+                        })
                         .collect();
                     add(&mut random, &apart, &mut truth);
                 }

@@ -4,6 +4,7 @@ use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::error::Result;
 use greyrig_host::identify::Settings;
+use greyrig_host::model::Kind;
 use serde::Serialize;
 
 use crate::cases::{Case, STANDS_OUT};
@@ -13,6 +14,9 @@ use crate::cases::{Case, STANDS_OUT};
 pub struct Outcome {
     /// Number of the case.
     pub seed: u64,
+    /// The kind of motor.
+    #[serde(skip)]
+    pub motor: Kind,
     /// Effects that the plant had.
     pub effects: Vec<String>,
     /// Their identifiers.
@@ -44,6 +48,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
     let pair = |p: greyrig_host::compare::PerSignal| [p.current.unwrap_or(0.0), p.speed.unwrap_or(0.0)];
     Ok(Outcome {
         seed: case.seed,
+        motor: case.excitation.kind(),
         effects: case.effects.clone(),
         truth: case.truth.clone(),
         kind: d.verdict.kind,
@@ -63,18 +68,18 @@ impl Outcome {
 
     /// Whether the first effect named is the truth or of its class.
     pub fn first_right(&self) -> bool {
-        self.named.first().is_some_and(|n| self.truth.iter().any(|t| same(n, t)))
+        self.named.first().is_some_and(|n| self.truth.iter().any(|t| same(self.motor, n, t)))
     }
 
     /// Whether exactly the true effects are named, classes counting as one.
     pub fn exact(&self) -> bool {
         self.kind == VerdictKind::MissingEffect
             && self.named.len() == self.truth.len()
-            && self.truth.iter().all(|t| self.named.iter().any(|n| same(n, t)))
+            && self.truth.iter().all(|t| self.named.iter().any(|n| same(self.motor, n, t)))
     }
 
     /// Names that are right.
     pub fn hits(&self) -> usize {
-        self.truth.iter().filter(|t| self.named.iter().any(|n| same(n, t))).count()
+        self.truth.iter().filter(|t| self.named.iter().any(|n| same(self.motor, n, t))).count()
     }
 }

@@ -72,7 +72,7 @@ impl<'a> Climb<'a> {
     /// The candidates that a model does not have yet, but for some.
     pub fn candidates_beside(&self, space: &Space, left_out: &[&'static str]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
-        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(id, d.id));
+        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), id, d.id));
         self.candidates.iter().copied().filter(|d| !present(d) && !left_out.contains(&d.id)).collect()
     }
 
@@ -103,7 +103,7 @@ impl<'a> Climb<'a> {
         mut steps: Vec<Step>,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
-        let left_out = dropped(&steps, &found);
+        let left_out = dropped(base.space.kind(), &steps, &found);
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
             let mut step = self.step(&fit, &left_out, gained, progress)?;

@@ -25,7 +25,7 @@ impl Climb<'_> {
         progress: &Watch<'_>,
     ) -> Result<()> {
         for present in found {
-            for other in classes::class_of(present).unwrap_or(&[]).iter().copied() {
+            for other in classes::class_of(fit.space.kind(), present).unwrap_or(&[]).iter().copied() {
                 if other == *present {
                     continue;
                 }
@@ -91,7 +91,7 @@ impl Climb<'_> {
             let rivals_here = tried.iter().filter(|t| {
                 t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
             });
-            let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(id, r.id)).collect();
+            let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), id, r.id)).collect();
             let does_as_well = |rival: &&Tried| {
                 progress(Progress::Doing(rival.id));
                 let swapped = if found.len() == 1 { rival.fit.clone() } else { self.swapped(fit, id, rival)? };

@@ -117,7 +117,8 @@ impl SecondLook<'_> {
     ) -> Vec<(Vec<&'static str>, Space)> {
         let gains = |single: &&Model| self.audit.held_out_fall(kept, &single.1) > SMALLEST_FALL;
         let Some((ids, fit)) = singles.first().filter(gains) else { return Vec::new() };
-        let others: Vec<_> = candidates.iter().copied().filter(|d| !classes::same(d.id, ids[0])).collect();
+        let others: Vec<_> =
+            candidates.iter().copied().filter(|d| !classes::same(kept.space.kind(), d.id, ids[0])).collect();
         let promises = self.promises(fit, scales, &others).into_iter().filter(|p| p.gain > WORTH_FITTING);
         promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
     }
@@ -141,7 +142,8 @@ impl SecondLook<'_> {
                 let others = models.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, model)| model);
                 let as_well = others.filter(|(_, other)| self.error(other) - self.error(&fit) < SAME_ERROR);
                 let rivals = as_well.flat_map(|(other, _)| other).copied();
-                let rivals = rivals.filter(|id| ids.iter().all(|own| !classes::same(own, id))).collect();
+                let rivals =
+                    rivals.filter(|id| ids.iter().all(|own| !classes::same(kept.space.kind(), own, id))).collect();
                 return Ok(Some((ids.clone(), fit, rivals)));
             }
         }
