@@ -60,7 +60,7 @@ fn a_shape_that_the_data_leave_open_has_no_interval() {
 
 #[test]
 fn sizes_have_intervals_however_many_parameters_there_are() {
-    // With four parameters each and the seven of the base these are more than sixteen blocks of time can be judged by.
+    // Four, four and two parameters and the seven of the base are more than sixteen blocks of time can be judged by.
     let d = universal(&["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"], &[]);
     for name in ["saturation_depth", "hysteresis_coercive", "brush_drop"] {
         let size = d.verdict.sizes.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{}", d.verdict.text));
