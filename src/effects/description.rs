@@ -21,6 +21,8 @@ pub enum Relative {
     ImpedancePerSpeed,
     /// The largest speed.
     Speed,
+    /// The largest speed times the root of the largest current.
+    SpeedRootCurrent,
     /// One over the largest speed.
     InverseSpeed,
     /// One over its square.

@@ -1,14 +1,18 @@
 //! Magnetic hysteresis of the iron: the flux follows the current late by a fixed amount, whatever the frequency.
 //!
-//! The magnetising current is i − i_c z, where z runs from −1 to 1 with the history of the current alone (rate-independent):
+//! A play lets small reversals of the current pass: x stays where it is while `|i − x| < p`, with p = i_c/2, and else follows at
+//! that distance. The magnetising current is `i − r (i − x) − (1 − r/2) i_c z`, where z runs from −1 to 1 with the history of x
+//! alone (rate-independent):
 //! ```text
-//! dz/di = r (1 + e − z s)/((2 + e) i_c)  up to z = s,  s = sign(di/dt)
+//! dz/dx = r (1 + e − z s)/((2 + e) (1 − r/2) i_c)  up to z = s,  s = sign(dx/dt)
 //! ```
-//! which over a stretch of monotonic current is `z = s (1 + e) − (s (1 + e) − z₀) exp(−r |i − i₀|/((2 + e) i_c))`, ended at z = s:
-//! exact for a step of any size, so that no time step limits it. At a reversal from saturation the share r of the flux rests; then
-//! it follows the slower the nearer saturation is, with e = 0 for ever, else until a current at which the branch closes. This is
-//! what plays (Prandtl–Ishlinskii) do whose widths are distributed exponentially, with e up to a largest one; a large e is one
-//! play. The inductive voltage of the share c of the inductance follows: `dλ/di = L (1 − c i_c dz/di)`.
+//! which over a stretch of monotonic x is `z = s (1 + e) − (s (1 + e) − z₀) exp(−r |x − x₀|/((2 + e) (1 − r/2) i_c))`, ended at
+//! z = s: exact for a step of any size, so that no time step limits it. At a reversal from saturation the share r of the flux
+//! rests; after half of the loop's width it follows the slower the nearer saturation is, with e = 0 for ever, else until a
+//! current at which the branch closes. This is what plays (Prandtl–Ishlinskii) do whose widths are p and more, distributed
+//! exponentially, with e up to a largest one; a large e is one play. Loops inside a loop, which close in iron, close here as long
+//! as they are narrower than 2 p; z alone would be worn down by them, and so by the noise of a DC voltage. The inductive
+//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`.
 //!
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
@@ -32,24 +36,53 @@ pub struct Hysteresis<S> {
 
 /// Below this coercive current, A, the loop counts as closed; it keeps the way of a reversal from zero.
 const CLOSED: f64 = 1e-6;
+/// Share of the coercive current by which the play lags.
+const PLAY: f64 = 0.5;
+
+/// How far the magnetising current is behind, A, and how that changes with the current; where in the play it is, (i − x)/p from
+/// −1 to 1; and z.
+struct Lag<N> {
+    current: N,
+    slope: N,
+    place: N,
+    z: N,
+}
 
 impl<S: Scalar<Base = S>> Hysteresis<S> {
-    /// z and dz/di at a current, from z₀ and i₀ in the memory.
+    /// The lag at a current, from z, the current and the place in the play that the memory holds.
     #[inline(always)]
-    fn branch<N: Scalar<Base = S>>(&self, current: N, memory: &Memory<S>) -> (N, N) {
-        let gone = current.plus(-memory[1]);
-        let side = if gone.value() > S::ZERO {
-            S::ONE
-        } else if gone.value() < S::ZERO {
-            -S::ONE
-        } else {
-            memory[2]
-        };
+    fn lag<N: Scalar<Base = S>>(&self, current: N, memory: &Memory<S>) -> Lag<N> {
+        let [begun, last, place, _] = *memory;
+        let play = self.coercive * S::constant(PLAY);
+        let edge = play * self.resting;
+        let rest = self.coercive - edge;
+        // In this order nothing is rounded while the play is at its end, and it is known to be there.
+        let from_centre = current.plus(-last).plus(place * play);
+        if from_centre.abs().value() < play {
+            let lag = from_centre.times(self.resting).plus(rest * begun);
+            return Lag {
+                current: lag,
+                slope: N::lift(self.resting),
+                place: from_centre.times(S::ONE / play),
+                z: N::lift(begun),
+            };
+        }
+        let side = if from_centre.value() + place * S::constant(CLOSED) < S::ZERO { -S::ONE } else { S::ONE };
+        let (z, rise) = self.branch(from_centre.plus(-(side * play)), side, rest, begun);
+        // Within a step that leaves the play the inductance stays what it was: where it doubled between the stages of a step,
+        // their weights would make the current stand still.
+        let slope = if place.abs() < S::ONE && play > S::ZERO { N::lift(self.resting) } else { rise.times(rest) };
+        Lag { current: z.times(rest).plus(side * edge), slope, place: N::lift(side), z }
+    }
+
+    /// z and dz/dx after a stretch of x to a side, from z₀.
+    #[inline(always)]
+    fn branch<N: Scalar<Base = S>>(&self, gone: N, side: S, rest: S, begun: S) -> (N, N) {
         let aim = self.closing + S::ONE;
-        let steepness = self.resting / ((aim + S::ONE) * (self.coercive + S::constant(CLOSED)));
-        let z = gone.times(-(side * steepness)).exp().times(memory[0] - side * aim).plus(side * aim);
+        let steepness = self.resting / ((aim + S::ONE) * (rest + S::constant(CLOSED)));
+        let z = gone.times(-(side * steepness)).exp().times(begun - side * aim).plus(side * aim);
         // What is closed stays so; rounding must not open it.
-        if z.value() * side > S::ONE || memory[0] * side >= S::ONE {
+        if z.value() * side > S::ONE || begun * side >= S::ONE {
             return (N::lift(side), N::ZERO);
         }
         (z, z.times(-(side * steepness)).plus(steepness * aim))
@@ -60,7 +93,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
     const DESCRIPTION: Description = Description {
         id: "hysteresis",
         name: "magnetic hysteresis",
-        equation: "φ(i − i_c z), dz/di = r (1 + e − z s)/((2 + e) i_c) up to z = s, s = sign(di/dt); dλ/di = L (1 − c i_c dz/di)",
+        equation: "φ(i − r (i − x) − i_k z), x = i but for a play of i_c/2, dz/dx = r (1 + e − z s)/((2 + e) i_k) up to z = s, \
+                   s = sign(dx/dt), i_k = (1 − r/2) i_c; dλ/di = L (1 − c d(r (i − x) + i_k z)/di)",
         acts: Acts::Both,
         motors: Motors::Series,
         parameters: &[
@@ -108,21 +142,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
     fields!(coercive, resting, closing, linked);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
-        let (z, rise) = self.branch(at.current, memory);
-        balance.magnetising -= z.times(self.coercive);
-        balance.flux_slope = balance.flux_slope * rise.times(-self.coercive).plus(S::ONE);
-        balance.inductance = balance.inductance * rise.times(-(self.linked * self.coercive)).plus(S::ONE);
+        let lag = self.lag(at.current, memory);
+        balance.magnetising -= lag.current;
+        balance.flux_slope = balance.flux_slope * lag.slope.times(-S::ONE).plus(S::ONE);
+        balance.inductance = balance.inductance * lag.slope.times(-self.linked).plus(S::ONE);
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
-        [S::ZERO, state.current, S::ONE, S::ZERO]
+        [S::ZERO, state.current, S::ZERO, S::ZERO]
     }
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         let current = passed.after.current;
-        let gone = current - memory[1];
-        if gone != S::ZERO {
-            let (z, _) = self.branch(current, memory);
-            *memory = [z, current, if gone > S::ZERO { S::ONE } else { -S::ONE }, S::ZERO];
+        if current != memory[1] {
+            let lag = self.lag(current, memory);
+            *memory = [lag.z, current, lag.place, S::ZERO];
         }
     }
 }

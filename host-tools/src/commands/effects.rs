@@ -100,6 +100,7 @@ fn relative(relative: Relative) -> &'static str {
         Relative::Impedance => " of voltage over current",
         Relative::ImpedancePerSpeed => " of voltage over current and speed",
         Relative::Speed => " of the largest speed",
+        Relative::SpeedRootCurrent => " times the largest speed and the root of the largest current",
         Relative::InverseSpeed => " over the largest speed",
         Relative::InverseSpeedSquared => " over the largest speed squared",
         Relative::Friction => " of a tenth of the largest torque",

@@ -38,7 +38,7 @@ use equation_error::EquationError;
 use flux::FluxAtPeak;
 use identifiability::Weakness;
 use intervals::{Covariance, block_length_s, correlation_time_s, covariance};
-use minimise::{Effort, Refined, as_it_is, minimise};
+use minimise::{Effort, Refined, Residuals as _, as_it_is, minimise};
 use output_error::{OutputError, Rows};
 use scales::Scales;
 use space::{Entry, Freedom, Space};
@@ -521,27 +521,28 @@ fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
     refined
 }
 
-/// Effects start from absence at the fit of the base model and grow where the balances of the measured state want them:
-/// equation error is nearly linear and gets there in a few steps, where the free run would take dozens.
+/// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
+/// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
+/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from zero,
+/// and another effect no way down.
 fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment]) -> Result<Space> {
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
-    let mut started = space.clone();
+    let mut typical = space.clone();
     let Some(balances) = EquationError::new(&coarse) else {
-        started.take_scales(&Scales::of(&started, experiments));
-        return Ok(started);
+        typical.take_scales(&Scales::of(&typical, experiments));
+        return Ok(typical);
     };
     let bare = minimise(bare, &balances, Effort::ROUGH, None, &mut || ())?.space;
-    take_values(&mut started, &bare);
-    started.take_scales(&Scales::of(&started, experiments));
-    started.remove_sizes();
-    Ok(minimise(
-        &started,
-        &balances,
-        Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true },
-        None,
-        &mut || (),
-    )?
-    .space)
+    take_values(&mut typical, &bare);
+    typical.take_scales(&Scales::of(&typical, experiments));
+    let mut absent = typical.clone();
+    absent.remove_sizes();
+    let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
+    let fit = |from: &Space| minimise(from, &balances, effort, None, &mut || ());
+    let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
+    let error = |fit: &Refined| fit.log_error(balances.groups());
+    let (from_absent, from_typical) = (from_absent?, from_typical?);
+    Ok(if error(&from_typical) < error(&from_absent) { from_typical } else { from_absent }.space)
 }
 
 /// The base model of a space.

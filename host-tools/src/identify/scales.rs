@@ -72,6 +72,7 @@ impl Scales {
             Relative::Impedance => u / i,
             Relative::ImpedancePerSpeed => u / (i * w),
             Relative::Speed => w,
+            Relative::SpeedRootCurrent => w * i.sqrt(),
             Relative::InverseSpeed => 1.0 / w,
             Relative::InverseSpeedSquared => 1.0 / (w * w),
             Relative::Friction => t,
