@@ -4,8 +4,8 @@
 //! here.
 //!
 //! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole number
-//! of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps. Between them
-//! and the present the current counts as straight. What is remembered besides is the change `i(t − d) − i(t)` of the true
+//! of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps. Through them
+//! and the present goes a parabola: a chord would show an alternating current smaller, and a direct one not. What is remembered besides is the change `i(t − d) − i(t)` of the true
 //! current, which is added to whatever the earlier parts of the chain show: a gain error or compression of the sensor does
 //! not act on the change, which would be a product of two small errors.
 //!
@@ -61,11 +61,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
             (recent, old, age) = (passed.before.current, recent, S::ZERO);
         }
         age += interval;
-        let change = if self.delay <= age {
-            (recent - now) * (self.delay / age)
-        } else {
-            recent - now + (old - recent) * ((self.delay - age) / spacing)
-        };
+        let rate = (recent - now) / age;
+        let bend = ((old - recent) / spacing - rate) / (age + spacing);
+        let change = (rate + bend * (self.delay - age)) * self.delay;
         *memory = [change, recent, old, age];
     }
     #[inline(always)]
