@@ -27,6 +27,11 @@ const EXPLAINED_TOGETHER: f64 = 0.9;
 const MOST: f64 = 0.5;
 /// Residual over floor below which little is left, whatever there was.
 const NEARLY_COMPLETE: f64 = 1.5;
+/// The same where what is left of both signals is little of what there was: the speed of healthy motors reaches 1.55 in sets of
+/// recordings, where turbulence is added up for longer than the lags tell.
+const NEARLY_COMPLETE_TOGETHER: f64 = 1.75;
+/// Residual over floor in the free run above which no motor is acquitted: of 660 healthy ones 659 have at most 1.55, one 1.76.
+const HEALTHY: f64 = 2.5;
 
 /// Residual over what does not repeat, for the voltage and the torque balance, or for current and speed of the free run; 1 is
 /// perfect.
@@ -144,6 +149,11 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
+    /// Whether a free run is no farther off than that of a healthy motor may be.
+    pub fn may_be_healthy(&self) -> bool {
+        self.electrical < HEALTHY && self.mechanical < HEALTHY
+    }
+
     /// Whether more than half of the structure of an earlier fit is left in a signal, and is not little.
     pub fn leaves_most(&self, before: &Self) -> bool {
         let of = |left: f64, was: f64| left > NEARLY_COMPLETE && left - 1.0 > MOST * (was - 1.0);
@@ -158,7 +168,7 @@ impl Completeness {
         let little = left.iter().sum::<f64>() <= (1.0 - EXPLAINED_TOGETHER) * was.iter().sum::<f64>();
         (0..2).all(|g| {
             let explained = left[g] <= (1.0 - EXPLAINED) * was[g];
-            left[g] < COMPLETE - 1.0 || explained || (little && left[g] < NEARLY_COMPLETE - 1.0)
+            left[g] < COMPLETE - 1.0 || explained || (little && left[g] < NEARLY_COMPLETE_TOGETHER - 1.0)
         })
     }
 }
@@ -235,9 +245,9 @@ mod tests {
 
     #[test]
     fn a_little_that_is_left_does_not_hide_what_was_explained() {
-        assert!(of(1.2, 1.45).explains(&of(12.0, 1.45)));
-        assert!(!of(1.2, 1.45).explains(&of(2.0, 1.45)), "it is a third of what there was");
-        assert!(!of(1.2, 1.6).explains(&of(12.0, 1.6)), "it is not little");
+        assert!(of(1.2, 1.55).explains(&of(12.0, 1.55)));
+        assert!(!of(1.2, 1.55).explains(&of(2.0, 1.55)), "it is half of what there was");
+        assert!(!of(1.2, 1.8).explains(&of(12.0, 1.8)), "it is not little");
         assert!(of(1.8, 1.4).explains(&of(33.0, 2.3)), "a fortieth of the current's, little of the speed's");
     }
 

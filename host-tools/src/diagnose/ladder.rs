@@ -101,10 +101,13 @@ impl Ladder {
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
-    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run.
+    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. Without a finding
+    /// the balances judge, but not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
         match (&self.free_run, self.found.is_empty()) {
-            (_, true) => self.after.is_complete(),
+            (free_run, true) => {
+                self.after.is_complete() && free_run.as_ref().is_none_or(|(without, _)| without.may_be_healthy())
+            }
             (Some((without, with)), false) => with.explains(without) && !self.after.leaves_most(&self.before),
             (None, false) => self.after.explains(&self.before),
         }

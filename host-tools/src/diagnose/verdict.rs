@@ -219,7 +219,10 @@ const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];
 const FREE_RUN: [&str; 2] = ["current of the free run", "speed of the free run"];
 
 fn outside(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
-    let free_run = ladder.free_run.filter(|(without, with)| !ladder.found.is_empty() && !with.explains(without));
+    let judges = |(without, with): &(Completeness, Completeness)| {
+        if ladder.found.is_empty() { ladder.after.is_complete() } else { !with.explains(without) }
+    };
+    let free_run = ladder.free_run.filter(judges);
     let (names, left) = free_run.map_or((BALANCES, ladder.after), |(_, with)| (FREE_RUN, with));
     let (side, times) =
         if left.electrical > left.mechanical { (names[0], left.electrical) } else { (names[1], left.mechanical) };
