@@ -120,7 +120,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
                 range: (0.0, 4.0),
                 start: 0.5,
                 relative: Relative::Absolute,
-                meaning: "how straight a branch comes to its end: 0 never quite, 1 after 3.3 coercive currents, 4 after 2.4 (r = 1)",
+                meaning: "how straight a branch comes to its end: 0 never quite, 1 after 2.6 coercive currents, 4 after 2.2 (r = 1)",
             },
             EffectParameter {
                 name: "hysteresis_linked",
