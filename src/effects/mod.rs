@@ -141,6 +141,21 @@ macro_rules! catalogue {
                 }
             }
 
+            /// Changes the balances at many operating points, each with what the effect remembers there.
+            #[inline(never)]
+            pub fn contribute_to_each<'a>(
+                &self,
+                points: impl Iterator<Item = (&'a OperatingPoint<S>, &'a Memory<S>, &'a mut Balance<S>)>,
+            ) where
+                S: 'a,
+            {
+                match self {
+                    $(Self::$variant(effect) => {
+                        points.for_each(|(at, memory, balance)| effect.contribute(at, memory, balance));
+                    })+
+                }
+            }
+
             /// What it remembers when a run begins in a state.
             pub fn at_start(&self, state: State<S>) -> Memory<S> {
                 match self {
@@ -153,6 +168,26 @@ macro_rules! catalogue {
             pub fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
                 match self {
                     $(Self::$variant(effect) => effect.advance(passed, memory),)+
+                }
+            }
+
+            /// Moves the memory on over many steps, and tells what it was after each; a step that is none leaves it.
+            #[inline(never)]
+            pub fn advance_over_each(
+                &self,
+                passed: impl Fn(usize) -> Option<Passed<S>>,
+                memory: &mut Memory<S>,
+                remembered: &mut [Memory<S>],
+            ) {
+                match self {
+                    $(Self::$variant(effect) => {
+                        for (n, after) in remembered.iter_mut().enumerate() {
+                            if let Some(passed) = passed(n) {
+                                effect.advance(&passed, memory);
+                            }
+                            *after = *memory;
+                        }
+                    })+
                 }
             }
 

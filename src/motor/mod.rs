@@ -28,7 +28,7 @@ mod gradient;
 mod parameters;
 mod stepper;
 
-pub use equations::{Balance, MAX_TERMS, Memories, Motor, OperatingPoint, Slopes};
+pub use equations::{Balance, MAX_TERMS, Memories, Motor, OperatingPoint, Remembered, Slopes};
 pub use gradient::Gradient;
 pub use parameters::{FluxLaw, ParameterError, Parameters};
 pub use stepper::{Constraints, LIMITS, State, Stepper};

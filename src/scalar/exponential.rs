@@ -16,7 +16,7 @@ const ROUND_F32: f32 = 12_582_912.0;
 
 /// `e^x` in double precision, within 1 ulp. The series to `r^13 / 13!` leaves 4·10⁻¹⁸; it is summed in pairs (Estrin), which a
 /// processor can overlap.
-#[inline]
+#[inline(always)]
 pub(super) fn double(x: f64) -> f64 {
     /// `ln 2`, the first 33 bits.
     const FIRST: f64 = 6.931_471_803_691_238e-1;

@@ -111,7 +111,7 @@ macro_rules! scalar {
             fn inverse_fourth_root(self) -> Self {
                 $fourth_root(self)
             }
-            #[inline]
+            #[inline(always)]
             fn exp(self) -> Self {
                 exponential::$exp(self)
             }

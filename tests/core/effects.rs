@@ -13,8 +13,9 @@ use greyrig::effects::{
     SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset, TorqueRipple,
     TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
-use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, Parameters, State, Stepper};
+use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
 use greyrig::scalar::Scalar;
+use greyrig::term::{Op, Target, Term};
 
 const H: f64 = 1e-4;
 
@@ -238,6 +239,44 @@ fn what_acts_on_the_circuit_alone_changes_no_torque() {
     for d in catalogue().iter().filter(|d| !matches!(d.acts, Acts::Both | Acts::Mechanical)) {
         for (current, speed) in [(0.1, 0.0), (-5.0, 0.0), (5.0, 300.0), (-0.3, -3_000.0)] {
             assert_eq!(turning(&[typical(d)], current, speed), turning(&[], current, speed), "{}", d.id);
+        }
+    }
+}
+
+#[test]
+fn effect_by_effect_is_point_by_point() {
+    const PLACES: usize = 48;
+    let typical: Vec<Effect<f64>> = catalogue().iter().map(typical).collect();
+    let mut motors: Vec<Motor<f64>> = typical.iter().map(|effect| motor(*effect)).collect();
+    motors.extend(typical.chunks(8).map(|effects| Motor::build(universal(), effects).unwrap()));
+    motors.push(motor(None));
+    let braking = Term::build(Target::Torque, &[Op::Unknown(0), Op::Speed, Op::Mul], [1e-6, 0.0, 0.0, 0.0]).unwrap();
+    motors.push(motor(typical[1]).with_terms(&[braking]).unwrap());
+    let state = |n: usize| {
+        let t = n as f64 * H;
+        State { current: 9.0 * (TAU * 50.0 * t).sin(), speed: 2000.0 * (TAU * 20.0 * t).cos() }
+    };
+    let at = |n: usize| {
+        let State { current, speed } = state(n);
+        OperatingPoint { current, speed, voltage: 30.0 * current, voltage_rate: 1e4 }
+    };
+    let passed = |n: usize| (n > 0).then(|| Passed { interval: H, before: state(n - 1), after: state(n) });
+    for motor in &motors {
+        let direction = |n: usize| state(n).speed.signum();
+        let mut memories = motor.memories_at_start(state(0));
+        let mut remembered = memories.map(|memory| [memory; PLACES]);
+        motor.advance_over_each(passed, &mut memories, &mut remembered);
+        let mut each = Vec::new();
+        let points = std::array::from_fn(|n| (at(n), direction(n)));
+        motor.slopes_at_each::<PLACES>(&points, &remembered, |n, slopes| each.push((n, slopes)));
+        let mut memories = motor.memories_at_start(state(0));
+        for (n, (place, slopes)) in each.into_iter().enumerate() {
+            if let Some(passed) = passed(n) {
+                motor.advance(&passed, &mut memories);
+            }
+            let alone = motor.slopes(&at(n), Some(direction(n)), &memories);
+            let bits = |s: &Slopes<f64>| [s.current, s.speed, s.inductance, s.direction].map(f64::to_bits);
+            assert_eq!((place, bits(&slopes)), (n, bits(&alone)), "{:?}", motor.effects());
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What a diagnosis finds, step by step: the way from the model to what explains the data.
 
+use std::sync::Arc;
+
 use super::blocks::HeldOut;
 use super::classes;
 use super::completeness::{Completeness, Floor};
@@ -42,7 +44,7 @@ pub struct Tried {
     /// The effect.
     pub id: &'static str,
     /// The model with it.
-    pub fit: Refined,
+    pub fit: Arc<Refined>,
     /// Its errors on data held out.
     pub held_out: HeldOut,
     /// Fall of the held-out error, sum of the logarithms of both balances.

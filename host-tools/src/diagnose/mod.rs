@@ -26,6 +26,7 @@ pub mod shape;
 mod verdict;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use greyrig::effects::{Effect, MAX_EFFECTS};
 use rayon::prelude::*;
@@ -43,7 +44,7 @@ use crate::recording::Recording;
 use audit::Audit;
 use climb::Climb;
 use completeness::Completeness;
-use ladder::{Ladder, Objection, Tried};
+use ladder::{Ladder, Objection, Step, Tried};
 use lead::Lead;
 use samples::Finding;
 use screening::Holds;
@@ -185,8 +186,14 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     progress(Progress::Doing("free run"));
     let mut esr = [PerSignal::default(); 2];
     let mut fitted = None;
+    let mut errors = Vec::new();
     if let (Some(audit), Some(look)) = (&free_run, &look) {
-        let (judged, kept) = look.at(ladder, progress)?;
+        // Fits for the report fill the pauses of the search, which goes step by step.
+        let tried = ladder.steps.clone();
+        let (looked, shown) =
+            rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
+        let (judged, kept) = looked?;
+        errors = shown?;
         ladder = judged;
         esr = [look.free(), &kept].map(|fit| ratio(audit, fit));
         fitted = (!ladder.found.is_empty()).then_some(kept);
@@ -205,7 +212,10 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
     };
     progress(Progress::Doing("candidates"));
-    let candidates = describe_candidates(&ladder, free_run.as_ref(), options, recordings)?;
+    if let Some(audit) = &free_run {
+        errors = errors_in_free_run(&ladder.steps, audit, options, &errors)?;
+    }
+    let candidates = describe_candidates(&ladder, &errors, options, recordings);
     let alone = ladder.found.is_empty() && findings.is_empty();
     let mut verdict = verdict::judge(&ladder, if alone { &lines } else { &findings }, &lead, sizes, holds);
     if !alone {
@@ -310,27 +320,52 @@ fn ratios(audit: &Audit<'_>, rms: [f64; 2]) -> PerSignal {
     PerSignal { current: of(0), speed: of(1), torque: None }
 }
 
-fn describe_candidates(
-    ladder: &Ladder,
-    audit: Option<&Audit<'_>>,
+/// The fit of a candidate by the balances, and its error in the free run.
+type InFreeRun = (Arc<Refined>, PerSignal);
+
+/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at the
+/// estimate by the balances. What is `known` is not computed again.
+fn errors_in_free_run(
+    steps: &[Step],
+    audit: &Audit<'_>,
     options: &Options,
-    recordings: &[Recording],
-) -> Result<Vec<Candidate>> {
-    let refined = if options.candidates_refined { REFINED } else { 0 };
-    let describe = |(step, place, t): (usize, usize, &Tried)| {
-        let esr_after = match audit {
-            // Refined where it matters; for the others the equation-error estimate as it is.
-            Some(audit) if step == 0 && place < refined && t.objection.is_none() => {
+    known: &[InFreeRun],
+) -> Result<Vec<InFreeRun>> {
+    if !options.candidates_refined {
+        return Ok(Vec::new());
+    }
+    let error = |(step, place, t): (usize, usize, &Tried)| {
+        let error = match error_of(t, known) {
+            Some(error) => error,
+            None if step == 0 && place < REFINED && t.objection.is_none() => {
                 ratio(audit, &audit.fit_with(&t.fit.space, Effort::ROUGH)?)
             }
-            Some(audit) if options.candidates_refined => ratios(audit, audit.error_at(&t.fit.space)),
-            _ => PerSignal::default(),
+            None => ratios(audit, audit.error_at(&t.fit.space)),
         };
-        Ok(candidate(t, step + 1, esr_after, &options.settings, recordings))
+        Ok((Arc::clone(&t.fit), error))
     };
-    let steps = ladder.steps.iter().enumerate();
+    let steps = steps.iter().enumerate();
     let tried = steps.flat_map(|(step, s)| s.tried.iter().enumerate().map(move |(place, t)| (step, place, t)));
-    tried.collect::<Vec<_>>().into_par_iter().map(describe).collect()
+    tried.collect::<Vec<_>>().into_par_iter().map(error).collect()
+}
+
+fn error_of(tried: &Tried, known: &[InFreeRun]) -> Option<PerSignal> {
+    known.iter().find(|(fit, _)| Arc::ptr_eq(fit, &tried.fit)).map(|(_, error)| *error)
+}
+
+fn describe_candidates(
+    ladder: &Ladder,
+    errors: &[InFreeRun],
+    options: &Options,
+    recordings: &[Recording],
+) -> Vec<Candidate> {
+    let steps = ladder.steps.iter().enumerate();
+    let tried = steps.flat_map(|(step, s)| s.tried.iter().map(move |t| (step, t)));
+    let describe = |(step, t): (usize, &Tried)| {
+        let esr_after = error_of(t, errors).unwrap_or_default();
+        candidate(t, step + 1, esr_after, &options.settings, recordings)
+    };
+    tried.map(describe).collect()
 }
 
 fn candidate(

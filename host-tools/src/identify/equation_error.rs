@@ -25,7 +25,7 @@
 
 use greyrig::butterworth::{self, Cascade};
 use greyrig::effects::{Acts, Effect, Passed};
-use greyrig::motor::{Motor, OperatingPoint, State};
+use greyrig::motor::{Motor, OperatingPoint, Slopes, State};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -46,6 +46,9 @@ const FEWEST_PERIODS: f64 = 40.0;
 
 /// Reversals of the current by less than this many standard deviations of its noise are noise.
 const NOISE_REVERSAL: f64 = 8.0;
+
+/// Samples at which the balances are formed at once.
+const BLOCK: usize = 32;
 
 /// Stands for a residual that cannot be computed.
 const HOPELESS: f64 = 1e6;
@@ -385,7 +388,6 @@ impl<'a> MotorPart<'a> {
         let inertia = motor.parameters().inertia;
         let coefficients = e.coefficients::<f64>();
         let mut filter = Cascade::default();
-        let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
         let mut rows = Vec::with_capacity(self.samples.len() + self.windows.len());
         let mut torque = Vec::with_capacity(e.len());
         let (mut impulse, mut last) = (0.0, 0.0);
@@ -400,23 +402,8 @@ impl<'a> MotorPart<'a> {
                 next += 1;
             }
         };
-        let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
         let mut passed: Option<[Rate; 2]> = None;
-        for n in 0..e.len() {
-            let state = State { current: current[n], speed: speed[n] };
-            if n > 0 {
-                let before = State { current: turning[n - 1], speed: speed[n - 1] };
-                let after = State { current: turning[n], speed: speed[n] };
-                motor.advance(&Passed { interval: e.interval_s, before, after }, &mut memories);
-            }
-            let at = OperatingPoint {
-                current: state.current,
-                speed: state.speed,
-                voltage: e.input[n],
-                voltage_rate: self.voltage_rate[n],
-            };
-            let present = at_terminals.as_ref().filter(|_| e.is_open(n)).unwrap_or(motor);
-            let slopes = present.slopes(&at, Some(self.directions[n]), &memories);
+        let take = |n: usize, slopes: Slopes<f64>| {
             let here = Rate { inductance: slopes.inductance, measured: current_rate[n], modelled: slopes.current };
             if let Some([before, last]) = passed {
                 filtered(n - 1, last.left_over(before, here));
@@ -426,7 +413,8 @@ impl<'a> MotorPart<'a> {
             impulse += 0.5 * (last + driving) * e.interval_s;
             last = driving;
             torque.push(impulse);
-        }
+        };
+        self.each_slopes(motor, [current, speed, turning], take);
         if let Some([before, last]) = passed {
             filtered(e.len() - 1, last.left_over(before, last));
         }
@@ -438,6 +426,57 @@ impl<'a> MotorPart<'a> {
         let impulses = self.changes(&torque);
         rows.extend(impulses.iter().zip(changes).map(|(impulse, change)| impulse - inertia * change));
         rows
+    }
+
+    /// Tells the slopes at each sample, one after the other, from current, speed and current without small reversals as they
+    /// were before the measuring chain.
+    fn each_slopes(
+        &self,
+        motor: &Motor<f64>,
+        [current, speed, turning]: [&[f64]; 3],
+        mut take: impl FnMut(usize, Slopes<f64>),
+    ) {
+        let e = self.experiment;
+        let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
+        let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
+        let state = |signal: &[f64], n: usize| State { current: signal[n], speed: speed[n] };
+        let at = |n: usize| OperatingPoint {
+            current: current[n],
+            speed: speed[n],
+            voltage: e.input[n],
+            voltage_rate: self.voltage_rate[n],
+        };
+        let mut remembered = memories.map(|memory| [memory; BLOCK]);
+        let mut points = [(at(0), 0.0); BLOCK];
+        for begin in (0..e.len()).step_by(BLOCK) {
+            let block = begin..(begin + BLOCK).min(e.len());
+            for (n, point) in block.clone().zip(&mut points) {
+                *point = (at(n), self.directions[n]);
+            }
+            let step = |k: usize| {
+                let n = begin + k;
+                (n > 0 && block.contains(&n)).then(|| Passed {
+                    interval: e.interval_s,
+                    before: state(turning, n - 1),
+                    after: state(turning, n),
+                })
+            };
+            motor.advance_over_each(step, &mut memories, &mut remembered);
+            match &at_terminals {
+                Some(at_terminals) if block.clone().any(|n| e.is_open(n)) => {
+                    for (k, n) in block.enumerate() {
+                        let present = if e.is_open(n) { at_terminals } else { motor };
+                        let (at, direction) = &points[k];
+                        take(n, present.slopes(at, Some(*direction), &remembered.each_ref().map(|m| m[k])));
+                    }
+                }
+                _ => motor.slopes_at_each(&points, &remembered, |k, slopes| {
+                    if block.contains(&(begin + k)) {
+                        take(begin + k, slopes);
+                    }
+                }),
+            }
+        }
     }
 
     fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {

@@ -4,6 +4,7 @@ mod revision;
 mod step;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use greyrig::effects::Description;
 use rayon::prelude::*;
@@ -107,7 +108,7 @@ impl<'a> Climb<'a> {
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
             let mut step = self.step(&fit, &left_out, gained, progress)?;
-            let winner = winner(&step.tried).map(|t| (t.id, t.fit.clone()));
+            let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
             step.winners = winner.iter().map(|w| w.0).collect();
             steps.push(step);
             let Some((id, next)) = winner else { break };
@@ -150,7 +151,9 @@ impl<'a> Climb<'a> {
         let parameters = fit.space.free().count() - base.space.free().count();
         let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
         let p_value = (p * (self.candidates.len() * self.candidates.len()) as f64).min(1.0);
-        let tried = |id| Tried { id, fit: fit.clone(), held_out: held_out.clone(), gain, p_value, objection: None };
+        let begun = Arc::new(fit);
+        let tried =
+            |id| Tried { id, fit: Arc::clone(&begun), held_out: held_out.clone(), gain, p_value, objection: None };
         let step = Step {
             promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
             tried: winners.map(tried).to_vec(),
@@ -160,7 +163,7 @@ impl<'a> Climb<'a> {
             decoy_gain: 0.0,
             decoys: [0, 0],
         };
-        let fit = resume(&fit, &self.problem, THOROUGH)?;
+        let fit = resume(&begun, &self.problem, THOROUGH)?;
         self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
     }
 

@@ -94,7 +94,7 @@ impl Climb<'_> {
             let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), id, r.id)).collect();
             let does_as_well = |rival: &&Tried| {
                 progress(Progress::Doing(rival.id));
-                let swapped = if found.len() == 1 { rival.fit.clone() } else { self.swapped(fit, id, rival)? };
+                let swapped = if found.len() == 1 { (*rival.fit).clone() } else { self.swapped(fit, id, rival)? };
                 Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
             };
             let as_well: Vec<bool> = others.par_iter().map(does_as_well).collect::<Result<_>>()?;

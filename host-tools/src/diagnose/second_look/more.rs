@@ -1,5 +1,7 @@
 //! What the free run needs and the balances do not show: one effect, or two at once.
 
+use std::sync::Arc;
+
 use greyrig::effects::Description;
 use rayon::prelude::*;
 
@@ -80,9 +82,10 @@ impl SecondLook<'_> {
     ) -> Step {
         let parameters = fit.space.free().count() - kept.space.free().count();
         let tries = candidates.pow(ids.len() as u32) as f64;
+        let shared = Arc::new(fit.clone());
         let tried = |id: &&'static str| Tried {
             id,
-            fit: fit.clone(),
+            fit: Arc::clone(&shared),
             held_out: self.audit.held_out(fit),
             gain: self.audit.held_out_fall(kept, fit),
             p_value: (self.audit.p_value(kept, fit, parameters) * tries).min(1.0),
