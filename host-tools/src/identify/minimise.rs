@@ -11,6 +11,8 @@
 //! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
 //! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -26,8 +28,11 @@ const DIFFERENCE: f64 = 1e-6;
 /// may take as many of its own: what is typical is known to an order of magnitude or two.
 const LONGEST: f64 = 1.4;
 
-/// Trials with more and more damping before a step counts as the last.
+/// Trials with more and more damping before a step counts as the last; an even number, as they are made in pairs.
 const TRIALS: usize = 8;
+
+/// Damping relative to the diagonal of the normal equations, in the limit of steps that succeed.
+const LEAST_DAMPING: f64 = 1e-12;
 
 /// Change of a weight, as a logarithm, below which it has settled.
 const SETTLED: f64 = 1e-3;
@@ -139,6 +144,19 @@ struct Point {
     known: Option<(DMatrix<f64>, usize)>,
 }
 
+/// A step that was tried.
+struct Trial {
+    there: Vec<f64>,
+    /// Unweighted, there.
+    residuals: DVector<f64>,
+    cost: f64,
+}
+
+/// The damping of the next trial.
+fn more(damping: f64) -> f64 {
+    (damping * 10.0).max(1e-6)
+}
+
 fn search(
     space: &Space,
     problem: &impl Residuals,
@@ -165,22 +183,44 @@ fn search(
         };
         let present = cost(&residuals, &theta);
         let longest: Vec<f64> = space.free().zip(&theta).map(|(entry, x)| LONGEST * entry.reach(*x)).collect();
-        let fell = 'trial: {
-            for _ in 0..TRIALS {
-                let there = bounded_step(&normal, &gradient, &theta, &limits, &longest, damping);
-                let Some(there) = there else { break };
-                let trial = problem.at(space, &there);
-                let next = cost(&trial, &there);
-                if next < present {
-                    carry_on(&mut jacobian, &theta, &there, &residuals, &trial);
-                    (theta, residuals) = (there, trial);
-                    damping = (damping / 30.0).max(1e-12);
-                    break 'trial Some(1.0 - next / present);
-                }
-                damping = (damping * 10.0).max(1e-6);
-            }
-            None
+        let place = |damping| bounded_step(&normal, &gradient, &theta, &limits, &longest, damping);
+        let at = |there: Vec<f64>| {
+            let residuals = problem.at(space, &there);
+            Trial { cost: cost(&residuals, &there), there, residuals }
         };
+        let mut accepted = None;
+        let mut ahead = None;
+        for _ in 0..TRIALS {
+            let trial = match ahead.take() {
+                Some(trial) => trial,
+                None => {
+                    let Some(there) = place(damping) else { break };
+                    // More than half of the trials fail: the next one is begun where a processor would be idle.
+                    let succeeded = AtomicBool::new(false);
+                    let (trial, next) = rayon::join(
+                        || {
+                            let trial = at(there);
+                            succeeded.store(trial.cost < present, Ordering::Relaxed);
+                            trial
+                        },
+                        || if succeeded.load(Ordering::Relaxed) { None } else { place(more(damping)).map(at) },
+                    );
+                    ahead = next;
+                    trial
+                }
+            };
+            if trial.cost < present {
+                accepted = Some(trial);
+                break;
+            }
+            damping = more(damping);
+        }
+        let fell = accepted.map(|trial| {
+            carry_on(&mut jacobian, &theta, &trial.there, &residuals, &trial.residuals);
+            (theta, residuals) = (trial.there, trial.residuals);
+            damping = (damping / 30.0).max(LEAST_DAMPING);
+            1.0 - trial.cost / present
+        });
         let before = weights;
         weights = weights_of(&residuals, problem);
         let settled = (0..2).all(|k| (weights[k] / before[k]).ln().abs() < SETTLED);
