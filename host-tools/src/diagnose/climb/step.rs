@@ -18,8 +18,8 @@ use crate::identify::space::Space;
 const FITTED: usize = 7;
 /// A candidate that promises less than this share of the best one's is not fitted.
 const WORTH_FITTING: f64 = 0.03;
-/// Nor is one that promises less than this share of what it would have to gain, but for the first, which are shown: of 392 such
-/// fits in the examination none gained more than half of that.
+/// Nor is one that promises less than this share of what it would have to gain, but for the first, which are shown. In the first
+/// 24 cases on AC with none, one, two and one withheld effect 392 such fits gained 0.053 at most, where 0.1 is needed.
 const WORTH_TRYING: f64 = 0.1;
 /// Candidates that are fitted, to be shown, however little they promise.
 const SHOWN: usize = 2;
