@@ -56,6 +56,17 @@ pub struct EffectParameter {
     pub meaning: &'static str,
 }
 
+/// A shape beyond which an effect is not what its name says: its law has become that of another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Name of the shape.
+    pub parameter: &'static str,
+    /// Largest value with which the effect is still itself, in what the start value of the shape is relative to.
+    pub beyond: f64,
+    /// The effect that it turns into.
+    pub into: &'static str,
+}
+
 /// Which equation an effect enters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Acts {
@@ -124,6 +135,8 @@ pub struct Description {
     pub parameters: &'static [EffectParameter],
     /// What it leaves in the residual of a model without it.
     pub signature: &'static str,
+    /// Where a shape makes another effect of it.
+    pub turns_into: Option<Turn>,
     /// Effects that look alike.
     pub confused_with: &'static [&'static str],
     /// The recording that tells them apart.
@@ -156,6 +169,7 @@ impl Description {
         remembers: false,
         parameters: &[],
         signature: "",
+        turns_into: None,
         confused_with: &[],
         separated_by: "",
         source: "",

@@ -28,7 +28,7 @@ mod memory;
 use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
-pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen};
+pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
 
 /// How many effects a model can combine.
 pub const MAX_EFFECTS: usize = 8;

@@ -1,10 +1,11 @@
 //! Transformer EMF in the coils that the brushes short-circuit: a damper winding on the main flux.
 //!
-//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`.
+//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`. A lag that has not halved at the largest
+//! speed of the recordings is not told from that of eddy currents, which does not fade.
 //!
 //! Source: general machine theory (AC commutator machines).
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Turn};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -54,6 +55,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             },
         ],
         signature: "that of eddy currents, stronger at standstill; none on DC",
+        turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: "eddy_current" }),
         confused_with: &["eddy_current", "channel_delay", "hysteresis"],
         separated_by: "a locked rotor against the running motor at the same current",
         source: "general machine theory",

@@ -675,6 +675,33 @@ fn transformer_emf_fades_with_the_speed() {
 }
 
 #[test]
+fn an_effect_turns_into_the_one_that_it_says() {
+    let turns = Effect::<f64>::CATALOGUE.iter().filter_map(|d| d.turns_into.map(|turn| (d, turn)));
+    let turns: Vec<_> = turns.collect();
+    for (d, turn) in &turns {
+        assert!(
+            d.parameters.iter().skip(1).any(|p| p.name == turn.parameter),
+            "{} is no shape of {}",
+            turn.parameter,
+            d.id
+        );
+        assert!(Effect::<f64>::CATALOGUE.iter().any(|other| other.id == turn.into && other.id != d.id));
+    }
+    assert_eq!(turns.len(), 1, "the limit of each is checked here");
+    let at = OperatingPoint { voltage: 150.0, voltage_rate: 3e4, ..OperatingPoint::unsupplied(4.0, 2000.0) };
+    let slopes = |effect| {
+        let motor = motor(effect);
+        let slopes = motor.slopes(&at, Some(1.0), &motor.memories_at_start(State::default()));
+        (slopes.current, slopes.speed)
+    };
+    // At a millionth of the fading speed a millionth of the lag is gone.
+    let (current, speed) = slopes(Effect::TransformerEmf(TransformerEmf { lag: 1e-4, fading: 2e9, linked: 0.6 }));
+    let expected = slopes(Effect::EddyCurrent(EddyCurrent { lag: 1e-4, linked: 0.6 }));
+    near(current, expected.0, 2e-6);
+    near(speed, expected.1, 2e-6);
+}
+
+#[test]
 fn frictions_have_their_torque() {
     let (i, w) = (5.0_f64, 2000.0);
     let of = |effect| torque(effect, i, w);

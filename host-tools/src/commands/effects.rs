@@ -75,6 +75,13 @@ fn enters(d: &Description) -> &'static str {
     }
 }
 
+/// The effect that another one turns into, and with which shape.
+fn turns_into(d: &Description) -> Option<(&'static str, String)> {
+    let turn = d.turns_into?;
+    let p = d.parameters.iter().find(|p| p.name == turn.parameter)?;
+    Some((turn.into, format!("`{}` beyond {} %{}", p.name, 100.0 * turn.beyond, relative(p.relative))))
+}
+
 /// How an effect shows, in words.
 fn shows(d: &Description) -> String {
     match d.seen {
@@ -148,6 +155,9 @@ fn page(effects: &[&Description]) -> String {
         }
         text += &format!("\n- Enters: {}. Shows {}.\n", enters(d), shows(d));
         text += &format!("- Signature: {}.\n", d.signature);
+        if let Some((other, beyond)) = turns_into(d) {
+            text += &format!("- Turns into `{other}` with {beyond}.\n");
+        }
         if !d.confused_with.is_empty() {
             let ids: Vec<String> = d.confused_with.iter().map(|id| format!("`{id}`")).collect();
             text += &format!("- Confused with {}. Separated by {}.\n", ids.join(", "), d.separated_by);
@@ -169,6 +179,9 @@ fn explained(d: &Description) -> String {
     }
     text += &format!("\nenters         {}\nshows          {}", enters(d), shows(d));
     text += &format!("\nsignature      {}\n", d.signature);
+    if let Some((other, beyond)) = turns_into(d) {
+        text += &format!("turns into     {other} with {beyond}\n");
+    }
     text += &format!("confused with  {}\n", d.confused_with.join(", "));
     text += &format!("separated by   {}\n", d.separated_by);
     text + &format!("source         {}", d.source)

@@ -237,13 +237,21 @@ impl Space {
         &self.effects
     }
 
-    /// The same with one more effect, at its start values.
+    /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name says
+    /// ([`greyrig::effects::Description::turns_into`]).
     #[must_use]
     pub fn with_effect(&self, id: &'static str, scales: &Scales) -> Self {
         let mut all = self.effects.clone();
         all.push(id);
         let mut more = Self::new(self.kind, Base::Full, &all).with_terms(&self.terms);
         more.take_scales(scales);
+        if let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
+            && let Some(turn) = d.turns_into
+            && let Some(p) = d.parameters.iter().find(|p| p.name == turn.parameter)
+            && let Some(entry) = more.get_mut(turn.parameter)
+        {
+            entry.range.1 = entry.range.1.min(turn.beyond * scales.size(p.relative));
+        }
         for entry in &mut more.entries {
             if let Some(known) = self.get(&entry.name) {
                 *entry = known.clone();

@@ -46,6 +46,12 @@ fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
 }
 
 #[test]
+fn weak_eddy_currents_are_no_transformer_emf_that_does_not_fade() {
+    let o = &ask_of(Excitation::Set, Question::Withheld, [7])[0];
+    assert_eq!((o.truth.as_slice(), o.kind), (&["eddy_current"][..], VerdictKind::OutsideCatalogue), "{:?}", o.named);
+}
+
+#[test]
 fn a_healthy_magnet_motor_is_not_accused() {
     for o in ask_of(Excitation::Magnet, Question::None, 9_101..9_107) {
         assert_eq!(o.kind, VerdictKind::None, "seed {}: {:?}", o.seed, o.named);
