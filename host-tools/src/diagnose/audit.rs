@@ -14,7 +14,7 @@ use super::screening::{self, Pair, Promise};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume, rms_of};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
@@ -27,6 +27,9 @@ const LEAST_SHARE: f64 = 0.03;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;
+
+/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, will not end below it.
+const FAR_OFF: f64 = 0.3;
 
 /// The free run of a set of recordings.
 pub struct Audit<'a> {
@@ -69,6 +72,14 @@ impl<'a> Audit<'a> {
         minimise(space, &self.problem, effort, None, &mut || ())
     }
 
+    /// Fits a model that has a few parameters more than another one, which has been fitted.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Refined> {
+        minimise_beside(fit, space, &self.problem, effort)
+    }
+
     /// Goes on from a rough fit.
     ///
     /// # Errors
@@ -91,7 +102,11 @@ impl<'a> Audit<'a> {
         let present = base.space.effects();
         let added = space.effects().iter().filter(|id| !present.contains(id));
         let usual = added.fold(base.space.clone(), |usual, id| usual.with_effect(id, scales));
-        let other = self.fit(&usual)?;
+        let other = self.fit_beside(base, &usual, Effort::ESTIMATE)?;
+        if self.fall(&fit, &other) < -FAR_OFF {
+            return Ok(fit);
+        }
+        let other = self.finish(&other)?;
         Ok(if self.fall(&fit, &other) > 0.0 { other } else { fit })
     }
 

@@ -101,6 +101,12 @@ impl Ladder {
         !dropped(self.fit.space.kind(), &self.steps, &self.found).is_empty()
     }
 
+    /// Whether a step has added an effect or one of its class, even if it has been dropped since.
+    pub fn has_added(&self, id: &str) -> bool {
+        let added = self.steps.iter().flat_map(|s| &s.winners).chain(&self.found);
+        added.into_iter().any(|other| classes::same(self.fit.space.kind(), other, id))
+    }
+
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
     /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. Without a finding

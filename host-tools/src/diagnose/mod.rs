@@ -338,7 +338,7 @@ fn errors_in_free_run(
         let error = match error_of(t, known) {
             Some(error) => error,
             None if step == 0 && place < REFINED && t.objection.is_none() => {
-                ratio(audit, &audit.fit_with(&t.fit.space, Effort::ROUGH)?)
+                ratio(audit, &audit.fit_with(&t.fit.space, Effort::ESTIMATE)?)
             }
             None => ratios(audit, audit.error_at(&t.fit.space)),
         };

@@ -73,6 +73,8 @@ impl Effort {
     pub const USUAL: Self = Self { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
     /// To where something else has to be done next.
     pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
+    /// To an error that is known to a hundredth.
+    pub const ESTIMATE: Self = Self { steps: 8, tolerance: 1e-2, carried_on: 4, confirmed: false };
 }
 
 /// The end of a fit.
@@ -109,9 +111,7 @@ pub fn minimise(
     weights: Option<[f64; 2]>,
     step: &mut dyn FnMut(),
 ) -> Result<Refined> {
-    let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
-    let theta: Vec<f64> =
-        space.coordinates().iter().zip(&limits).map(|(x, (low, high))| x.clamp(*low, *high)).collect();
+    let theta = within_limits(space);
     let start = Point {
         residuals: problem.at(space, &theta),
         theta,
@@ -119,6 +119,38 @@ pub fn minimise(
         known: None,
     };
     search(space, problem, effort, start, step)
+}
+
+/// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin with, its
+/// derivatives: only those by the new parameters are computed.
+///
+/// # Errors
+/// An interrupt.
+pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+    let theta = within_limits(space);
+    let residuals = problem.at(space, &theta);
+    let mut known = fit.jacobian.clone();
+    weigh(&mut DVector::zeros(residuals.len()), &mut known, problem.groups(), fit.rms);
+    let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
+    let columns: Vec<DVector<f64>> = space
+        .free()
+        .enumerate()
+        .map(|(k, entry)| match names.iter().position(|name| *name == entry.name) {
+            Some(j) => known.column(j).into_owned(),
+            None => derivative(space, problem, &theta, &residuals, k, DIFFERENCE),
+        })
+        .collect();
+    let known = Some((from_columns(&columns, residuals.len()), 1));
+    search(space, problem, effort, Point { theta, residuals, weights: fit.rms, known }, &mut || ())
+}
+
+/// The coordinates of a space's values, as far as the limits let them be.
+fn within_limits(space: &Space) -> Vec<f64> {
+    let within = |(x, entry): (f64, &Entry)| {
+        let (low, high) = entry.limits();
+        x.clamp(low, high)
+    };
+    space.coordinates().into_iter().zip(space.free()).map(within).collect()
 }
 
 /// Goes on from where a fit has ended, with the derivatives that it ended on.
@@ -269,17 +301,29 @@ pub fn jacobian_at(
     residuals: &DVector<f64>,
     difference: f64,
 ) -> DMatrix<f64> {
-    let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
-    let columns: Vec<DVector<f64>> = (0..theta.len())
-        .into_par_iter()
-        .map(|k| {
-            let mut there = theta.to_vec();
-            let step = if there[k] + difference > limits[k].1 { -difference } else { difference };
-            there[k] += step;
-            (problem.at(space, &there) - residuals) / step
-        })
-        .collect();
-    if columns.is_empty() { DMatrix::zeros(residuals.len(), 0) } else { DMatrix::from_columns(&columns) }
+    let columns: Vec<DVector<f64>> =
+        (0..theta.len()).into_par_iter().map(|k| derivative(space, problem, theta, residuals, k, difference)).collect();
+    from_columns(&columns, residuals.len())
+}
+
+/// The derivative by one coordinate.
+fn derivative(
+    space: &Space,
+    problem: &impl Residuals,
+    theta: &[f64],
+    residuals: &DVector<f64>,
+    k: usize,
+    difference: f64,
+) -> DVector<f64> {
+    let highest = space.free().nth(k).map_or(f64::INFINITY, |entry| entry.limits().1);
+    let mut there = theta.to_vec();
+    let step = if there[k] + difference > highest { -difference } else { difference };
+    there[k] += step;
+    (problem.at(space, &there) - residuals) / step
+}
+
+fn from_columns(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
+    if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(columns) }
 }
 
 /// Broyden's update: the least change of the derivatives that agrees with the step just done.

@@ -21,7 +21,7 @@ use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, resume};
+use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use step::winner;
@@ -126,7 +126,7 @@ impl<'a> Climb<'a> {
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
-    /// lower it more than an earlier climb has done, which has not found them both.
+    /// lower it more than an earlier climb has done, which has not come by them both.
     ///
     /// # Errors
     /// An interrupt.
@@ -137,14 +137,14 @@ impl<'a> Climb<'a> {
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
             progress(Progress::Doing(pair.ids[0]));
-            let fit = minimise(&pair.space, &self.problem, Effort::USUAL, Some(base.rms), &mut || ())?;
+            let fit = minimise_beside(base, &pair.space, &self.problem, Effort::USUAL)?;
             Ok((self.held_out(&fit), pair.ids, fit))
         };
         let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
         let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
         let error = self.held_out(&earlier.fit).log_error();
         let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < error) else { return Ok(None) };
-        if winners.iter().all(|id| earlier.found.contains(id)) {
+        if winners.iter().all(|id| earlier.has_added(id)) {
             return Ok(None);
         }
         let gain = self.held_out(base).log_error() - held_out.log_error();
@@ -173,20 +173,22 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn narrow(&self, ladder: &mut Ladder, kept: &[&'static str], free: &Refined) -> Result<()> {
-        let dropped = ladder.found.iter().filter(|id| !kept.contains(id));
-        let space = dropped.fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
-        ladder.found = kept.to_vec();
+        let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
+        let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
         let fitted = |space: &Space| minimise(space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ());
-        let (fit, other) = rayon::join(
-            || fitted(&free.space),
-            || (space.effects() == free.space.effects()).then(|| fitted(&space)).transpose(),
-        );
+        let present = || match space.effects() == free.space.effects() {
+            true if dropped.is_empty() => Ok(Some(ladder.fit.clone())),
+            true => fitted(&space).map(Some),
+            false => Ok(None),
+        };
+        let (fit, other) = rayon::join(|| fitted(&free.space), present);
         let (fit, other) = (fit?, other?);
         let error = |fit: &Refined| fit.log_error(self.problem.groups());
         ladder.fit = match other {
             Some(other) if error(&other) <= error(&fit) => other,
             _ => fit,
         };
+        ladder.found = kept.to_vec();
         ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }

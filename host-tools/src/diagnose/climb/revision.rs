@@ -6,7 +6,7 @@ use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::{Progress, Watch, classes, parameters_of, screening, size_of};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
 
 /// A rival that gains less than this share of the winner's gain is none.
@@ -35,7 +35,11 @@ impl Climb<'_> {
                 let scales = Scales::of(&fit.space, self.experiments);
                 let mut space = fit.space.without_effect(present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
-                let exchanged = minimise(&space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+                let begun = minimise_beside(fit, &space, &self.problem, Effort::ESTIMATE)?;
+                if self.held_out(&begun).log_error() - self.held_out(fit).log_error() > SMALLEST_GAIN {
+                    continue;
+                }
+                let exchanged = resume(&begun, &self.problem, THOROUGH)?;
                 if self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN {
                     step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
                     *fit = exchanged;
