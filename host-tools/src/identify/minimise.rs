@@ -447,21 +447,36 @@ fn bounded_step(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::AtomicUsize;
+
     use super::*;
     use crate::model::{Base, Kind};
 
-    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for; the others do nothing.
-    struct Decay(Vec<u8>);
+    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the eighth one
+    /// stands for; the others do nothing.
+    struct Decay {
+        groups: Vec<u8>,
+        rest: f64,
+        evaluations: AtomicUsize,
+    }
+
+    impl Decay {
+        fn above(rest: f64) -> Self {
+            Self { groups: vec![0; 200], rest, evaluations: AtomicUsize::new(0) }
+        }
+    }
 
     impl Residuals for Decay {
         fn at(&self, _: &Space, theta: &[f64]) -> DVector<f64> {
-            DVector::from_fn(self.0.len(), |k, _| {
-                let t = k as f64 / self.0.len() as f64;
-                theta[0].exp() * (-theta[1].exp() * t).exp() - 2.0 * (-3.0 * t).exp()
+            self.evaluations.fetch_add(1, Ordering::Relaxed);
+            DVector::from_fn(self.groups.len(), |k, _| {
+                let t = k as f64 / self.groups.len() as f64;
+                let modelled = theta[0].exp() * (-theta[1].exp() * t).exp() + theta.get(7).unwrap_or(&0.0);
+                modelled - 2.0 * (-3.0 * t).exp() - self.rest
             })
         }
         fn groups(&self) -> &[u8] {
-            &self.0
+            &self.groups
         }
         fn sizes(&self) -> [f64; 2] {
             [1.0; 2]
@@ -471,7 +486,7 @@ mod tests {
     #[test]
     fn a_fit_that_goes_on_ends_where_one_without_a_break_does() {
         let space = Space::new(Kind::PmDc, Base::Full, &[]);
-        let problem = Decay(vec![0; 200]);
+        let problem = Decay::above(0.0);
         let begun = Effort { steps: 2, tolerance: 1e-2, carried_on: 2, confirmed: false };
         let begun = minimise(&space, &problem, begun, None, &mut || ()).unwrap();
         let [amplitude, rate] = [2.0f64.ln(), 3.0f64.ln()];
@@ -479,5 +494,27 @@ mod tests {
         let ended = resume(&begun, &problem, Effort::FULL).unwrap().space.coordinates();
         // Without noise the minimum is the truth; forward differences and the tolerance leave some 1e-6.
         assert!((ended[0] - amplitude).abs() < 1e-5 && (ended[1] - rate).abs() < 1e-5, "{ended:?}");
+    }
+
+    #[test]
+    fn a_fit_beside_another_one_takes_its_derivatives_and_ends_where_one_from_scratch_does() {
+        let problem = Decay::above(0.5);
+        let fit = minimise(&Space::new(Kind::PmDc, Base::Full, &[]), &problem, Effort::FULL, None, &mut || ()).unwrap();
+        let more = Space::new(Kind::PmDc, Base::Full, &["torque_offset"]);
+        let ended = minimise_beside(&fit, &more, &problem, Effort::FULL).unwrap().space.coordinates();
+        // As above. From the values of the wider space, the first of which is one: its logarithm is not that of two.
+        let expected = [2.0f64.ln(), 3.0f64.ln(), 0.5];
+        for (k, value) in [0, 1, 7].into_iter().zip(expected) {
+            assert!((ended[k] - value).abs() < 1e-5, "{k}: {} for {value}", ended[k]);
+        }
+        let one = Effort { steps: 1, tolerance: 1e-2, carried_on: 1, confirmed: false };
+        let evaluations = |run: &dyn Fn()| {
+            let before = problem.evaluations.load(Ordering::Relaxed);
+            run();
+            problem.evaluations.load(Ordering::Relaxed) - before
+        };
+        // Where it starts, one new parameter, and the trials of one step, which are made in pairs.
+        let beside = evaluations(&|| drop(minimise_beside(&fit, &more, &problem, one)));
+        assert!((3..=2 + TRIALS).contains(&beside), "{beside}");
     }
 }
