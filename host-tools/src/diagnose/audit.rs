@@ -14,7 +14,7 @@ use super::screening::{self, Pair, Promise};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume, rms_of};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
@@ -29,7 +29,7 @@ const LEAST_SHARE: f64 = 0.03;
 const STRUCTURE: f64 = 0.3;
 
 /// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, will not end below it.
-const FAR_OFF: f64 = 0.3;
+const FAR_OFF: f64 = 1.0;
 
 /// The free run of a set of recordings.
 pub struct Audit<'a> {
@@ -72,14 +72,6 @@ impl<'a> Audit<'a> {
         minimise(space, &self.problem, effort, None, &mut || ())
     }
 
-    /// Fits a model that has a few parameters more than another one, which has been fitted.
-    ///
-    /// # Errors
-    /// An interrupt.
-    pub fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Refined> {
-        minimise_beside(fit, space, &self.problem, effort)
-    }
-
     /// Goes on from a rough fit.
     ///
     /// # Errors
@@ -102,7 +94,7 @@ impl<'a> Audit<'a> {
         let present = base.space.effects();
         let added = space.effects().iter().filter(|id| !present.contains(id));
         let usual = added.fold(base.space.clone(), |usual, id| usual.with_effect(id, scales));
-        let other = self.fit_beside(base, &usual, Effort::ESTIMATE)?;
+        let other = self.fit_with(&usual, Effort::ESTIMATE)?;
         if self.fall(&fit, &other) < -FAR_OFF {
             return Ok(fit);
         }

@@ -11,7 +11,7 @@ use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, parameters_of, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise_beside, resume};
+use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume};
 use crate::identify::space::Space;
 
 /// Candidates that are fitted after the screening.
@@ -130,7 +130,7 @@ impl Climb<'_> {
     /// The first steps of a candidate's fit, and what they gain.
     fn begin(&self, fit: &Refined, before: &HeldOut, promise: &Promise, smallest: f64) -> Result<(Refined, f64)> {
         let from = |space: &Space| -> Result<(Refined, f64)> {
-            let refined = minimise_beside(fit, space, &self.problem, BEGINNING)?;
+            let refined = minimise(space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
             let gain = self.gain(before, &refined);
             Ok((refined, gain))
         };

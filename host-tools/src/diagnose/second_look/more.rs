@@ -33,8 +33,8 @@ const PARTNERS: usize = 2;
 /// Effects that are added so.
 const ADDED: usize = 2;
 
-/// Effects that are to be tried, where to begin, and a fit without them whose derivatives will do to begin with, if any will.
-type Attempt<'a> = (Vec<&'static str>, Space, Option<&'a Refined>);
+/// Effects that are to be tried, and where to begin.
+type Attempt = (Vec<&'static str>, Space);
 /// Effects, and a fit with them.
 type Model = (Vec<&'static str>, Refined);
 /// The same, and those that would do as well.
@@ -58,15 +58,12 @@ impl SecondLook<'_> {
             candidates.retain(|d| !objected(d.id));
             let promises = self.promises(&kept, &scales, &candidates);
             let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
-            let singles = singles.map(|p| (vec![p.id], p.space.clone(), Some(&kept))).collect();
+            let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
             let singles = self.fitted(singles, progress)?;
             let mut found = self.sufficient(&kept, &singles)?;
             if found.is_none() {
                 let pairs = self.audit.pairs(&kept, &scales, &promises).into_iter();
-                let pairs = pairs
-                    .filter(|p| p.gain > WORTH_FITTING)
-                    .take(FITTED)
-                    .map(|p| (p.ids.to_vec(), p.space, Some(&kept)));
+                let pairs = pairs.filter(|p| p.gain > WORTH_FITTING).take(FITTED).map(|p| (p.ids.to_vec(), p.space));
                 let partners = self.partners(&kept, &singles, &scales, &candidates);
                 found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
             }
@@ -125,25 +122,21 @@ impl SecondLook<'_> {
         singles: &[Model],
         scales: &Scales,
         candidates: &[&'static Description],
-    ) -> Vec<Attempt<'static>> {
+    ) -> Vec<Attempt> {
         let gains = |single: &&Model| self.audit.held_out_fall(kept, &single.1) > SMALLEST_FALL;
         let Some((ids, fit)) = singles.first().filter(gains) else { return Vec::new() };
         let others: Vec<_> =
             candidates.iter().copied().filter(|d| !classes::same(kept.space.kind(), d.id, ids[0])).collect();
         let promises = self.promises(fit, scales, &others).into_iter().filter(|p| p.gain > WORTH_FITTING);
-        promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space, None)).collect()
+        promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
     }
 
     /// Fits models with more effects roughly, the one with the smallest error on data held out first; of those with the same
     /// effects only that.
-    fn fitted(&self, attempts: Vec<Attempt<'_>>, progress: &Watch<'_>) -> Result<Vec<Model>> {
-        let fit = |(ids, space, beside): Attempt<'_>| {
+    fn fitted(&self, attempts: Vec<Attempt>, progress: &Watch<'_>) -> Result<Vec<Model>> {
+        let fit = |(ids, space): Attempt| {
             progress(Progress::Doing(ids[0]));
-            let fit = match beside {
-                Some(fit) => self.audit.fit_beside(fit, &space, Effort::ROUGH)?,
-                None => self.audit.fit_with(&space, Effort::ROUGH)?,
-            };
-            Ok((ids, fit))
+            Ok((ids, self.audit.fit_with(&space, Effort::ROUGH)?))
         };
         let mut fits: Vec<Model> = attempts.into_par_iter().map(fit).collect::<Result<_>>()?;
         fits.sort_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
