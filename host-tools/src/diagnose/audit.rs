@@ -28,7 +28,7 @@ const LEAST_SHARE: f64 = 0.03;
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;
 
-/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, will not end below it.
+/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, is not finished.
 const FAR_OFF: f64 = 1.0;
 
 /// The free run of a set of recordings.
