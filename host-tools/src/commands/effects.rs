@@ -198,6 +198,7 @@ fn as_json(d: &Description) -> serde_json::Value {
         "enters": enters(d),
         "shows": shows(d),
         "signature": d.signature,
+        "turns_into": turns_into(d).map(|(other, beyond)| json!({ "effect": other, "with": beyond })),
         "confused_with": d.confused_with,
         "separated_by": d.separated_by,
         "source": d.source,
