@@ -23,7 +23,7 @@
 //! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
 //! ASME 79 (1957) 547–552.
 
-use greyrig::butterworth::{self, Cascade};
+use greyrig::butterworth;
 use greyrig::effects::{Acts, Effect, Passed};
 use greyrig::motor::{Motor, OperatingPoint, Slopes, State};
 use nalgebra::DVector;
@@ -207,23 +207,33 @@ fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
     Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
 }
 
-/// The rate of the current at a sample.
-#[derive(Debug, Clone, Copy)]
-struct Rate {
-    /// dλ/di, H.
-    inductance: f64,
-    /// Central difference of the measured current, A/s.
-    measured: f64,
-    /// What the voltage balance wants it to be, A/s.
-    modelled: f64,
+/// What the voltage balance leaves over at each sample, V, from dλ/di, H, the central difference of the measured current and the
+/// rate that the balance wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's:
+/// Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
+fn left_over(inductances: &[f64], measured: &[f64], modelled: &[f64]) -> Vec<f64> {
+    let each = inductances.iter().zip(measured).zip(means(modelled));
+    each.map(|((inductance, measured), modelled)| inductance * (measured - modelled)).collect()
 }
 
-impl Rate {
-    /// What the voltage balance leaves over, V. The central difference is the mean rate over two intervals, and so has to be
-    /// the model's: Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
-    fn left_over(self, before: Self, after: Self) -> f64 {
-        self.inductance * (self.measured - simpson(before.modelled, self.modelled, after.modelled))
-    }
+/// Mean of a signal over the two intervals around each sample; beyond its ends it stays as it is.
+fn means(signal: &[f64]) -> Vec<f64> {
+    let ([first, .., last], n) = (signal, signal.len()) else { return signal.to_vec() };
+    let mut means = Vec::with_capacity(n);
+    means.push(simpson(*first, *first, signal[1]));
+    means.extend(signal.windows(3).map(|around| simpson(around[0], around[1], around[2])));
+    means.push(simpson(signal[n - 2], *last, *last));
+    means
+}
+
+/// Integral of a signal by the trapezium rule over intervals of a length, from nothing.
+fn integral(signal: &[f64], interval: f64) -> Vec<f64> {
+    let (mut sum, mut last) = (0.0, 0.0);
+    let up_to = |x: &f64| {
+        sum += 0.5 * (last + x) * interval;
+        last = *x;
+        sum
+    };
+    signal.iter().map(up_to).collect()
 }
 
 /// Mean over two intervals.
@@ -386,55 +396,31 @@ impl<'a> MotorPart<'a> {
             None => [&self.current, &self.speed, &self.current_rate, &self.turning].map(Vec::as_slice),
         };
         let inertia = motor.parameters().inertia;
-        let coefficients = e.coefficients::<f64>();
-        let mut filter = Cascade::default();
-        let mut rows = Vec::with_capacity(self.samples.len() + self.windows.len());
-        let mut torque = Vec::with_capacity(e.len());
-        let (mut impulse, mut last) = (0.0, 0.0);
-        let mut next = 0;
-        let mut filtered = |n: usize, left: f64| {
-            if n == 0 {
-                filter.reset_to(left);
-            }
-            let left = filter.process(&coefficients, left);
-            if self.samples.get(next) == Some(&n) {
-                rows.push(left);
-                next += 1;
-            }
-        };
-        let mut passed: Option<[Rate; 2]> = None;
-        let take = |n: usize, slopes: Slopes<f64>| {
-            let here = Rate { inductance: slopes.inductance, measured: current_rate[n], modelled: slopes.current };
-            if let Some([before, last]) = passed {
-                filtered(n - 1, last.left_over(before, here));
-            }
-            passed = Some([passed.map_or(here, |[_, last]| last), here]);
-            let driving = inertia * slopes.speed;
-            impulse += 0.5 * (last + driving) * e.interval_s;
-            last = driving;
-            torque.push(impulse);
-        };
-        self.each_slopes(motor, [current, speed, turning], take);
-        if let Some([before, last]) = passed {
-            filtered(e.len() - 1, last.left_over(before, last));
-        }
+        let [mut inductances, mut rates, mut torques] = [(); 3].map(|()| Vec::with_capacity(e.len()));
+        self.each_slopes(motor, [current, speed, turning], |slopes| {
+            inductances.push(slopes.inductance);
+            rates.push(slopes.current);
+            torques.push(inertia * slopes.speed);
+        });
+        let filtered = e.filtered(&left_over(&inductances, current_rate, &rates));
+        let mut rows: Vec<f64> = self.samples.iter().map(|n| filtered[*n]).collect();
         if self.windows.is_empty() {
             return rows;
         }
         let undone = undone.is_some().then(|| self.changes(speed));
         let changes = undone.as_ref().unwrap_or(&self.speed_changes);
-        let impulses = self.changes(&torque);
+        let impulses = self.changes(&integral(&torques, e.interval_s));
         rows.extend(impulses.iter().zip(changes).map(|(impulse, change)| impulse - inertia * change));
         rows
     }
 
-    /// Tells the slopes at each sample, one after the other, from current, speed and current without small reversals as they
+    /// Tells the slopes at each sample, in their order, from current, speed and current without small reversals as they
     /// were before the measuring chain.
     fn each_slopes(
         &self,
         motor: &Motor<f64>,
         [current, speed, turning]: [&[f64]; 3],
-        mut take: impl FnMut(usize, Slopes<f64>),
+        mut take: impl FnMut(Slopes<f64>),
     ) {
         let e = self.experiment;
         let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
@@ -467,12 +453,12 @@ impl<'a> MotorPart<'a> {
                     for (k, n) in block.enumerate() {
                         let present = if e.is_open(n) { at_terminals } else { motor };
                         let (at, direction) = &points[k];
-                        take(n, present.slopes(at, Some(*direction), &remembered.each_ref().map(|m| m[k])));
+                        take(present.slopes(at, Some(*direction), &remembered.each_ref().map(|m| m[k])));
                     }
                 }
                 _ => motor.slopes_at_each(&points, &remembered, |k, slopes| {
                     if block.contains(&(begin + k)) {
-                        take(begin + k, slopes);
+                        take(slopes);
                     }
                 }),
             }
@@ -485,11 +471,7 @@ impl<'a> MotorPart<'a> {
             (0..e.len()).map(|n| term(self.current[n], self.speed[n], self.current_rate[n])).collect();
         match balance {
             Balance::Voltage => {
-                let last = values.len() - 1;
-                let means: Vec<f64> = (0..=last)
-                    .map(|n| simpson(values[n.saturating_sub(1)], values[n], values[(n + 1).min(last)]))
-                    .collect();
-                let filtered = e.filtered(&means);
+                let filtered = e.filtered(&means(&values));
                 let rows = self.samples.iter().map(|n| filtered[*n]);
                 rows.chain(self.windows.iter().map(|_| 0.0)).collect()
             }
