@@ -611,7 +611,7 @@ impl Trial {
 /// What the terminals of an open motor show, V: K φ ω + v, less what the voltage channel adds to it.
 fn terminal_voltage(motor: &Motor<f64>, state: State<f64>, memories: &greyrig::motor::Memories<f64>) -> f64 {
     let balance = |voltage: f64| {
-        let at = OperatingPoint { current: 0.0, speed: state.speed, voltage, voltage_rate: 0.0 };
+        let at = OperatingPoint { current: 0.0, speed: state.speed, voltage };
         motor.balance(&at, memories)
     };
     let open = balance(0.0);

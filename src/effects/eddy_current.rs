@@ -1,13 +1,13 @@
 //! Eddy currents in laminations and poles: the flux lags in time.
 //!
-//! `T dφ/dt = F(i) − φ`, here to first order in T, which at mains frequency is exact to (2π f T)², 0.1 % of the effect for
-//! 100 µs: `K T ω di/dt` less back-EMF, `K T i di/dt` less torque, and `χ T L d²i/dt²` less inductive voltage. How the last one
-//! stays algebraic is told at [`crate::motor::Motor::slopes`].
+//! `T dφ/dt = F(i) − φ`: with g, which follows di/dt with the lag T, φ is F(i − T g), to first order in T g, in back-EMF and torque,
+//! and of the inductive voltage the share χ is χ L g.
 //!
 //! Source: classical eddy-current loss as a resistance parallel to the magnetising inductance; field form
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use super::memory::{around_point, follow_rate, lag_flux};
+use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -24,7 +24,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
     const DESCRIPTION: Description = Description {
         id: "eddy_current",
         name: "eddy currents in the iron (flux lag)",
-        equation: "φ = F(i) − T dF/dt in K φ ω and K φ i; λ lags likewise with its share χ",
+        equation: "T dφ/dt = F(i) − φ in K φ ω and K φ i; λ lags likewise with its share χ",
         acts: Acts::Both,
         motors: Motors::Series,
         lags_flux: true,
@@ -52,12 +52,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
         separated_by: "a resistor in place of the motor, which shows the delay of the channels alone; slow DC ramps against \
                        hysteresis; a locked rotor against the transformer EMF",
         source: "Modelica Standard Library, Magnetic.FluxTubes (dynamic hysteresis)",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(lag, linked);
     #[inline(always)]
-    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        balance.flux_lag = balance.flux_lag.plus(self.lag);
-        balance.inductance_lag = balance.inductance_lag.plus(self.lag * self.linked);
+    fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
+        lag_flux(N::lift(self.lag), self.linked, memory, balance);
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        follow_rate(self.lag, passed, memory);
+    }
+    #[inline(always)]
+    fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
+        around_point(memory)
     }
 }

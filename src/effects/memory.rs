@@ -1,6 +1,7 @@
 //! What effects that remember have in common: slow changes, lags, and the angle of the rotor.
 
 use super::{Memory, Passed};
+use crate::motor::Balance;
 use crate::scalar::Scalar;
 use core::f64::consts::TAU;
 
@@ -37,6 +38,43 @@ pub fn decay<S: Scalar<Base = S>>(x: S) -> (S, S) {
 pub fn lagged<S: Scalar<Base = S>>(lag: S, before: S, after: S, x: S) -> S {
     let (left, mean) = decay(x);
     after - (after - before) * mean - (before - lag) * left
+}
+
+/// Lets the rate of the current, di/dt, be followed with a lag of T, s: g of `T dg/dt = di/dt − g`, A/s.
+///
+/// A memory holds g at the end of the step, the weight of g at the begin of a step in its mean over the step, and g in the middle
+/// of the step that has passed. The lag is solved exactly for a current that is straight within the step.
+#[inline(never)]
+pub fn follow_rate<S: Scalar<Base = S>>(lag: S, passed: &Passed<S>, memory: &mut Memory<S>) {
+    if lag <= S::ZERO {
+        return;
+    }
+    let rate = (passed.after.current - passed.before.current) / passed.interval;
+    let half = S::constant(0.5);
+    let (left, mean) = decay(half * passed.interval / lag);
+    let behind = memory[0] - rate;
+    *memory = [rate + behind * left * left, half * (S::ONE + left) * mean, rate + behind * left, S::ZERO];
+}
+
+/// What [`follow_rate`] remembers, as of the half step before and after the present point.
+#[inline(always)]
+pub fn around_point<S: Scalar<Base = S>>(memory: &Memory<S>) -> Memory<S> {
+    [memory[2], memory[1], memory[2], S::ZERO]
+}
+
+/// Flux that lags a series motor's current by T, s, and with it a share χ of the inductance, as means over the step ahead; the
+/// memory is that of [`follow_rate`].
+///
+/// With `T dφ/dt = F(i) − φ` and g as there, φ = F(i − T g) to first order in T g, and the voltage of the lagging inductance is
+/// χ L g. Within a step of constant di/dt, g has the mean m g + (1 − m) di/dt, of which the second part belongs to the
+/// coefficient of di/dt: an inductance of (1 − χ m) L, and a lag of (1 − m) T that is left to [`crate::motor::Motor::slopes`].
+#[inline(never)]
+pub fn lag_flux<N: Scalar>(lag: N, linked: N::Base, memory: &Memory<N::Base>, balance: &mut Balance<N>) {
+    let [rate, weight, ..] = *memory;
+    balance.flux_lag += lag.times(N::Base::ONE - weight);
+    balance.magnetising -= lag.times(weight * rate) * balance.flux_slope / balance.flux;
+    balance.voltage += balance.inductance.times(linked * weight * rate);
+    balance.inductance = balance.inductance.times(N::Base::ONE - linked * weight);
 }
 
 /// Turns the angle in the first value of a memory, in rad and wrapped to ±π, by `order` times that of the rotor in a

@@ -70,6 +70,11 @@ pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     /// Moves the memory on over a step.
     #[inline(always)]
     fn advance(&self, _passed: &Passed<S>, _memory: &mut Memory<S>) {}
+    /// What it remembers at a point that stands for the half step before and after it, instead of for the step that begins there.
+    #[inline(always)]
+    fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
+        *memory
+    }
     /// Changes what the measuring chain shows.
     #[inline(always)]
     fn measure(&self, _memory: &Memory<S>, _reading: &mut State<S>) {}
@@ -171,7 +176,14 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Moves the memory on over many steps, and tells what it was after each; a step that is none leaves it.
+            /// What it remembers at a point that stands for the half step before and after it.
+            pub fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
+                match self {
+                    $(Self::$variant(effect) => effect.around_point(memory),)+
+                }
+            }
+
+            /// Moves the memory on over many steps, and tells what it was around the end of each; a step that is none leaves it.
             #[inline(never)]
             pub fn advance_over_each(
                 &self,
@@ -185,7 +197,7 @@ macro_rules! catalogue {
                             if let Some(passed) = passed(n) {
                                 effect.advance(&passed, memory);
                             }
-                            *after = *memory;
+                            *after = effect.around_point(memory);
                         }
                     })+
                 }

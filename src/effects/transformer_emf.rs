@@ -5,7 +5,8 @@
 //!
 //! Source: general machine theory (AC commutator machines).
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Turn};
+use super::memory::{around_point, follow_rate, lag_flux};
+use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Turn};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -59,13 +60,28 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
         confused_with: &["eddy_current", "channel_delay", "hysteresis"],
         separated_by: "a locked rotor against the running motor at the same current",
         source: "general machine theory",
+        remembers: true,
         ..Description::USUAL
     };
     fields!(lag, fading, linked);
     #[inline(always)]
-    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
-        let lag = at.speed.abs().times(S::ONE / self.fading).plus(S::ONE).inverse().times(self.lag);
-        balance.flux_lag += lag;
-        balance.inductance_lag += lag.times(self.linked);
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
+        lag_flux(self.lag_at(at.speed), self.linked, memory, balance);
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        follow_rate(self.lag_at(passed.after.speed), passed, memory);
+    }
+    #[inline(always)]
+    fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
+        around_point(memory)
+    }
+}
+
+impl<S: Scalar<Base = S>> TransformerEmf<S> {
+    /// T at a speed, s.
+    #[inline(always)]
+    fn lag_at<N: Scalar<Base = S>>(&self, speed: N) -> N {
+        speed.abs().times(S::ONE / self.fading).plus(S::ONE).inverse().times(self.lag)
     }
 }

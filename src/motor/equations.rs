@@ -16,14 +16,12 @@ pub struct OperatingPoint<N: Scalar> {
     pub speed: N,
     /// u, the supply voltage as it is recorded, V.
     pub voltage: N,
-    /// du/dt, V/s.
-    pub voltage_rate: N::Base,
 }
 
 impl<N: Scalar> OperatingPoint<N> {
     /// A point without a supply, as the mechanical side sees it.
     pub fn unsupplied(current: N, speed: N) -> Self {
-        Self { current, speed, voltage: N::ZERO, voltage_rate: N::Base::ZERO }
+        Self { current, speed, voltage: N::ZERO }
     }
 }
 
@@ -38,8 +36,6 @@ pub struct Balance<N: Scalar> {
     pub flux_slope: N,
     /// Time by which the flux lags, s.
     pub flux_lag: N,
-    /// The same of the inductive voltage: lag times the share of the inductance that lags, s.
-    pub inductance_lag: N,
     /// Voltage that reaches the motor, V.
     pub supply: N,
     /// R, Ω.
@@ -185,8 +181,17 @@ impl<S: Scalar<Base = S>> Motor<S> {
         }
     }
 
+    /// What the effects remember at a point of a recording, where nothing is stepped: see [`crate::effects::PhysicalEffect::around_point`].
+    pub fn around_point(&self, memories: &Memories<S>) -> Memories<S> {
+        let mut around = *memories;
+        for (effect, memory) in self.effects.iter().zip(&mut around) {
+            *memory = effect.around_point(memory);
+        }
+        around
+    }
+
     /// [`Motor::advance`] over many steps, effect by effect: `passed` gives them by their place, and what the effects remember
-    /// after each is kept in `remembered`. A place without a step leaves all as it is.
+    /// around the end of each is kept in `remembered`. A place without a step leaves all as it is.
     pub fn advance_over_each<const PLACES: usize>(
         &self,
         passed: impl Fn(usize) -> Option<Passed<S>>,
@@ -256,7 +261,6 @@ impl<S: Scalar<Base = S>> Motor<S> {
             flux: N::ONE,
             flux_slope: N::ONE,
             flux_lag: N::ZERO,
-            inductance_lag: N::ZERO,
             supply: at.voltage,
             resistance: N::lift(p.resistance),
             inductance: N::lift(p.inductance),
@@ -285,7 +289,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
             let current = |at| self.slopes(&at, Some(slopes.direction), memories).current;
             (current(OperatingPoint { voltage: to, ..at }) - current(at)) * inverse_interval
         } else {
-            at.voltage_rate / slopes.inductance.value
+            (to - at.voltage) * inverse_interval / slopes.inductance.value
         }
     }
 
@@ -302,9 +306,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
     /// Equations 13 and 14 of Rakar & Juričić (2004), solved for the derivatives:
     /// `L di/dt = u − R i − K φ ω − v` and `J dω/dt = K φ i + τ − s μ0 − μ1 ω − μ2 ω|ω|`.
     ///
-    /// Flux that lags by T, with a share χ of the inductance, is φ − T dφ/dt and λ − χ T L d²i/dt² to first order in T. With
-    /// the derivative of the voltage balance for L d²i/dt² both stay algebraic:
-    /// `(L − K φ' T ω + χ T (R + K φ' ω)) di/dt = u + χ T du/dt − R i − K φ ω − v`.
+    /// Flux that lags by T is φ − T dφ/dt, to first order in T: `(L − K φ' T ω) di/dt = u − R i − K φ ω − v`.
     ///
     /// Without a `direction` the rotor is at rest, and the balance of torques decides: it begins to move if the driving torque
     /// exceeds the dry friction.
@@ -359,16 +361,14 @@ impl<S: Scalar<Base = S>> Motor<S> {
     ) -> Slopes<N> {
         let linkage = self.linkage(b);
         let mut inductance = b.inductance;
-        let mut left = b.supply - b.resistance * at.current - linkage * at.speed - b.voltage;
+        let left = b.supply - b.resistance * at.current - linkage * at.speed - b.voltage;
         let mut lagged = linkage;
         let slope = b.flux_slope.times(self.parameters.flux_coefficient);
         if lags {
-            let emf = slope * at.speed;
-            let gained = inductance + b.inductance_lag * (b.resistance + emf);
-            let lost = b.flux_lag * emf / gained;
+            let lost = b.flux_lag * slope * at.speed / inductance;
             // 1 − x and 1/(1 + x) agree to first order, and the second never turns the inductance negative.
-            inductance = if lost.value() > S::ZERO { gained / (N::ONE + lost) } else { gained * (N::ONE - lost) };
-            left += b.inductance_lag.times(at.voltage_rate);
+            inductance =
+                if lost.value() > S::ZERO { inductance / (N::ONE + lost) } else { inductance * (N::ONE - lost) };
         }
         let current = left / inductance;
         if lags {

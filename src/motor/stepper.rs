@@ -240,12 +240,10 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         }
         let State { current, speed } = self.state;
         let before = self.state;
-        let rate = (to - from) * self.inverse_interval;
         let here = OperatingPoint {
             current: Gradient::current(current),
             speed: Gradient::speed(speed),
             voltage: Gradient::lift(from),
-            voltage_rate: rate,
         };
         let slopes = self.motor.slopes(&here, moving(speed), &self.memories);
         let direction = slopes.direction;
@@ -253,7 +251,7 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         let mut f = [slopes.current.value, slopes.speed.value];
         let mut jacobian =
             [[slopes.current.by_current, slopes.current.by_speed], [slopes.speed.by_current, slopes.speed.by_speed]];
-        let begin = OperatingPoint { current, speed, voltage: from, voltage_rate: rate };
+        let begin = OperatingPoint { current, speed, voltage: from };
         let mut drift = self.motor.drift(begin, to, self.inverse_interval, &slopes, &self.memories);
         if constraints.current.is_some() {
             (f[0], jacobian[0], drift) = (S::ZERO, [S::ZERO; 2], S::ZERO);
@@ -270,7 +268,6 @@ impl<S: Scalar<Base = S>> Stepper<S> {
             current: current + k1[0],
             speed: speed + k1[1],
             voltage: from + (to - from) * S::constant(GAMMA),
-            voltage_rate: rate,
         };
         let slopes = self.motor.slopes(&second, Some(direction), &self.memories);
         let f = [

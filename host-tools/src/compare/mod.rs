@@ -254,18 +254,18 @@ fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>
     let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
     let state = |n: usize| State { current: i[n], speed: w[n] };
     let mut memories = motor.memories_at_start(state(0));
-    let du = derivative(&e.input, e.interval_s);
     for n in 0..e.len() {
         if n > 0 {
             let passed = Passed { interval: e.interval_s, before: state(n - 1), after: state(n) };
             motor.advance(&passed, &mut memories);
         }
-        let at = OperatingPoint { current: i[n], speed: w[n], voltage: e.input[n], voltage_rate: du[n] };
-        let slopes = motor.slopes(&at, Some(direction[n]), &memories);
+        let at = OperatingPoint { current: i[n], speed: w[n], voltage: e.input[n] };
+        let around = motor.around_point(&memories);
+        let slopes = motor.slopes(&at, Some(direction[n]), &around);
         voltage.push(slopes.inductance * (slopes.current - di[n]));
         let inertia = motor.parameters().inertia;
         torque.push(inertia * (slopes.speed - dw[n]));
-        driving.push(motor.linkage(&motor.balance(&at, &memories)) * i[n]);
+        driving.push(motor.linkage(&motor.balance(&at, &around)) * i[n]);
     }
     let zero = vec![0.0; e.len()];
     let counted = |n: usize| e.counted[n] && !e.is_open(n) && !e.is_locked(n);

@@ -99,7 +99,6 @@ struct MotorPart<'a> {
     /// Least reversal that is none of noise, A.
     least_reversal: f64,
     speed: Vec<f64>,
-    voltage_rate: Vec<f64>,
     current_rate: Vec<f64>,
     directions: Vec<f64>,
     /// Samples at which the filtered voltage balance is looked at.
@@ -317,7 +316,7 @@ impl<'a> MotionPart<'a> {
                     return torque - e.input[n];
                 }
                 let current = torque / p.flux_coefficient;
-                let at = OperatingPoint { current, speed, voltage: e.input[n], voltage_rate: 0.0 };
+                let at = OperatingPoint { current, speed, voltage: e.input[n] };
                 let b = motor.balance(&at, &memories);
                 b.resistance * current + motor.linkage(&b) * speed + b.voltage - b.supply
             })
@@ -359,7 +358,6 @@ impl<'a> MotorPart<'a> {
         let least_reversal = NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0);
         Some(Self {
             experiment: e,
-            voltage_rate: derivative(&e.input, e.interval_s),
             current_rate: derivative(&current, e.interval_s),
             turning: without_small_reversals(&current, least_reversal),
             speed_changes: changes(&speed, &windows, period),
@@ -426,12 +424,7 @@ impl<'a> MotorPart<'a> {
         let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
         let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
         let state = |signal: &[f64], n: usize| State { current: signal[n], speed: speed[n] };
-        let at = |n: usize| OperatingPoint {
-            current: current[n],
-            speed: speed[n],
-            voltage: e.input[n],
-            voltage_rate: self.voltage_rate[n],
-        };
+        let at = |n: usize| OperatingPoint { current: current[n], speed: speed[n], voltage: e.input[n] };
         let mut remembered = memories.map(|memory| [memory; BLOCK]);
         let mut points = [(at(0), 0.0); BLOCK];
         for begin in (0..e.len()).step_by(BLOCK) {

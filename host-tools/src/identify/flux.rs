@@ -2,7 +2,7 @@
 //!
 //! The parameters of saturation, hysteresis or armature reaction are hard to compare between motors, and each alone may be
 //! uncertain where their product is not. `K φ(î)`, V s/rad, is back-EMF per speed and torque per ampere at the tip of the
-//! magnetisation loop: after the current has swung between `−î` and `î`, at the recordings' mean speed. Its interval is that
+//! magnetisation loop: after the current has swung between `−î` and `î` and has come to rest, at the recordings' mean speed. Its interval is that
 //! of the parameters, carried over by the derivatives (delta method).
 
 use greyrig::effects::Passed;
@@ -19,6 +19,9 @@ const POINTS: usize = 200;
 
 /// Time of one of them, s: a half period of 50 Hz for a swing.
 const INTERVAL_S: f64 = 0.01 / POINTS as f64;
+
+/// Time for which the current is held at the end, s, so that flux that lags has come after.
+const HELD_S: f64 = 1.0;
 
 /// Step of the derivatives, in standard deviations of a parameter.
 const DIFFERENCE: f64 = 0.01;
@@ -71,6 +74,7 @@ pub fn linkage(motor: &Motor<f64>, peak: f64, speed: f64) -> f64 {
         motor.advance(&Passed { interval: INTERVAL_S, before, after }, &mut memories);
         before = after;
     }
+    motor.advance(&Passed { interval: HELD_S, before, after: before }, &mut memories);
     let balance = motor.balance(&OperatingPoint::unsupplied(peak, speed), &memories);
     motor.linkage(&balance)
 }
