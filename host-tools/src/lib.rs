@@ -1,5 +1,6 @@
 //! Host side of greyrig: the virtual rig, identification, comparison and reports.
 
+pub mod addition;
 pub mod anfis;
 pub mod challenge;
 pub mod commands;

@@ -80,6 +80,24 @@ fn json_follows_the_interface() {
 }
 
 #[test]
+fn adding_takes_the_member_of_the_class_that_has_the_right_sign() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, profile, seed) in [("run.csv", "staircase", "1"), ("ramp.csv", "ramp", "2")] {
+        let seconds = ["--seconds", "12", "--seed", seed, "--effect", "skin_effect=0.25", "--out", file];
+        greyrig(folder.path(), &[&["simulate", "--profile", profile], &seconds[..]].concat());
+    }
+    greyrig(folder.path(), &["identify", "run.csv", "--out", "model.toml"]);
+    let ask = ["add", "commutation_demagnetisation", "--model", "model.toml", "run.csv", "ramp.csv", "--json"];
+    let added = json(&greyrig(folder.path(), &ask));
+    // Late commutation lowers the resistance that seems to be there, skin effect raises it.
+    assert_eq!(added["effects"], serde_json::json!(["skin_effect"]));
+    assert_eq!(added["accepted"], true);
+    assert!(added["notes"].as_array().unwrap().iter().any(|n| n.as_str().unwrap().contains("instead")), "{added}");
+    let [before, after] = ["held_out_before", "held_out_after"].map(|key| added[key]["current"].as_f64().unwrap());
+    assert!(after < 0.5 * before, "{after} after {before}");
+}
+
+#[test]
 fn a_model_file_is_read_with_care() {
     let folder = prepared();
     let model = std::fs::read_to_string(folder.path().join("model.toml")).unwrap();

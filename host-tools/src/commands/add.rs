@@ -8,9 +8,10 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::{input, words};
+use crate::addition::{Addition, identify_with};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
-use crate::identify::{self, Settings};
+use crate::identify::Settings;
 use crate::model::{Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
@@ -79,19 +80,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = input::load(&files, &args.map)?;
     let (training, held_out) = split(&recordings);
 
-    let mut stages = vec![stage("before", &model, &[], &[], &training, &held_out)?];
+    let mut stages = vec![stage(&model, &[], &[], &training, &held_out)?];
     for count in 1..=effects.len() {
-        let label = format!("+ {}", effects[count - 1]);
-        stages.push(stage(&label, &model, &effects[..count], &[], &training, &held_out)?);
+        stages.push(stage(&model, &effects[..count], &[], &training, &held_out)?);
     }
     for count in 1..=args.term.len() {
-        let label = format!("+ {}", args.term[count - 1].text());
-        stages.push(stage(&label, &model, &effects, &args.term[..count], &training, &held_out)?);
+        stages.push(stage(&model, &effects, &args.term[..count], &training, &held_out)?);
     }
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
-    let accepted = falls(&first.held_out.esr, &last.held_out.esr);
+    let accepted = first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
-    let final_fit = identify::identify(&recordings, &settings(&model, &effects, &args.term))?;
+    let Addition { effects: added, identification: final_fit } =
+        identify_with(&recordings, &settings(&model, &args.term), &effects)?;
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }
@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "add",
             &names,
             json!({
-                "effects": effects,
+                "effects": added,
                 "terms": args.term.iter().map(Formula::text).collect::<Vec<_>>(),
                 "esr_before": first.training,
                 "esr_after": last.training,
@@ -143,26 +143,26 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The settings that identify a model again with further effects.
-fn settings(model: &Model, more: &[&str], terms: &[Formula]) -> Settings {
+/// The settings that identify a model again with further terms.
+fn settings(model: &Model, terms: &[Formula]) -> Settings {
     let mut settings = Settings::of_model(model);
-    settings.effects.extend(more.iter().map(|id| (*id).to_owned()));
     settings.terms.extend(terms.iter().cloned());
     settings
 }
 
+/// The model with effects and terms, named by what it has got last.
 fn stage(
-    label: &str,
     model: &Model,
-    effects: &[&str],
+    effects: &[&'static str],
     terms: &[Formula],
     training: &[Recording],
     held_out: &[Recording],
 ) -> Result<Stage> {
-    let identification = identify::identify(training, &settings(model, effects, terms))?;
+    let Addition { effects, identification } = identify_with(training, &settings(model, terms), effects)?;
     let model = identification.model;
+    let last = terms.last().map(Formula::text).or(effects.last().copied());
     Ok(Stage {
-        label: label.to_owned(),
+        label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
         training: compare(&model, training)?.esr,
         held_out: compare(&model, held_out)?,
         model,
@@ -178,16 +178,6 @@ pub(super) fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>
     }
     let cut = recordings[0].len() * 2 / 3;
     (vec![recordings[0].part(0..cut)], vec![recordings[0].part(cut..recordings[0].len())])
-}
-
-/// How much smaller an error has to be to count as having fallen.
-const GAIN: f64 = 0.99;
-
-/// Whether no signal's error rises and at least one falls.
-pub(super) fn falls(before: &PerSignal, after: &PerSignal) -> bool {
-    let pairs = [(before.current, after.current), (before.speed, after.speed), (before.torque, after.torque)];
-    let ratios: Vec<f64> = pairs.iter().filter_map(|(b, a)| Some((*a)? / (*b)?)).collect();
-    ratios.iter().product::<f64>() < GAIN && ratios.iter().any(|r| *r < GAIN)
 }
 
 fn waterfall(stages: &[Stage]) -> String {

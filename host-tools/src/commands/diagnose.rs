@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
@@ -62,24 +63,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     settings.fixed.extend(args.fix.iter().cloned());
-    // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
-    let fitted = identify::identify(&recordings, &settings).ok().map(|i| i.model);
-    let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
-    let options = Options { settings, exclude: args.exclude.clone(), candidates_refined: true };
+    let options = Options { settings: settings.clone(), exclude: args.exclude.clone(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
-    let ranked = AtomicBool::new(false);
+    let (began, ranked) = (Instant::now(), AtomicBool::new(false));
     let result = diagnose(&recordings, &options, &|at| match at {
         Progress::Doing(what) => {
             bar.set_message(what.to_owned());
             bar.inc(1);
         }
         Progress::Ranking(candidates) if !ranked.swap(true, Ordering::Relaxed) => {
-            bar.println(first_look(candidates));
+            bar.println(first_look(candidates, began.elapsed()));
         }
         Progress::Ranking(_) => (),
     });
     bar.finish_and_clear();
     let d = result?;
+    // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
+    let fitted = identify::identify(&recordings, &settings).ok().map(|i| i.model);
+    let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
     if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let mut report = Report::new("Which effect is missing").lead(headline(&d)).text("Why", d.verdict.text.clone());
@@ -124,8 +125,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         && d.esr_after != d.esr_before
     {
         output::print_line(&format!(
-            "with {}: current {}, speed {}",
-            d.verdict.effects.join(" and "),
+            "with that: current {}, speed {}",
             words::percent(Some(current)),
             words::percent(Some(speed))
         ))?;
@@ -134,18 +134,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// The candidates that a first screening puts foremost.
-fn first_look(candidates: &[(&'static str, f64)]) -> String {
+fn first_look(candidates: &[(&'static str, f64)], after: Duration) -> String {
     let foremost: Vec<String> = candidates
         .iter()
         .take(5)
         .map(|(id, gain)| format!("{id} {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp())))
         .collect();
-    format!("first look, by how much the error might fall: {}", foremost.join(", "))
+    format!("first look after {:.1} s, by how much the error might fall: {}", after.as_secs_f64(), foremost.join(", "))
 }
 
 /// The verdict in a line.
 pub fn headline(d: &Diagnosis) -> String {
-    let effects = d.verdict.effects.join(", ");
+    let others = |id: &&str| {
+        let class = d.verdict.classes.iter().find(|class| class.contains(id))?;
+        Some(class.iter().copied().filter(|other| other != id).collect::<Vec<_>>().join(" or "))
+    };
+    let with_class = |id: &&str| others(id).map_or((*id).to_owned(), |others| format!("{id} (or {others})"));
+    let effects = d.verdict.effects.iter().map(|id| with_class(id)).collect::<Vec<_>>().join(", ");
     match d.verdict.kind {
         VerdictKind::MissingEffect => format!("missing: {effects}"),
         VerdictKind::None => "nothing is missing that these recordings could show".to_owned(),

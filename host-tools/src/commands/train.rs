@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let before = [compare(&bare, &shown)?, compare(&bare, &judge)?];
     let after = [compare(&model, &shown)?, compare(&model, &judge)?];
     let share = correction_share(&before[1], &after[1]);
-    let accepted = super::add::falls(&before[1].esr, &after[1].esr);
+    let accepted = before[1].esr.falls_to(&after[1].esr);
     if let Some(path) = &args.out {
         model.save(path, args.answer.force)?;
     }

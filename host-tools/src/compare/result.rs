@@ -14,7 +14,17 @@ pub struct PerSignal {
     pub torque: Option<f64>,
 }
 
+/// How much smaller an error has to be to count as having fallen.
+const GAIN: f64 = 0.99;
+
 impl PerSignal {
+    /// Whether errors have fallen on the whole, and one of them has by itself.
+    pub fn falls_to(&self, after: &Self) -> bool {
+        let pairs = [(self.current, after.current), (self.speed, after.speed), (self.torque, after.torque)];
+        let ratios: Vec<f64> = pairs.iter().filter_map(|(before, after)| Some((*after)? / (*before)?)).collect();
+        ratios.iter().product::<f64>() < GAIN && ratios.iter().any(|r| *r < GAIN)
+    }
+
     /// The figure of one signal.
     pub fn of(&self, signal: Signal) -> Option<f64> {
         match signal {

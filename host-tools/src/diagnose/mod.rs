@@ -419,6 +419,6 @@ fn parameters_of(id: &str) -> usize {
 }
 
 /// Name of the size of an effect.
-fn size_of(id: &str) -> &'static str {
+pub(crate) fn size_of(id: &str) -> &'static str {
     Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or("", |d| d.parameters[0].name)
 }

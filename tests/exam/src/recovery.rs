@@ -1,6 +1,7 @@
 //! What adding the named effects recovers: the held-out error on a ramp before and after, and whether R, J
 //! and the flux are true again.
 
+use greyrig_host::addition::identify_with;
 use greyrig_host::compare::compare;
 use greyrig_host::error::Result;
 use greyrig_host::identify::flux::swings;
@@ -36,8 +37,7 @@ pub fn add(case: &Case, outcome: &Outcome) -> Result<Recovery> {
     let training = case.recordings()?;
     let held_out = [case.held_out()?];
     let before = identify(&training, &Settings::new(case.excitation.kind()))?;
-    let effects = outcome.named.iter().map(|id| (*id).to_owned()).collect();
-    let after = identify(&training, &Settings { effects, ..Settings::new(case.excitation.kind()) })?;
+    let after = identify_with(&training, &Settings::new(case.excitation.kind()), &outcome.named)?.identification;
     let (worse, better) = (compare(&before.model, &held_out)?, compare(&after.model, &held_out)?);
     let current = |c: &greyrig_host::compare::Comparison| c.esr.current.unwrap_or(0.0);
     let floor = better.noise_floor.current.unwrap_or(0.0);

@@ -1,0 +1,61 @@
+//! Effects added to a model, each as the member of its class that the recordings want.
+//!
+//! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late commutation
+//! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
+
+use crate::compare::compare;
+use crate::diagnose::classes::class_of;
+use crate::diagnose::size_of;
+use crate::error::Result;
+use crate::identify::{Identification, Settings, identify};
+use crate::recording::Recording;
+
+/// A model with effects added.
+#[derive(Debug, Clone)]
+pub struct Addition {
+    /// The effects that it has got, in the order in which they were asked for.
+    pub effects: Vec<&'static str>,
+    /// What came of its identification.
+    pub identification: Identification,
+}
+
+/// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another member
+/// of its class takes its place if that lowers the error of the free run; a note says so.
+///
+/// # Errors
+/// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
+pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[&'static str]) -> Result<Addition> {
+    let with = |effects: &[&'static str]| {
+        let mut settings = settings.clone();
+        settings.effects.extend(effects.iter().map(|id| (*id).to_owned()));
+        identify(recordings, &settings)
+    };
+    let mut added = Addition { effects: effects.to_vec(), identification: with(effects)? };
+    let mut notes = Vec::new();
+    for (place, asked) in effects.iter().enumerate() {
+        if !comes_to_nothing(&added.identification, asked) {
+            continue;
+        }
+        for other in class_of(settings.kind, asked).unwrap_or(&[]).iter().copied() {
+            if added.effects.contains(&other) || settings.effects.iter().any(|id| id == other) {
+                continue;
+            }
+            let mut instead = added.effects.clone();
+            instead[place] = other;
+            let identification = with(&instead)?;
+            let esr = |identification: &Identification| Ok(compare(&identification.model, recordings)?.esr);
+            if esr(&added.identification)?.falls_to(&esr(&identification)?) {
+                notes.push(format!("{asked} comes to nothing here; {other}, which is of its class, is added instead"));
+                added = Addition { effects: instead, identification };
+            }
+        }
+    }
+    added.identification.notes.extend(notes);
+    Ok(added)
+}
+
+/// Whether the size of an effect cannot be told from zero.
+fn comes_to_nothing(identification: &Identification, id: &str) -> bool {
+    let size = identification.parameters.iter().find(|p| p.name == size_of(id));
+    size.is_none_or(|p| p.ci95.is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high))
+}
