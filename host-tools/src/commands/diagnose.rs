@@ -150,7 +150,7 @@ pub fn headline(d: &Diagnosis) -> String {
         Some(class.iter().copied().filter(|other| other != id).collect::<Vec<_>>().join(" or "))
     };
     let with_class = |id: &&str| others(id).map_or((*id).to_owned(), |others| format!("{id} (or {others})"));
-    let effects = d.verdict.effects.iter().map(|id| with_class(id)).collect::<Vec<_>>().join(", ");
+    let effects = d.verdict.effects.iter().map(with_class).collect::<Vec<_>>().join(", ");
     match d.verdict.kind {
         VerdictKind::MissingEffect => format!("missing: {effects}"),
         VerdictKind::None => "nothing is missing that these recordings could show".to_owned(),
