@@ -256,6 +256,11 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
                 hits as f64 / named.max(1) as f64,
                 hits as f64 / truth.max(1) as f64
             );
+            let ambiguous: Vec<&Outcome> = outcomes.iter().filter(|o| o.kind == VerdictKind::Ambiguous).collect();
+            let all = |o: &&Outcome| o.hits() == o.truth.len();
+            println!("all of the truth in the ambiguous set: {}", Share::of(&ambiguous, all));
+            let sizes = ambiguous.iter().map(|o| o.named.len() as f64 / o.truth.len() as f64).sum::<f64>();
+            println!("names for each true effect there: {:.2}", sizes / ambiguous.len().max(1) as f64);
         }
     }
     if question == Question::One {
