@@ -23,7 +23,8 @@ use crate::term::Formula;
 #[command(
     after_help = "Example:\n  greyrig add saturation --model model.toml staircase.csv ramp.csv --out model2.toml\n\n\
     Identifiers of the catalogue among the arguments are effects, all else recordings. With several recordings each gain is\n\
-    judged on the last one, which the fit does not see; with a single one, on its last third."
+    judged on the last one, which the fit does not see; with a single one, on its last third.\n\
+    Where an effect comes to nothing, another one that no recording separates from it (see `greyrig effects`) takes its place."
 )]
 pub struct Args {
     /// Effects of the catalogue, and recordings
