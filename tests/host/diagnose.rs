@@ -108,6 +108,16 @@ fn two_offsets_stand_in_for_a_third() {
 }
 
 #[test]
+fn a_class_is_named_once() {
+    // Skin effect and late commutation are one class; together they cancel in the voltage and leave a torque like that of the
+    // stray load that is withheld here.
+    let d = universal(&["stray_load_torque=30"], &["stray_load_torque", "iron_loss_drag"]);
+    assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
+    let tried_together = d.candidates.iter().filter(|c| c.effect == "skin_effect").count();
+    assert_eq!(tried_together, 0, "{:?}", d.candidates);
+}
+
+#[test]
 fn a_magnet_motor_names_friction_where_the_recording_shows_it() {
     let ask = |profile| {
         let recordings = [record(Kind::PmDc, profile, 8.0, &["coulomb_friction"])];

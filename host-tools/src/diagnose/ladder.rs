@@ -66,7 +66,7 @@ pub struct Step {
     pub winners: Vec<&'static str>,
     /// Whether these were tried together only.
     pub together: bool,
-    /// Others that did as well at once, where the free run was the judge.
+    /// Others that may do as well, where the free run was the judge.
     pub as_well: Vec<&'static str>,
     /// Best gain of a decoy.
     pub decoy_gain: f64,

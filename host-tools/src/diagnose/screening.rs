@@ -8,7 +8,7 @@ use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::size_of;
+use super::{classes, size_of};
 use crate::experiment::{Drive, Experiment};
 use crate::identify::minimise::{Refined, Residuals};
 use crate::identify::scales::Scales;
@@ -217,13 +217,17 @@ pub struct Pair {
     pub space: Space,
 }
 
-/// Tries the candidates of a screening two at a time, most promising first.
+/// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be named once
+/// and fitted twice.
 pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
     let complement = Complement::of(&fit.jacobian);
     let left = complement.project(&fit.residuals);
     let columns: Vec<DVector<f64>> = promises.par_iter().map(|p| complement.project(&p.column)).collect();
-    let places: Vec<(usize, usize)> =
-        (0..promises.len()).flat_map(|a| (a + 1..promises.len()).map(move |b| (a, b))).collect();
+    let alike = |a: usize, b: usize| classes::same(fit.space.kind(), promises[a].id, promises[b].id);
+    let places: Vec<(usize, usize)> = (0..promises.len())
+        .flat_map(|a| (a + 1..promises.len()).map(move |b| (a, b)))
+        .filter(|(a, b)| !alike(*a, *b))
+        .collect();
     let together = |(a, b): &(usize, usize)| {
         let (one, other) = (&columns[*a], &columns[*b]);
         let normal = Matrix2::new(one.norm_squared(), one.dot(other), one.dot(other), other.norm_squared());

@@ -37,7 +37,7 @@ const ADDED: usize = 2;
 type Attempt = (Vec<&'static str>, Space);
 /// Effects, and a fit with them.
 type Model = (Vec<&'static str>, Refined);
-/// The same, and those that would do as well.
+/// The same, and those that may do as well.
 type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
 
 impl SecondLook<'_> {
@@ -50,12 +50,15 @@ impl SecondLook<'_> {
             }
             progress(Progress::Doing("free run"));
             let scales = Scales::of(&kept.space, self.climb.experiments());
-            let objected = |id: &str| {
+            let objection = |id: &str| {
                 let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
-                last.and_then(|t| t.objection).is_some_and(|o| !Objection::is_of_size(o))
+                last.and_then(|t| t.objection)
             };
             let mut candidates = self.climb.candidates_beside(&kept.space, &[]);
-            candidates.retain(|d| !objected(d.id));
+            // What looks like the base model cannot be named, but it may be what another effect is named for.
+            let hidden = candidates.iter().filter(|d| objection(d.id) == Some(Objection::NotIndependent));
+            let hidden: Vec<&'static str> = hidden.map(|d| d.id).collect();
+            candidates.retain(|d| objection(d.id).is_none_or(Objection::is_of_size));
             let promises = self.promises(&kept, &scales, &candidates);
             let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
             let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
@@ -67,7 +70,8 @@ impl SecondLook<'_> {
                 let partners = self.partners(&kept, &singles, &scales, &candidates);
                 found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
             }
-            let Some((ids, fit, as_well)) = found else { break };
+            let Some((ids, fit, mut as_well)) = found else { break };
+            as_well.extend(hidden.iter().filter(|h| ids.iter().all(|id| !classes::same(kept.space.kind(), id, h))));
             ladder.found.extend(&ids);
             ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len()));
             (ladder, kept) = self.narrowed(ladder, fit)?;
