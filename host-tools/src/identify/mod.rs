@@ -279,6 +279,28 @@ struct Outcome {
     esr: BTreeMap<String, f64>,
 }
 
+impl Outcome {
+    fn of_simulation(space: Space, covariance: Option<Covariance>, weaknesses: Vec<Weakness>, method: Method) -> Self {
+        let method = match method {
+            Method::OutputError => "output error",
+            Method::LeastSquares => "least squares in continuous time",
+        };
+        Self { space, covariance, weaknesses, method, esr: BTreeMap::new() }
+    }
+}
+
+/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a model
+/// lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
+struct Earlier {
+    outcome: Outcome,
+    error: f64,
+    /// Notes that had been made by then.
+    notes: usize,
+}
+
+/// Rise of the error, mean of the logarithms of the signals' RMS, from which a parameter is needed.
+const NEEDED: f64 = 0.1;
+
 fn torque_cutoff_hz(experiments: &[Experiment]) -> f64 {
     let each = experiments.iter().filter_map(|e| {
         let (motion, derivatives) = match &e.position {
@@ -336,7 +358,7 @@ fn by_torque(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Re
 fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
     let rows = problem.rows();
     let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
-    let total: f64 = rows.iter().map(Rows::duration_s).sum();
+    let total: f64 = rows.iter().map(Rows::covered_s).sum();
     let correlation = slowest_correlation_s(rows, fit.residuals.as_slice(), interval);
     let block = block_length_s(correlation, total, fit.jacobian.ncols());
     numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))))
@@ -399,6 +421,7 @@ fn by_simulation(
     identifiability::check_excitation(experiments)?;
     typical_values(&mut space);
     let mut neutral = space.clone();
+    let mut earlier: Option<Earlier> = None;
     loop {
         if space.free().next().is_none() {
             let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
@@ -422,6 +445,11 @@ fn by_simulation(
             }
             Method::LeastSquares => as_it_is(&space, &problem),
         };
+        let error = refined.log_error(problem.groups());
+        if let Some(earlier) = earlier.take_if(|earlier| error > earlier.error + NEEDED) {
+            notes.truncate(earlier.notes);
+            return Ok(earlier.outcome);
+        }
         if let Some(stuck) = refined.space.free().find(|e| e.at_bound()) {
             // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
             notes.push(format!("{} has run into its bound at {:.4e} and is held there", stuck.name, stuck.value));
@@ -451,6 +479,8 @@ fn by_simulation(
         let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
         match weakness {
             Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
+                let outcome = Outcome::of_simulation(refined.space, covariance, weaknesses.clone(), method);
+                earlier = Some(Earlier { outcome, error, notes: notes.len() });
                 // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
                 let mut again = neutral.clone();
                 for entry in &mut again.entries {
@@ -463,16 +493,14 @@ fn by_simulation(
                 weaknesses.push(weakness);
             }
             _ => {
-                return Ok(Outcome {
-                    space: refined.space,
-                    covariance,
-                    weaknesses,
-                    method: match method {
-                        Method::OutputError => "output error",
-                        Method::LeastSquares => "least squares in continuous time",
-                    },
-                    esr: BTreeMap::new(),
-                });
+                if covariance.is_none() {
+                    notes.push(format!(
+                        "no 95 % intervals: these recordings hold too few independent stretches of time for {} parameters; record \
+                         longer, with more changes of speed",
+                        refined.jacobian.ncols()
+                    ));
+                }
+                return Ok(Outcome::of_simulation(refined.space, covariance, weaknesses, method));
             }
         }
     }

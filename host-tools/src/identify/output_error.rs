@@ -55,10 +55,20 @@ impl<'a> Rows<'a> {
         self.observations.iter().map(|o| o.samples.len()).sum()
     }
 
-    /// Time block of each row.
+    /// Block of each row: stretches with as much time that rows cover, in which what is masked does not count.
     pub fn blocks(&self, length_s: f64) -> Vec<usize> {
-        let samples = (length_s / self.experiment.interval_s).max(1.0);
-        self.observations.iter().flat_map(|o| &o.samples).map(|n| (*n as f64 / samples) as usize).collect()
+        let moments = self.moments();
+        let rows = (length_s / self.row_interval_s()).max(1.0);
+        let block = |n: &usize| (moments.partition_point(|m| m < n) as f64 / rows) as usize;
+        self.observations.iter().flat_map(|o| &o.samples).map(block).collect()
+    }
+
+    /// The samples at which there is a row.
+    fn moments(&self) -> Vec<usize> {
+        let mut moments: Vec<usize> = self.observations.iter().flat_map(|o| &o.samples).copied().collect();
+        moments.sort_unstable();
+        moments.dedup();
+        moments
     }
 
     /// Whether each row is of the speed.
@@ -66,9 +76,9 @@ impl<'a> Rows<'a> {
         self.observations.iter().flat_map(|o| std::iter::repeat_n(o.is_speed, o.samples.len()))
     }
 
-    /// Length of the recording, s.
-    pub fn duration_s(&self) -> f64 {
-        self.experiment.len() as f64 * self.experiment.interval_s
+    /// Time that rows cover, s.
+    pub fn covered_s(&self) -> f64 {
+        self.moments().len() as f64 * self.row_interval_s()
     }
 
     /// Interval between the rows of a signal, s.
