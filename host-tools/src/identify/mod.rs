@@ -370,7 +370,7 @@ pub(crate) fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTre
 }
 
 /// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows. A shape that the data leave open
-/// over its whole physical range has none.
+/// over its physical range has none.
 pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, [f64; 2]> {
     let mut fit = fit.clone();
     pin_shapes_at_limits(&mut fit);
@@ -380,9 +380,23 @@ pub(crate) fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, 
         .free()
         .enumerate()
         .map(|(k, entry)| (entry, interval(entry, theta[k], covariance.half_width_95_of(k))))
-        .filter(|(entry, [low, high])| !(entry.is_shape() && *low <= entry.range.0 && *high >= entry.range.1))
+        .filter(|(entry, interval)| !(entry.is_shape() && share_of_range(entry, *interval) > OPEN))
         .map(|(entry, interval)| (entry.name.clone(), interval))
         .collect()
+}
+
+/// A shape whose interval covers more than this share of its physical range is open.
+const OPEN: f64 = 0.9;
+
+/// Share of its physical range that an interval covers; of decades, where the parameter is positive.
+fn share_of_range(entry: &Entry, interval: [f64; 2]) -> f64 {
+    let (low, high) = entry.range;
+    let covered = interval.map(|x| x.clamp(low, high));
+    if entry.positive {
+        (covered[1] / covered[0]).ln() / (high / low).ln()
+    } else {
+        (covered[1] - covered[0]) / (high - low)
+    }
 }
 
 /// 95 % interval of a free parameter from half that of its coordinate.
