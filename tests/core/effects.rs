@@ -951,6 +951,29 @@ fn chain_acts_in_the_order_of_the_catalogue() {
 }
 
 #[test]
+fn the_voltage_channel_shows_the_command_and_the_dead_zone_takes_from_it() {
+    // Recorded is 1.1 times the command and 4 V; of the command 3 V are lost.
+    let effects = [
+        Effect::SupplyDeadZone(SupplyDeadZone { width: 3.0 }),
+        Effect::VoltageOffset(VoltageOffset { offset: 4.0 }),
+        Effect::VoltageGain(VoltageGain { error: 0.1 }),
+    ];
+    let motor = Motor::build(UNIVERSAL, &effects).expect("a valid motor");
+    let bare = Motor::build(UNIVERSAL, &[]).expect("a valid motor");
+    let settled = |motor: &Motor<f64>, voltage| {
+        let mut stepper = Stepper::build(motor.clone(), H).expect("a motor slower than the sampling");
+        for _ in 0..5_000 {
+            stepper.step(voltage, voltage, Constraints::ROTOR_LOCKED);
+        }
+        stepper.state().current
+    };
+    for command in [-50.0, -2.0, 0.0, 2.0, 10.0] {
+        let reaches = f64::signum(command) * (f64::abs(command) - 3.0).max(0.0);
+        near(settled(&motor, 1.1 * command + 4.0), settled(&bare, reaches), 1e-9);
+    }
+}
+
+#[test]
 fn measuring_effects_leave_the_motor_alone() {
     use greyrig::effects::Acts;
     let truth = |effects: &[Effect<f64>]| {

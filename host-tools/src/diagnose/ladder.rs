@@ -66,7 +66,9 @@ pub struct Step {
     pub winners: Vec<&'static str>,
     /// Whether these were tried together only.
     pub together: bool,
-    /// Others that may do as well, where the free run was the judge.
+    /// Whether the free run was the judge.
+    pub in_free_run: bool,
+    /// Others that may do as well, where it was.
     pub as_well: Vec<&'static str>,
     /// Best gain of a decoy.
     pub decoy_gain: f64,
@@ -122,8 +124,50 @@ impl Ladder {
     }
 }
 
+/// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that
+/// stays, beside which it may be needed.
+pub fn left_out(kind: Kind, steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
+    let stays = |step: &Step| step.in_free_run && step.winners.iter().any(|id| found.contains(id));
+    let last = steps.iter().rposition(stays).map_or(0, |k| k + 1);
+    dropped(kind, &steps[last..], found)
+}
+
 /// Effects that steps have added and that are no longer among what was found.
 pub fn dropped(kind: Kind, steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
     let added = steps.iter().flat_map(|s| &s.winners).copied();
     added.filter(|id| found.iter().all(|kept| !classes::same(kind, kept, id))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(winners: &[&'static str], in_free_run: bool) -> Step {
+        Step {
+            promises: Vec::new(),
+            tried: Vec::new(),
+            winners: winners.to_vec(),
+            together: false,
+            in_free_run,
+            as_well: Vec::new(),
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        }
+    }
+
+    #[test]
+    fn what_a_climb_began_with_and_dropped_is_left_out() {
+        let steps = [step(&["stribeck"], false), step(&["saturation"], false), step(&[], false)];
+        assert_eq!(left_out(Kind::Universal, &steps, &["saturation"]), ["stribeck"]);
+    }
+
+    #[test]
+    fn what_was_dropped_is_tried_beside_what_the_free_run_has_added_since() {
+        let steps = [step(&["speed_lag"], false), step(&["saturation"], false), step(&["stribeck"], true)];
+        assert!(left_out(Kind::Universal, &steps, &["saturation", "stribeck"]).is_empty());
+        // But not where that has not stayed, nor what was dropped afterwards.
+        assert_eq!(left_out(Kind::Universal, &steps, &["saturation"]), ["speed_lag", "stribeck"]);
+        let more = [&steps[..], &[step(&["brush_drop"], false)]].concat();
+        assert_eq!(left_out(Kind::Universal, &more, &["saturation", "stribeck"]), ["brush_drop"]);
+    }
 }

@@ -8,6 +8,9 @@ use super::scales::Scales;
 use crate::model::{BASE_PARAMETERS, Base, Kind, Model};
 use crate::term::Formula;
 
+/// Share of the end of a shape's range from which it rests there.
+const AT_THE_LIMIT: f64 = 0.99;
+
 /// What may happen to a parameter in a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Freedom {
@@ -260,6 +263,14 @@ impl Space {
         more
     }
 
+    /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would cease to be what
+    /// its name says.
+    pub fn turned(&self, id: &str) -> Option<&'static str> {
+        let turn = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)?.turns_into?;
+        let shape = self.get(turn.parameter)?;
+        (shape.value >= AT_THE_LIMIT * shape.range.1).then_some(turn.into)
+    }
+
     /// The same without an effect.
     #[must_use]
     pub fn without_effect(&self, id: &str) -> Self {
@@ -399,4 +410,19 @@ fn unknown_scale(formula: &Formula, unknown: usize, scales: &Scales) -> f64 {
     };
     let at_one = largest_value(formula, unknown, 1.0, [scales.current, scales.speed, scales.voltage]);
     if is_proportional(formula, unknown) && at_one > 0.0 && at_one.is_finite() { typical / at_one } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_candidate_turns_at_the_end_of_its_shape() {
+        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
+        let mut space = Space::new(Kind::Universal, Base::Full, &[]).with_effect("transformer_emf", &scales);
+        assert_eq!(space.turned("transformer_emf"), None);
+        space.start("transformer_fading", 2.99e3);
+        assert_eq!(space.turned("transformer_emf"), Some("eddy_current"));
+        assert_eq!(space.turned("saturation"), None);
+    }
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
-use super::ladder::{Ladder, Step, Tried, dropped};
+use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::screening::{self, Pair, Promise};
 use super::shape::{self, Shape};
@@ -104,7 +104,7 @@ impl<'a> Climb<'a> {
         mut steps: Vec<Step>,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
-        let left_out = dropped(base.space.kind(), &steps, &found);
+        let left_out = left_out(base.space.kind(), &steps, &found);
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
             let mut step = self.step(&fit, &left_out, gained, progress)?;
@@ -159,6 +159,7 @@ impl<'a> Climb<'a> {
             tried: winners.map(tried).to_vec(),
             winners: winners.to_vec(),
             together: true,
+            in_free_run: false,
             as_well: Vec::new(),
             decoy_gain: 0.0,
             decoys: [0, 0],

@@ -121,6 +121,7 @@ impl Climb<'_> {
             tried,
             winners: Vec::new(),
             together: false,
+            in_free_run: false,
             as_well: Vec::new(),
             decoy_gain,
             decoys: accepted,
@@ -147,13 +148,16 @@ impl Climb<'_> {
     }
 }
 
-/// The candidate that counts: the best one, or one that does as well with fewer parameters.
+/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the limit
+/// beyond which it would be another effect, that one counts if it does as well.
 pub fn winner(tried: &[Tried]) -> Option<&Tried> {
     let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
-    tried
+    let winner = tried
         .iter()
         .filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR)
-        .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))
+        .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))?;
+    let other = winner.fit.space.turned(winner.id).and_then(|into| tried.iter().find(|t| t.id == into));
+    Some(other.filter(|other| other.gain > winner.gain - SAME_ERROR).unwrap_or(winner))
 }
 
 /// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)

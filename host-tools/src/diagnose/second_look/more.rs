@@ -105,6 +105,7 @@ impl SecondLook<'_> {
             tried: ids.iter().map(tried).collect(),
             together: ids.len() > 1,
             winners: ids,
+            in_free_run: true,
             as_well,
             decoy_gain: 0.0,
             decoys: [0, 0],
