@@ -12,7 +12,8 @@
 //! current at which the branch closes. This is what plays (Prandtl–Ishlinskii) do whose widths are p and more, distributed
 //! exponentially, with e up to a largest one; a large e is one play. Loops inside a loop, which close in iron, close here as long
 //! as they are narrower than 2 p; z alone would be worn down by them, and so by the noise of a DC voltage. The inductive
-//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`.
+//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`. The rest is leakage through air: with c = r = 1
+//! no inductance would be left after a reversal, and no current could be computed.
 //!
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
@@ -125,7 +126,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_linked",
                 unit: "1",
-                range: (0.0, 1.0),
+                range: (0.0, 0.95),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that has the loop",

@@ -488,6 +488,24 @@ fn flux_linkage_is_the_integral_of_the_inductance() {
 }
 
 #[test]
+fn leakage_is_left_of_the_inductance_at_the_ends_of_the_ranges() {
+    // Without it a voltage would make the current jump. The shape is at an end of its range, the loop 0.2 A wide.
+    for closing in [0.0, 4.0] {
+        let widest = |name| {
+            let hysteresis = catalogue().iter().find(|d| d.id == "hysteresis").expect("in the catalogue");
+            hysteresis.parameters.iter().find(|p| p.name == name).expect("a parameter").range.1
+        };
+        let (resting, linked) = (widest("hysteresis_resting"), widest("hysteresis_linked"));
+        let motor = motor(Effect::Hysteresis(Hysteresis { coercive: 0.2, resting, closing, linked }));
+        let risen = after(&motor, carrying(0.0), 100, |t| carrying(500.0 * t));
+        for back in [0.0, 0.01, 0.1, 0.3, 1.0] {
+            let left = motor.balance(&OperatingPoint::unsupplied(5.0 - back, 0.0), &risen).inductance;
+            assert!(left >= 0.049 * UNIVERSAL.inductance, "{left} H, {back} A after the reversal");
+        }
+    }
+}
+
+#[test]
 fn hysteresis_forgets_with_the_current_alone() {
     let (coercive, resting) = (0.5, 2.0 / 3.0);
     let motor = motor(Effect::Hysteresis(Hysteresis { coercive, resting, closing: 0.0, linked: 0.6 }));
