@@ -12,8 +12,8 @@
 //! current at which the branch closes. This is what plays (Prandtl–Ishlinskii) do whose widths are p and more, distributed
 //! exponentially, with e up to a largest one; a large e is one play. Loops inside a loop, which close in iron, close here as long
 //! as they are narrower than 2 p; z alone would be worn down by them, and so by the noise of a DC voltage. The inductive
-//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`. The rest is leakage through air: with c = r = 1
-//! no inductance would be left after a reversal, and no current could be computed.
+//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`, of which a twentieth is left at least: leakage
+//! through air, without which no current could be computed after a reversal with c = r = 1.
 //!
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
@@ -39,6 +39,9 @@ pub struct Hysteresis<S> {
 const CLOSED: f64 = 1e-6;
 /// Share of the coercive current by which the play lags.
 const PLAY: f64 = 0.5;
+
+/// Share of the inductance that is leakage through air at least.
+const LEAKAGE: f64 = 0.05;
 
 /// How far the magnetising current is behind, A, and how that changes with the current; where in the play it is, (i − x)/p from
 /// −1 to 1; and z.
@@ -126,7 +129,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_linked",
                 unit: "1",
-                range: (0.0, 0.95),
+                range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that has the loop",
@@ -146,7 +149,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         let lag = self.lag(at.current, memory);
         balance.magnetising -= lag.current;
         balance.flux_slope = balance.flux_slope * lag.slope.times(-S::ONE).plus(S::ONE);
-        balance.inductance = balance.inductance * lag.slope.times(-self.linked).plus(S::ONE);
+        let left = lag.slope.times(-self.linked).plus(S::ONE);
+        let leakage = S::constant(LEAKAGE);
+        balance.inductance = if left.value() < leakage {
+            balance.inductance.times(leakage)
+        } else {
+            balance.inductance * left
+        };
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
         [S::ZERO, state.current, S::ZERO, S::ZERO]
