@@ -83,29 +83,61 @@ fn average_percentage_error<S: Kernel>(network: &Anfis<S, 3, 2, 8>, grid: impl I
     100.0 * sum / count
 }
 
-/// The five layers as they stand in the paper, with the standard library's functions.
-fn five_layers<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M, R>, x: [f64; N]) -> f64 {
-    let (mut numerator, mut denominator) = (0.0, 0.0);
-    for rule in 0..R {
-        let mut strength: f64 = 1.0;
-        let mut output = s.constants[rule];
-        for (i, x) in x.iter().enumerate() {
-            let j = rule / M.pow((N - 1 - i) as u32) % M;
-            let Premise { a, b, c } = s.premise[i][j];
-            let mu = match s.shape {
-                Shape::Bell => 1.0 / (1.0 + ((x - c) / a).abs().powf(2.0 * b)),
-                Shape::Gaussian => (-0.5 * ((x - c) / a).powi(2)).exp(),
-            };
-            strength = match s.firing {
-                Firing::Product => strength * mu,
-                Firing::Minimum => strength.min(mu),
-            };
-            output += s.slopes[rule][i] * x;
-        }
-        numerator += strength * output;
-        denominator += strength;
-    }
-    numerator / denominator
+/// The five layers as they stand in the paper, with the standard library's functions and the stated floor of the memberships:
+/// the output f̄ = Σ w̄ f, and the spread Σ w̄ |f − f̄| of the rules about it.
+fn five_layers<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M, R>, x: [f64; N]) -> (f64, f64) {
+    let rules: Vec<(f64, f64)> = (0..R)
+        .map(|rule| {
+            let mut strength: f64 = 1.0;
+            let mut output = s.constants[rule];
+            for (i, x) in x.iter().enumerate() {
+                let j = rule / M.pow((N - 1 - i) as u32) % M;
+                let Premise { a, b, c } = s.premise[i][j];
+                let mu = match s.shape {
+                    Shape::Bell => 1.0 / (1.0 + ((x - c) / a).abs().powf(2.0 * b).min(32f64.exp2())),
+                    Shape::Gaussian => (-0.5 * ((x - c) / a).powi(2)).exp().max((-32f64).exp2()),
+                };
+                strength = match s.firing {
+                    Firing::Product => strength * mu,
+                    Firing::Minimum => strength.min(mu),
+                };
+                output += s.slopes[rule][i] * x;
+            }
+            (strength, output)
+        })
+        .collect();
+    let total: f64 = rules.iter().map(|(strength, _)| strength).sum();
+    let mean = |value: &dyn Fn(f64) -> f64| rules.iter().map(|(w, f)| w * value(*f)).sum::<f64>() / total;
+    let output = mean(&|f| f);
+    (output, mean(&|f| (f - output).abs()))
+}
+
+/// What single precision may add to or take from the output within the box of ±1.
+///
+/// Weights that are off by δ of themselves at most move their mean by δ Σ w̄ |f − f̄|. A membership is off by what the kernel
+/// states for t, and by what z = (x − c)/a is off: at most six roundings of its largest value, 2b of which reach a bell's t (z of
+/// which a Gaussian's exponent). A product sums that over its inputs. The rules themselves are sums of differences of up
+/// to 2^N times the largest rule, four roundings each.
+fn single_precision_bound<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M, R>, spread: f64) -> f64 {
+    let rounding = 2f64.powi(-24);
+    let membership = |Premise { a, b, c }: &Premise| {
+        let farthest = (c.abs() + 1.0) / a;
+        let z = 6.0 * rounding * farthest;
+        let (sensitivity, power) = match s.shape {
+            Shape::Bell => (2.0 * b, b * LOG2_ERROR + rounding * (2.0 * 32.0 + b)),
+            Shape::Gaussian => (farthest, 3.0 * rounding * 32.0),
+        };
+        sensitivity * z + std::f64::consts::LN_2 * power + EXP2_ERROR + (2 * M + 3) as f64 * rounding
+    };
+    let inputs = s.premise.iter().map(|functions| functions.iter().map(membership).fold(0.0, f64::max));
+    let weight = match s.firing {
+        Firing::Product => inputs.sum(),
+        Firing::Minimum => inputs.fold(0.0, f64::max) + 2.0 * R as f64 * rounding,
+    };
+    let largest = (0..R)
+        .map(|rule| s.constants[rule].abs() + s.slopes[rule].iter().map(|p| p.abs()).sum::<f64>())
+        .fold(0.0, f64::max);
+    weight * spread + 4.0 * (N as f64 + 1.0).exp2() * largest * rounding
 }
 
 #[test]
@@ -206,17 +238,22 @@ fn any_settings<const N: usize, const M: usize, const R: usize>() -> impl Strate
     })
 }
 
-/// In the box, `f64` follows the layers to rounding and `f32` to what its kernel allows: with |f| ≤ 12 and weights off by
-/// 1e-5 of themselves, a few 1e-5 of that.
+/// In the box, `f64` follows the layers to rounding and `f32` to what its kernel allows.
 fn follows_the_layers<const N: usize, const M: usize, const R: usize>(
     settings: &Settings<N, M, R>,
     point: [f64; N],
 ) -> Result<(), TestCaseError> {
-    let expected = five_layers(settings, point);
+    let (expected, spread) = five_layers(settings, point);
     let double = settings.build::<f64>().unwrap().correct(point);
-    prop_assert!((double.value - expected).abs() < 1e-7, "{} {expected}", double.value);
+    // |x − c|^(2b) counts as 2^-32 at least: as much of each of the memberships, of four inputs at most.
+    prop_assert!(
+        (double.value - expected).abs() <= 4.0 * (-32f64).exp2() * spread + 1e-12,
+        "{} {expected}",
+        double.value
+    );
     let single = settings.build::<f32>().unwrap().correct(point.map(|x| x as f32));
-    prop_assert!((f64::from(single.value) - expected).abs() < 4e-4, "{} {expected}", single.value);
+    let bound = single_precision_bound(settings, spread);
+    prop_assert!((f64::from(single.value) - expected).abs() <= bound, "{} {expected} {bound:e}", single.value);
     prop_assert_eq!((double.validity, single.validity), (1.0, 1.0));
     Ok(())
 }
@@ -242,8 +279,8 @@ proptest! {
     fn equal_consequents_give_themselves(s in any_settings::<3, 3, 27>(), x in point::<3>(), k in -9.0..9.0) {
         let s = Settings { slopes: [[0.0; 3]; 27], constants: [k; 27], ..s };
         let value = s.build::<f32>().unwrap().correct(x.map(|x| x as f32)).value;
-        // Seven sums of numbers below 9, rounded.
-        prop_assert!((f64::from(value) - k).abs() < 1e-5, "{value} {k}");
+        // With the minimum 27 products over 27 strengths: 56 roundings of a number below 9.
+        prop_assert!((f64::from(value) - k).abs() < 56.0 * 9.0 * 2f64.powi(-24), "{value} {k}");
     }
 
     /// Whatever comes in, what goes out is finite and in range, and flagged unless all inputs are near the box.
