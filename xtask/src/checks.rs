@@ -201,7 +201,7 @@ fn firmware(_: Length) -> Result<Tally, String> {
         arguments.extend(["--", "--deny", "warnings"]);
         cargo(&arguments)?;
     }
-    size::run(false)?;
+    size::images()?;
     Ok(Tally::default())
 }
 

@@ -24,7 +24,7 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        Some((command, [])) if command == "size" => match size::run(true) {
+        Some((command, [])) if command == "size" => match size::tables() {
             Ok(()) => ExitCode::SUCCESS,
             Err(sentence) => {
                 eprintln!("xtask: {sentence}");

@@ -5,6 +5,7 @@ use std::process::Stdio;
 use crate::checks::{cargo_command, not_started};
 use crate::firmware::elf::Image;
 use crate::firmware::report::{Program, Stack};
+use crate::needs::{self, Need};
 
 /// Memory of the STM32G474RE that the linker may use (`memory.x`): begin and length.
 const RAM: (u32, u32) = (0x2000_0000, 96 * 1024);
@@ -59,11 +60,21 @@ struct Figures {
     room: u32,
 }
 
-/// Builds and checks all images and prints their table; with `counts`, the table of instructions, too.
+/// Prints the tables of the images and of the instructions that a sample takes, having provided what that needs.
 ///
 /// # Errors
 /// The first thing that does not hold.
-pub fn run(counts: bool) -> Result<(), String> {
+pub fn tables() -> Result<(), String> {
+    needs::provide([Need::Target, Need::Qemu].iter())?;
+    images()?;
+    instructions()
+}
+
+/// Builds and checks all images and prints their table.
+///
+/// # Errors
+/// The first thing that does not hold.
+pub fn images() -> Result<(), String> {
     println!("| image | .hot | .text | .rodata | .data | .bss | stack at most | room for it |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut notes = Vec::new();
@@ -86,7 +97,7 @@ pub fn run(counts: bool) -> Result<(), String> {
     }
     println!();
     notes.iter().for_each(|note| println!("{note}."));
-    if counts { instructions() } else { Ok(()) }
+    Ok(())
 }
 
 fn figures(board: &Board, bytes: &[u8]) -> Result<Figures, String> {
