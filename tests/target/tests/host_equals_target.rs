@@ -28,7 +28,7 @@ const LIMITS: [(&str, u32); 21] = [
     ("interrupt", 854),
     ("tick", 677),
     ("motor_step", 321),
-    ("motor_step_effects", 1606),
+    ("motor_step_effects", 1766),
     ("butterworth_f32_order_2", 44),
     ("butterworth_f32_order_4", 63),
     ("butterworth_f32_order_8", 101),
