@@ -4,6 +4,7 @@ use greyrig::butterworth::{self, Cascade, Coefficients};
 use greyrig::motor::{Constraints, Motor, ParameterError, State, Stepper};
 use greyrig::scalar::Scalar;
 
+use crate::edges;
 use crate::error::{Error, Place, Result};
 use crate::mains;
 use crate::model::Filter;
@@ -153,6 +154,17 @@ impl Experiment {
             open: recording.supply_open.clone(),
             start,
         })
+    }
+
+    /// The same with hard edges of the voltage where the current saw them, between the samples: for comparison and
+    /// identification. What runs on line has no such look back.
+    #[must_use]
+    pub fn with_edges_placed(mut self) -> Self {
+        let mut voltage = std::mem::take(&mut self.input);
+        if let (Drive::Voltage, Some(current)) = (self.drive, &self.current) {
+            edges::place(&mut voltage, current, |n| self.counted[n] && !self.is_open(n));
+        }
+        Self { input: voltage, ..self }
     }
 
     /// The same at the rate that suffices for trying many models: 5 kHz or a little less.

@@ -7,6 +7,7 @@ pub mod commands;
 pub mod compare;
 pub mod device;
 pub mod diagnose;
+pub mod edges;
 pub mod error;
 pub mod experiment;
 pub mod hybrid;

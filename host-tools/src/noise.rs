@@ -8,31 +8,56 @@ use realfft::RealFftPlanner;
 pub const TOP_OF_BAND: (f64, f64) = (0.25, 0.40);
 
 /// Standard deviation of white noise per sample, from the top of the spectrum (median over frequencies, so that single
-/// lines do not count). `None` when there is too little data.
+/// lines do not count). Pieces of the signal in which something jumps do not count either. `None` when there is too little
+/// data.
 pub fn white_noise(signal: &[f64]) -> Option<f64> {
     const LENGTH: usize = 1024;
+    /// Fewest pieces.
+    const FEWEST: usize = 4;
+    /// Power of a piece, in that of the median one, above which it holds more than noise, which scatters by a tenth.
+    const LOUD: f64 = 4.0;
     let mut planner = RealFftPlanner::<f64>::new();
     let fft = planner.plan_fft_forward(LENGTH);
     let window: Vec<f64> = (0..LENGTH).map(|k| 0.5 - 0.5 * (TAU * k as f64 / LENGTH as f64).cos()).collect();
     let energy: f64 = window.iter().map(|w| w * w).sum();
     let bins = (TOP_OF_BAND.0 * LENGTH as f64) as usize..(TOP_OF_BAND.1 * LENGTH as f64) as usize;
-    let mut densities = vec![0.0; bins.len()];
-    let mut count = 0.0;
+    let mut pieces: Vec<Vec<f64>> = Vec::new();
     for piece in signal.chunks_exact(LENGTH) {
         let mean = piece.iter().sum::<f64>() / LENGTH as f64;
         let mut input: Vec<f64> = piece.iter().zip(&window).map(|(x, w)| (x - mean) * w).collect();
         let mut output = fft.make_output_vec();
         fft.process(&mut input, &mut output).ok()?;
-        for (d, k) in densities.iter_mut().zip(bins.clone()) {
-            *d += output[k].norm_sqr() / energy;
-        }
-        count += 1.0;
+        pieces.push(bins.clone().map(|k| output[k].norm_sqr() / energy).collect());
     }
-    if count < 4.0 {
+    if pieces.len() < FEWEST {
         return None;
     }
-    densities.sort_by(f64::total_cmp);
-    Some((densities[densities.len() / 2] / count).sqrt())
+    let power = |piece: &[f64]| piece.iter().sum::<f64>();
+    let usual = median(pieces.iter().map(|p| power(p)).collect());
+    pieces.retain(|p| power(p) <= LOUD * usual);
+    let mean = |k: usize| pieces.iter().map(|p| p[k]).sum::<f64>() / pieces.len() as f64;
+    Some(median((0..bins.len()).map(mean).collect()).sqrt())
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Standard deviation of white noise per sample, from fourth differences (median, so that edges do not count): a signal that
+/// is smooth over five samples has none.
+pub fn of_differences(signal: &[f64]) -> f64 {
+    /// Of the squares of the coefficients 1, −4, 6, −4, 1.
+    const SQUARES: f64 = 70.0;
+    /// Median of the magnitude of a Gaussian variable, in standard deviations.
+    const MEDIAN: f64 = 0.674_490;
+    let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
+    let mut differences: Vec<f64> = signal.windows(5).map(fourth).collect();
+    if differences.is_empty() {
+        return 0.0;
+    }
+    let middle = differences.len() / 2;
+    *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / (MEDIAN * SQUARES.sqrt())
 }
 
 /// Amplitude density of a signal's noise in a band, Hz, per √Hz of the sampling rate: square root of the median, over windows

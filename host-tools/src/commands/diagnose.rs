@@ -120,6 +120,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(next) = &d.verdict.next_experiment {
         output::print_line(&format!("next recording: {next}"))?;
     }
+    if !d.clean.is_empty() {
+        output::print_line(&format!("note: {}", cleanness(&d)))?;
+    }
     if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
         && !d.verdict.effects.is_empty()
         && d.esr_after != d.esr_before
@@ -131,6 +134,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What was done to recordings that are cleaner than the model can be.
+fn cleanness(d: &Diagnosis) -> String {
+    format!(
+        "the {} is cleaner than what a model does between samples; noise of a converter of twelve bits was added to judge it",
+        d.clean.join(" and the ")
+    )
 }
 
 /// The candidates that a first screening puts foremost.
@@ -259,5 +270,6 @@ fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value 
         "lead": d.lead,
         "shape": d.shape,
         "decoy_gain": d.decoy_gain,
+        "dithered": d.clean,
     })
 }

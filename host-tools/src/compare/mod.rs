@@ -25,7 +25,7 @@ const AT_THE_FLOOR: f64 = 1.3;
 /// A model that lacks what these recordings need, or recordings that cannot be compared.
 pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     let experiments: Vec<Experiment> =
-        recordings.iter().map(|r| Experiment::new(r, &model.filter)).collect::<Result<_>>()?;
+        recordings.iter().map(|r| Ok(Experiment::new(r, &model.filter)?.with_edges_placed())).collect::<Result<_>>()?;
     for (e, recording) in experiments.iter().zip(recordings) {
         require(model, e)?;
         same_type(model, recording)?;

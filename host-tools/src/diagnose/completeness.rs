@@ -16,6 +16,11 @@ use crate::identify::minimise::{Refined, Residuals};
 
 /// Mains periods that turbulence is told by.
 const LAGS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// RMS of what does not repeat, in the standard deviation that its median tells, above which it is not noise but rare: what noise
+/// that goes with the current or the speed does stays below 2.
+const RARE: f64 = 2.4;
+/// Median of the square of a Gaussian variable, in its variance.
+const MEDIAN_OF_SQUARE: f64 = 0.454_936;
 /// Residual over floor below which a balance is complete.
 const COMPLETE: f64 = 1.35;
 /// Share of the structure that has to be explained where the floor is not reached: another form of the right law leaves
@@ -98,14 +103,18 @@ impl Signal {
         Self { residuals: rows.iter().map(|k| fit.residuals[*k]).collect(), times, step_s }
     }
 
-    /// Half the mean square of what lies `lag_s` apart; 0: not known.
+    /// Half the mean square of what lies `lag_s` apart; 0: not known. What is rare is no noise: where the supply is switched now
+    /// and then, an error lasts for milliseconds and never repeats.
     fn apart(&self, lag_s: f64) -> f64 {
         let lag = (lag_s / self.step_s).round().max(1.0) as usize;
-        mean((0..self.times.len().saturating_sub(lag)).filter_map(|k| {
+        let halves = (0..self.times.len().saturating_sub(lag)).filter_map(|k| {
             let (a, b) = (self.times[k], self.times[k + lag]);
             (a.0 == b.0 && (b.1 - a.1 - lag_s).abs() < self.step_s)
                 .then(|| (self.residuals[k + lag] - self.residuals[k]).powi(2) / 2.0)
-        }))
+        });
+        let halves: Vec<f64> = halves.collect();
+        let (mean, usual) = (mean(halves.iter().copied()), median(halves) / MEDIAN_OF_SQUARE);
+        if usual > 0.0 { mean.min(RARE * RARE * usual) } else { mean }
     }
 
     /// A sixth of the mean square of the second difference of neighbours; 0: not known.
@@ -129,6 +138,11 @@ impl Signal {
         let solved = columns.svd(true, true).solve(&DVector::from_element(LAGS.len(), 1.0), 1e-9);
         solved.map_or(apart[0], |s| if s[1] > 0.0 { s[0].max(0.0) + s[1] } else { apart[0] })
     }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Mean of squares; none: not known, 0.
@@ -230,6 +244,26 @@ mod tests {
         // Each lag is known to √(3/60,000) = 0.7 %, and carried on by 1/(1 − e^(−0.16/0.4)) = 3 to the whole process: 0.002.
         // The quadratic term takes part, which costs as much again; 0.01 is 2.5 sigma of both.
         assert!((floor - 0.09).abs() < 0.01, "{floor}");
+    }
+
+    #[test]
+    fn what_happens_now_and_then_is_no_noise() {
+        // Every second an error of 100 for 5 ms: an RMS of 7, of which nothing repeats from one period to the next.
+        let signal = speed(0.0, |t| if t.fract() < 5e-3 { 100.0 } else { 0.0 });
+        assert!(variance(&signal) > 49.0);
+        let apart = signal.apart(PERIOD_S);
+        // The white noise has 0.09; the median of 60,000 squares with a hundredth of outliers tells it to a few per cent.
+        assert!((apart / (RARE * RARE * 0.09) - 1.0).abs() < 0.1, "{apart}");
+    }
+
+    #[test]
+    fn noise_that_goes_with_a_sine_counts_as_it_is() {
+        let signal = speed(0.0, |_| 0.0);
+        let wave = |k: usize| (std::f64::consts::TAU * k as f64 * 1e-3 / PERIOD_S).sin();
+        let residuals: Vec<f64> = signal.residuals.iter().enumerate().map(|(k, e)| e * wave(k)).collect();
+        let signal = Signal { residuals, ..signal };
+        // 60,000 squares tell their mean to √(2/60,000), which noise of a changing size doubles: 1 %, three times.
+        assert!((signal.apart(PERIOD_S) / variance(&signal) - 1.0).abs() < 0.03);
     }
 
     fn of(electrical: f64, mechanical: f64) -> Completeness {

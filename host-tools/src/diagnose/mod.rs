@@ -16,6 +16,7 @@ pub mod classes;
 pub mod climb;
 pub mod completeness;
 pub mod decoys;
+pub mod dither;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
@@ -57,6 +58,9 @@ pub use verdict::{Verdict, VerdictKind};
 const MOST_EFFECTS: usize = 6;
 /// Candidates whose free-run error is refined for the report.
 const REFINED: usize = 3;
+
+/// How far from one half a share of an interval is half of it.
+const HALF_AN_INTERVAL: f64 = 0.1;
 
 /// A parameter of a candidate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -116,6 +120,8 @@ pub struct Diagnosis {
     pub decoy_gain: f64,
     /// Decoys tried, and how many of them would have been accepted by what they gain.
     pub decoys: [usize; 2],
+    /// Channels that are cleaner than the model can be, and got noise ([`dither`]).
+    pub clean: Vec<&'static str>,
 }
 
 /// What the user chooses.
@@ -155,7 +161,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     let excluded = |id: &str| options.exclude.iter().any(|e| e == id);
     progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);
-    let full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
+    let mut full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
+    let clean = dither::add(&mut full);
     let mut findings = samples::look(recordings, &full, settings.kind);
     findings.retain(|f| !excluded(f.id) && !settings.effects.iter().any(|e| e == f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
@@ -221,6 +228,13 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
+    if let Some(delay) = ladder.fit.space.get("channel_delay")
+        && ladder.found.contains(&"channel_delay")
+        && full.iter().all(|e| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL)
+    {
+        verdict.text += "\nthe delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next \
+                         (or a simulation that does): then it is no fault of the current channel";
+    }
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
     Ok(Diagnosis {
         verdict,
@@ -233,6 +247,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         shape,
         decoy_gain: ladder.steps.iter().map(|s| s.decoy_gain).fold(0.0, f64::max),
         decoys: ladder.steps.iter().fold([0, 0], |sum, s| [sum[0] + s.decoys[0], sum[1] + s.decoys[1]]),
+        clean,
     })
 }
 
@@ -307,6 +322,7 @@ fn insufficient(reason: &str) -> Diagnosis {
         shape: None,
         decoy_gain: 0.0,
         decoys: [0, 0],
+        clean: Vec::new(),
     }
 }
 

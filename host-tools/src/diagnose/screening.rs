@@ -277,18 +277,26 @@ fn unweighted(fit: &Refined, problem: &impl Residuals) -> DVector<f64> {
     )
 }
 
-/// The usual shape and those with the first shape parameter larger and smaller.
+/// Name of the parameter that ties the inductance to the flux, at its end.
+const LINKED: &str = "_linked";
+
+/// The usual shape, those with the first shape parameter larger and smaller, and one that leaves the inductance alone: what the
+/// inductance does at a reversal may hide what the back-EMF does.
 fn shapes(d: &Description, space: &Space) -> Vec<Space> {
-    let mut all = vec![space.clone()];
-    let Some(shape) = d.parameters.get(1) else { return all };
-    for factor in [NEIGHBOUR, 1.0 / NEIGHBOUR] {
+    let with = |name: &str, change: &dyn Fn(f64) -> f64| {
         let mut other = space.clone();
-        if let Some(entry) = other.get_mut(shape.name)
-            && matches!(entry.freedom, Freedom::Free(_))
-        {
-            entry.value = (entry.value * factor).clamp(shape.range.0, shape.range.1);
-            all.push(other);
-        }
-    }
-    all
+        let entry = other.get_mut(name)?;
+        let free = matches!(entry.freedom, Freedom::Free(_));
+        entry.value = change(entry.value);
+        free.then_some(other)
+    };
+    let first = d.parameters.get(1);
+    let neighbours = first.into_iter().flat_map(|shape| {
+        [NEIGHBOUR, 1.0 / NEIGHBOUR]
+            .into_iter()
+            .filter_map(|factor| with(shape.name, &|value| (value * factor).clamp(shape.range.0, shape.range.1)))
+    });
+    let linked = d.parameters.iter().filter(|p| p.name.ends_with(LINKED));
+    let alone = linked.filter_map(|p| with(p.name, &|_| p.range.0));
+    std::iter::once(space.clone()).chain(neighbours).chain(alone).collect()
 }

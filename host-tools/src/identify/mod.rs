@@ -204,7 +204,7 @@ pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experime
             "identify each motor type by itself",
         ));
     }
-    recordings.iter().map(|r| Experiment::new(r, filter)).collect()
+    recordings.iter().map(|r| Ok(Experiment::new(r, filter)?.with_edges_placed())).collect()
 }
 
 /// The parameters that settings ask for.

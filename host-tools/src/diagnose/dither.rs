@@ -1,0 +1,109 @@
+//! Recordings that are cleaner than the model can be.
+//!
+//! The voltage between two samples is not a straight line, signals are averaged for the search, an integrator has an order: what
+//! that leaves is a ten-thousandth of a signal, which repeats from one period to the next and obeys no law of the catalogue. With
+//! the noise of a converter of twelve bits it drowns. A simulation without noise, or a converter of twenty-four bits, would show it
+//! as structure. So the diagnosis adds white noise to a channel that has less than [`LEAST`], from a generator with a fixed seed: the
+//! same recordings, the same verdict.
+//!
+//! | symbol | meaning | unit |
+//! | --- | --- | --- |
+//! | σ | standard deviation of a channel's white noise per sample | that of the channel |
+//! | x̂ | largest RMS of the channel in any of the recordings | that of the channel |
+//! | f | sampling rate; 5 kHz is what the search works with | Hz |
+//!
+//! `σ ≥ LEAST x̂ √(f/5 kHz)`, so that the density is the same at any rate. The measuring chain of the virtual rig has two to
+//! three times that.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::experiment::{Drive, Experiment};
+use crate::noise;
+
+/// Least noise of voltage, current and speed at [`RATE_HZ`], as shares of the channel's RMS.
+const LEAST: [f64; 3] = [3e-4, 6e-4, 2.5e-4];
+/// The rate for which these hold, Hz.
+const RATE_HZ: f64 = 5000.0;
+const SEED: u64 = 4;
+
+/// Adds noise where there is less than the least; which channels of any recording got some.
+pub fn add(experiments: &mut [Experiment]) -> Vec<&'static str> {
+    let largest = [0, 1, 2].map(|k| {
+        let signals = experiments.iter_mut().filter_map(|e| channel(e, k));
+        signals.map(|signal| rms(signal)).fold(0.0, f64::max)
+    });
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut clean = [false; 3];
+    for e in experiments.iter_mut().filter(|e| e.drive == Drive::Voltage && e.current.is_some()) {
+        let rate = (1.0 / (e.interval_s * RATE_HZ)).max(1.0);
+        for (k, is_clean) in clean.iter_mut().enumerate() {
+            let Some(signal) = channel(e, k) else { continue };
+            let missing = (LEAST[k] * largest[k]).powi(2) * rate - noise::of_differences(signal).powi(2);
+            if missing > 0.0 {
+                *is_clean = true;
+                for x in signal {
+                    let z: f64 = StandardNormal.sample(&mut random);
+                    *x += missing.sqrt() * z;
+                }
+            }
+        }
+    }
+    ["voltage", "current", "speed"].into_iter().zip(clean).filter_map(|(name, clean)| clean.then_some(name)).collect()
+}
+
+/// Voltage, current or speed.
+fn channel(e: &mut Experiment, k: usize) -> Option<&mut Vec<f64>> {
+    match k {
+        0 => Some(&mut e.input),
+        1 => e.current.as_mut(),
+        _ => e.speed.as_mut(),
+    }
+}
+
+fn rms(signal: &[f64]) -> f64 {
+    (signal.iter().map(|x| x * x).sum::<f64>() / signal.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::prepare;
+    use crate::model::{Filter, Kind};
+    use crate::rig::Setup;
+
+    fn recorded(noise: f64) -> Vec<Experiment> {
+        let setup = Setup::new(Kind::Universal).noise(noise).profile("staircase").unwrap().seconds(4.0);
+        prepare(&[setup.run().unwrap().recording], &Filter::default()).unwrap()
+    }
+
+    #[test]
+    fn the_rigs_own_noise_stays_as_it_is() {
+        let (mut with, without) = (recorded(1.0), recorded(1.0));
+        assert!(add(&mut with).is_empty());
+        assert_eq!(with[0].input, without[0].input);
+        assert_eq!(with[0].current, without[0].current);
+        assert_eq!(with[0].speed, without[0].speed);
+    }
+
+    #[test]
+    fn clean_channels_get_what_they_lack() {
+        let clean: Vec<f64> = (0..40_000).map(|n| 230.0 * (0.0314 * f64::from(n)).sin()).collect();
+        let mut experiments = recorded(1.0);
+        experiments[0].input.clone_from(&clean);
+        experiments[0].current = Some(clean.iter().map(|u| u / 100.0).collect());
+        assert_eq!(add(&mut experiments), ["voltage", "current"]);
+        // 40,000 samples tell a standard deviation to a third of a per cent, the median to half of one.
+        let wanted = LEAST[0] * rms(&clean) * 2f64.sqrt();
+        assert!((noise::of_differences(&experiments[0].input) / wanted - 1.0).abs() < 0.03);
+    }
+
+    #[test]
+    fn the_same_recordings_get_the_same_noise() {
+        let (mut one, mut other) = (recorded(0.0), recorded(0.0));
+        add(&mut one);
+        add(&mut other);
+        assert_eq!(one[0].current, other[0].current);
+    }
+}
