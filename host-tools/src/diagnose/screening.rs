@@ -46,6 +46,8 @@ pub struct Holds {
     pub both_directions: bool,
     /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
     pub standstill: bool,
+    /// A rotor that turns: without, a lag that fades with the speed is one that does not.
+    pub motion: bool,
 }
 
 /// Speed in the rarer direction, relative to that in the other one, from which both count as recorded.
@@ -59,6 +61,7 @@ impl Holds {
         Self {
             electrical: experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some()),
             standstill: experiments.iter().any(|e| (0..e.len()).any(|n| e.is_locked(n) || e.is_open(n))),
+            motion: low < high,
             both_directions: (-low).min(high) > BOTH * (-low).max(high),
         }
     }
@@ -67,7 +70,8 @@ impl Holds {
     pub fn tells(self, d: &Description) -> bool {
         let one_way = matches!(d.id, "torque_offset" | "asymmetric_friction");
         let of_speed = d.acts == Acts::Mechanical || matches!(d.id, "speed_lag");
-        (self.electrical || of_speed) && (self.both_directions || !one_way)
+        let fades = d.turns_into.is_some();
+        (self.electrical || of_speed) && (self.both_directions || !one_way) && (self.motion || !fades)
     }
 }
 

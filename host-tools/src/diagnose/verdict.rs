@@ -88,6 +88,9 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
     classes.dedup();
     let complete = ladder.is_explained();
     let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+    if !holds.motion {
+        rivals.extend(fading(&ladder.found));
+    }
     let doubt = if holds.standstill { None } else { doubt_of_offsets(ladder) };
     if doubt.is_some() {
         rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
@@ -117,7 +120,11 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
                 .zip(&ladder.rivals)
                 .find(|(_, r)| !r.is_empty())
                 .and_then(|(id, _)| description(id).map(|d| d.separated_by.to_owned()));
-            let next = next.or_else(|| Some("a locked rotor, and a coast-down with the supply open".to_owned()));
+            let otherwise = match holds.motion {
+                true => "a locked rotor, and a coast-down with the supply open",
+                false => "the same currents with the rotor free to turn",
+            };
+            let next = next.or_else(|| Some(otherwise.to_owned()));
             text.push(doubt.unwrap_or_else(|| {
                 format!(
                     "{} would explain these data as well; another recording would tell",
@@ -182,6 +189,12 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
         },
         (false, false) => outside(ladder, lead, sizes, text),
     }
+}
+
+/// Effects that do the same as those found, as long as the rotor stands still.
+fn fading(found: &[&'static str]) -> impl Iterator<Item = &'static str> {
+    let into = |d: &greyrig::effects::Description| d.turns_into.is_some_and(|turn| found.contains(&turn.into));
+    Effect::<f64>::CATALOGUE.iter().filter(move |d| into(d)).map(|d| d.id)
 }
 
 /// Why offsets that were found on a closed supply may be others.

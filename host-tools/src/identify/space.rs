@@ -253,7 +253,8 @@ impl Space {
             && let Some(p) = d.parameters.iter().find(|p| p.name == turn.parameter)
             && let Some(entry) = more.get_mut(turn.parameter)
         {
-            entry.range.1 = entry.range.1.min(turn.beyond * scales.size(p.relative));
+            // Without any speed there is no telling; the range must not turn round.
+            entry.range.1 = entry.range.1.min(turn.beyond * scales.size(p.relative)).max(entry.range.0);
         }
         for entry in &mut more.entries {
             if let Some(known) = self.get(&entry.name) {

@@ -1,13 +1,16 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
+use greyrig::effects::Effect;
 use rayon::prelude::*;
 
 use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::{Progress, Watch, classes, parameters_of, screening, size_of};
 use crate::error::Result;
+use crate::identify::hold;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
+use crate::identify::space::Freedom;
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
@@ -91,14 +94,16 @@ impl Climb<'_> {
             // What was tried together only is no rival of its other half.
             let tried: &[Tried] = step.filter(|s| !s.together).map_or(&[], |s| &s.tried);
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
-            // With more parameters it is no rival: a law that has to be bent to look like another one.
-            let rivals_here = tried.iter().filter(|t| {
-                t.gain > RIVAL_SHARE * gain && !found.contains(&t.id) && parameters_of(t.id) <= parameters_of(id)
-            });
+            let rivals_here = tried.iter().filter(|t| t.gain > RIVAL_SHARE * gain && !found.contains(&t.id));
             let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), id, r.id)).collect();
             let does_as_well = |rival: &&Tried| {
                 progress(Progress::Doing(rival.id));
-                let swapped = if found.len() == 1 { (*rival.fit).clone() } else { self.swapped(fit, id, rival)? };
+                // With more parameters it is one only in its usual shape: a law can be bent to look like another one.
+                let bends = parameters_of(rival.id) > parameters_of(id);
+                let swapped = match found.len() {
+                    1 if !bends => (*rival.fit).clone(),
+                    _ => self.swapped(fit, id, rival, bends)?,
+                };
                 Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
             };
             let as_well: Vec<bool> = others.par_iter().map(does_as_well).collect::<Result<_>>()?;
@@ -109,12 +114,16 @@ impl Climb<'_> {
         Ok(())
     }
 
-    /// A fit with a rival in the place of an effect.
-    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried) -> Result<Refined> {
+    /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
+    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool) -> Result<Refined> {
         let scales = Scales::of(&fit.space, self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
             entry.value = known.value;
+        }
+        if bends && let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == rival.id) {
+            let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
+            hold(&mut space, &shapes, Freedom::Pinned);
         }
         minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())
     }
