@@ -6,8 +6,11 @@ use std::process::{Command, Output};
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::Settings;
 use greyrig_host::model::{Base, Kind};
-use greyrig_host::recording::Recording;
+use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::Setup;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
 
 fn record(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Recording {
@@ -133,6 +136,73 @@ fn a_square_wave_is_no_brush_drop() {
     let pieces: Vec<Recording> = [5, 8].into_iter().map(|n| whole.part(n * 10_000..(n + 2) * 10_000)).collect();
     let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis");
     assert!(!d.verdict.effects.contains(&"brush_drop"), "{}", d.verdict.text);
+}
+
+/// Without filters in front of the converter, noise and quanta: the supply switches from one sample to the next.
+fn ideal(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagnosis {
+    let setup = Setup::new(kind).profile(profile).expect("a profile").seconds(seconds).seed(11).ideal();
+    let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
+    let recordings = [setup.run().expect("a run").recording];
+    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
+}
+
+#[test]
+fn hard_edges_of_the_voltage_are_no_effect() {
+    // Taken for straight between samples a step of 12 V is half an interval early: 12 V · 0.1 ms/(2 L) = 0.2 A of an inrush of 3.5 A.
+    for effects in [&[][..], &["brush_drop=1"]] {
+        let setup = Setup::new(Kind::PmDc).profile("dc-steps").expect("a profile").seconds(8.0).seed(11).ideal();
+        let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
+        let mut recording = setup.run().expect("a run").recording;
+        with_noise(&mut recording, &[(Channel::Voltage, 0.01), (Channel::Current, 4e-3), (Channel::Speed, 0.15)]);
+        let d = diagnose(&[recording], &options(Kind::PmDc, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+        let wanted: Vec<&str> = effects.iter().filter_map(|e| e.split('=').next()).collect();
+        assert_eq!(d.verdict.effects, wanted, "{}", d.verdict.text);
+        assert!(d.clean.is_empty());
+    }
+}
+
+/// Adds the noise of half a unit of a converter of twelve bits.
+fn with_noise(recording: &mut Recording, sizes: &[(Channel, f64)]) {
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    for (channel, size) in sizes {
+        for x in recording.channels.get_mut(channel).expect("a channel") {
+            let z: f64 = StandardNormal.sample(&mut random);
+            *x += size * z;
+        }
+    }
+}
+
+#[test]
+fn recordings_without_noise_are_judged_like_others() {
+    let d = ideal(Kind::Universal, "staircase", 8.0, &[]);
+    assert_eq!((d.verdict.kind, d.clean.as_slice()), (VerdictKind::None, &["voltage", "current", "speed"][..]));
+    let d = ideal(Kind::Universal, "staircase", 8.0, &["hysteresis=0.3"]);
+    assert_eq!(d.verdict.effects, ["hysteresis"], "{}", d.verdict.text);
+}
+
+#[test]
+fn an_error_of_every_transient_is_not_acquitted() {
+    // The sensor shows a third of an inrush: an error that lasts for milliseconds and does not repeat from one 20 ms to the next.
+    let d = ideal(Kind::PmDc, "dc-steps", 8.0, &["current_compression=0.3"]);
+    assert_ne!(d.verdict.kind, VerdictKind::None, "{}", d.verdict.text);
+}
+
+#[test]
+fn a_locked_rotor_alone_cannot_tell_two_lags() {
+    let recordings = [record(Kind::Universal, "locked", 6.0, &["transformer_emf=3e-4"])];
+    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{}", d.verdict.text);
+    assert_eq!(d.verdict.effects, ["eddy_current", "transformer_emf"]);
+}
+
+#[test]
+fn a_direct_current_in_one_direction_cannot_tell_constant_voltages() {
+    let recordings = [record(Kind::Universal, "dc-steps", 16.0, &["brush_drop=3"])];
+    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{}", d.verdict.text);
+    for id in ["brush_drop", "supply_dead_zone", "voltage_offset"] {
+        assert!(d.verdict.effects.contains(&id), "{:?}", d.verdict.effects);
+    }
 }
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {

@@ -77,7 +77,7 @@ impl Floor {
         time_constant_s: f64,
     ) -> Self {
         let [current, speed] = [0, 1].map(|group| Signal::of(fit, problem, times, group));
-        Self::new(fit, [current.apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
+        Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
     }
 
     fn new(fit: &Refined, variances: [f64; 2]) -> Self {
@@ -103,18 +103,27 @@ impl Signal {
         Self { residuals: rows.iter().map(|k| fit.residuals[*k]).collect(), times, step_s }
     }
 
-    /// Half the mean square of what lies `lag_s` apart; 0: not known. What is rare is no noise: where the supply is switched now
-    /// and then, an error lasts for milliseconds and never repeats.
+    /// Half the mean square of what lies `lag_s` apart; 0: not known.
     fn apart(&self, lag_s: f64) -> f64 {
+        mean(self.differences(lag_s))
+    }
+
+    /// The same without what is rare: where the supply is switched now and then, an error lasts for milliseconds and never
+    /// repeats, and yet is no noise.
+    fn usually_apart(&self, lag_s: f64) -> f64 {
+        let usual = median(self.differences(lag_s).collect()) / MEDIAN_OF_SQUARE;
+        let mean = self.apart(lag_s);
+        if usual > 0.0 { mean.min(RARE * RARE * usual) } else { mean }
+    }
+
+    /// Half the squares of what lies `lag_s` apart.
+    fn differences(&self, lag_s: f64) -> impl Iterator<Item = f64> {
         let lag = (lag_s / self.step_s).round().max(1.0) as usize;
-        let halves = (0..self.times.len().saturating_sub(lag)).filter_map(|k| {
+        (0..self.times.len().saturating_sub(lag)).filter_map(move |k| {
             let (a, b) = (self.times[k], self.times[k + lag]);
             (a.0 == b.0 && (b.1 - a.1 - lag_s).abs() < self.step_s)
                 .then(|| (self.residuals[k + lag] - self.residuals[k]).powi(2) / 2.0)
-        });
-        let halves: Vec<f64> = halves.collect();
-        let (mean, usual) = (mean(halves.iter().copied()), median(halves) / MEDIAN_OF_SQUARE);
-        if usual > 0.0 { mean.min(RARE * RARE * usual) } else { mean }
+        })
     }
 
     /// A sixth of the mean square of the second difference of neighbours; 0: not known.
@@ -251,7 +260,7 @@ mod tests {
         // Every second an error of 100 for 5 ms: an RMS of 7, of which nothing repeats from one period to the next.
         let signal = speed(0.0, |t| if t.fract() < 5e-3 { 100.0 } else { 0.0 });
         assert!(variance(&signal) > 49.0);
-        let apart = signal.apart(PERIOD_S);
+        let apart = signal.usually_apart(PERIOD_S);
         // The white noise has 0.09; the median of 60,000 squares with a hundredth of outliers tells it to a few per cent.
         assert!((apart / (RARE * RARE * 0.09) - 1.0).abs() < 0.1, "{apart}");
     }
@@ -263,7 +272,7 @@ mod tests {
         let residuals: Vec<f64> = signal.residuals.iter().enumerate().map(|(k, e)| e * wave(k)).collect();
         let signal = Signal { residuals, ..signal };
         // 60,000 squares tell their mean to √(2/60,000), which noise of a changing size doubles: 1 %, three times.
-        assert!((signal.apart(PERIOD_S) / variance(&signal) - 1.0).abs() < 0.03);
+        assert!((signal.usually_apart(PERIOD_S) / variance(&signal) - 1.0).abs() < 0.03);
     }
 
     fn of(electrical: f64, mechanical: f64) -> Completeness {
