@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use greyrig::effects::{Acts, Effect};
+
 use super::blocks::HeldOut;
 use super::classes;
 use super::completeness::{Completeness, Floor};
@@ -111,17 +113,25 @@ impl Ladder {
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
-    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. Without a finding
-    /// the balances judge, but not against a free run that is far off.
+    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. It does not where a lag
+    /// of the measuring chain was found and the free run is complete, as balances undo a lag to first order only. Without a
+    /// finding the balances judge, but not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
         match (&self.free_run, self.found.is_empty()) {
             (free_run, true) => {
                 self.after.is_complete() && free_run.as_ref().is_none_or(|(without, _)| without.may_be_healthy())
             }
-            (Some((without, with)), false) => with.explains(without) && !self.after.leaves_most(&self.before),
+            (Some((without, with)), false) => {
+                let roughly_undone = with.is_complete() && self.found.iter().any(|id| lags_in_the_chain(id));
+                with.explains(without) && (roughly_undone || !self.after.leaves_most(&self.before))
+            }
             (None, false) => self.after.explains(&self.before),
         }
     }
+}
+
+fn lags_in_the_chain(id: &str) -> bool {
+    Effect::<f64>::CATALOGUE.iter().any(|d| d.id == id && d.acts == Acts::Measuring && d.remembers)
 }
 
 /// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that

@@ -36,12 +36,14 @@ use serde::Serialize;
 use crate::compare::PerSignal;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};
+use crate::identify::flux::linkage;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression};
 use crate::model::unit;
 use crate::recording::Recording;
+use crate::report::numbers::figure;
 use audit::Audit;
 use climb::Climb;
 use completeness::Completeness;
@@ -235,6 +237,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         verdict.text += "\nthe delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next \
                          (or a simulation that does): then it is no fault of the current channel";
     }
+    let fit = fitted.as_ref().map_or(&ladder.fit.space, |fit| &fit.space);
+    verdict.text += &flux_in_words(fit, &ladder.found, &full).unwrap_or_default();
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
     Ok(Diagnosis {
         verdict,
@@ -249,6 +253,21 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         decoys: ladder.steps.iter().fold([0, 0], |sum, s| [sum[0] + s.decoys[0], sum[1] + s.decoys[1]]),
         clean,
     })
+}
+
+/// Effects that take flux away where the current is large.
+const LESS_FLUX: [&str; 2] = ["saturation", "armature_reaction"];
+
+/// What effects of the flux come to, as a line: their parameters by themselves say little.
+fn flux_in_words(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
+    found.iter().find(|id| LESS_FLUX.contains(id))?;
+    let current = Scales::of(space, experiments).current;
+    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];
+    Some(format!(
+        "\nat the largest current, {} A, the flux is {:.0} % below the straight line of small currents",
+        figure(current, 3),
+        100.0 * (1.0 - left / linear)
+    ))
 }
 
 /// Free-run error-to-signal ratios, current and speed, of a model that has been fitted to recordings.

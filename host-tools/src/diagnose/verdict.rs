@@ -11,6 +11,7 @@ use super::lead::Lead;
 use super::samples::Finding;
 use super::screening::Holds;
 use crate::model::Kind;
+use crate::report::numbers::with_interval;
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
 /// most 1.04.
@@ -307,10 +308,8 @@ fn is_of(id: &str, size: &Size) -> bool {
 
 /// A size with its interval.
 fn in_words(size: &Size) -> String {
-    let interval = size.ci95.map_or_else(
-        || " (left open by these data)".to_owned(),
-        |[low, high]| format!(" ({low:.3e} … {high:.3e}, 95 %)"),
-    );
+    let (value, interval) = with_interval(size.value, size.ci95);
+    let interval = size.ci95.map_or_else(|| "left open by these data".to_owned(), |_| format!("{interval}, 95 %"));
     let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
-    format!("{} = {:.3e}{unit}{interval}", size.name, size.value)
+    format!("{} = {value}{unit} ({interval})", size.name)
 }

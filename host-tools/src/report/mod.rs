@@ -28,7 +28,7 @@ mod comparison;
 mod extremes;
 pub mod figures;
 mod full_rate;
-mod numbers;
+pub mod numbers;
 pub mod panels;
 mod residuals;
 mod signals;
