@@ -20,7 +20,7 @@ use crate::compare::{PerSignal, compare};
 use crate::diagnose::climb::Climb;
 use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening::{self, Holds};
-use crate::diagnose::{self, VerdictKind, classes, samples};
+use crate::diagnose::{self, VerdictKind, classes, dither, samples};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::identify::minimise::Refined;
@@ -104,7 +104,8 @@ pub fn challenge(
     check_names(model, effects)?;
     let esr = compare(model, recordings)?.esr;
     let recordings = samples::without_clipped(recordings);
-    let full = identify::prepare(&recordings, &model.filter)?;
+    let mut full = identify::prepare(&recordings, &model.filter)?;
+    dither::add(&mut full);
     identifiability::check_excitation(&full)?;
     let mut settings = Settings::of_model(model);
     if full.iter().any(|e| e.drive == Drive::Torque) {
