@@ -73,7 +73,7 @@ fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec
     let current_noise = noise::of_differences(current);
     let least = (LEAST * largest).max(ABOVE_NOISE * noise);
     let change = |n: usize| (voltage[n] - voltage[n - 1]).abs();
-    (BEFORE.max(2)..voltage.len().saturating_sub(AFTER))
+    (BEFORE..voltage.len().saturating_sub(AFTER))
         .filter(|n| change(*n) > least)
         .filter(|n| change(n - 1).max(change(n + 1)) < STILL * change(*n) + 4.0 * noise)
         .filter(|n| (n - BEFORE..n + AFTER).all(&steady))

@@ -139,8 +139,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// What was done to recordings that are cleaner than the model can be.
 fn cleanness(d: &Diagnosis) -> String {
     format!(
-        "the {} is cleaner than what a model does between samples; noise of a converter of twelve bits was added to judge it",
-        d.clean.join(" and the ")
+        "cleaner than what a model does between samples: {}; to judge it, noise was added, half of what a converter of twelve bits has",
+        d.clean.join(", ")
     )
 }
 

@@ -260,7 +260,8 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             let all = |o: &&Outcome| o.hits() == o.truth.len();
             println!("all of the truth in the ambiguous set: {}", Share::of(&ambiguous, all));
             let sizes = ambiguous.iter().map(|o| o.named.len() as f64 / o.truth.len() as f64).sum::<f64>();
-            println!("names for each true effect there: {:.2}", sizes / ambiguous.len().max(1) as f64);
+            // The sum of nothing is -0.
+            println!("names for each true effect there: {:.2}", (sizes + 0.0) / ambiguous.len().max(1) as f64);
         }
     }
     if question == Question::One {
