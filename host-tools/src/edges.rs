@@ -13,7 +13,7 @@
 //! | f | share of that interval after the edge: 0 a supply that is switched at sample n, 1 at sample n − 1, ½ what a straight line does | 1 |
 //! | σ | standard deviation of f by the current's noise | 1 |
 //!
-//! f is where a straight line through the [`BEFORE`] currents before the edge meets a parabola through the [`AFTER`] from sample n
+//! f is where a straight line through the four currents before the edge meets a parabola through the four from sample n
 //! on. Edges of one recording teach each other (empirical Bayes): they scatter with a variance v round a mean m, which stand
 //! for f as far as σ leaves it open. The voltage keeps its samples but one of the two, which takes (f − ½) Δu: then the mean over
 //! the edge is right, and a switching instant off by more than an interval, as of a late channel, stays in the data.
