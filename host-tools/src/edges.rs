@@ -10,13 +10,18 @@
 //! | --- | --- | --- |
 //! | h | sampling interval | s |
 //! | Δu | step of the voltage between samples n − 1 and n, its neighbours standing still | V |
-//! | f | share of that interval after the edge: 0 a supply that is switched at sample n, 1 at sample n − 1, ½ what a straight line does | 1 |
+//! | f | share of that interval after the edge: 0 a supply that is switched at sample n, 1 at sample n − 1 | 1 |
+//! | Δi' | change of the current's slope at the edge | A per interval |
 //! | σ | standard deviation of f by the current's noise | 1 |
 //!
 //! f is where a straight line through the four currents before the edge meets a parabola through the four from sample n
 //! on. Edges of one recording teach each other (empirical Bayes): they scatter with a variance v round a mean m, which stand
-//! for f as far as σ leaves it open. The voltage keeps its samples but one of the two, which takes (f − ½) Δu: then the mean over
-//! the edge is right, and a switching instant off by more than an interval, as of a late channel, stays in the data.
+//! for f as far as σ leaves it open. A switching instant off by more than the interval, as of a late channel, stays in the data.
+//!
+//! In place of the step the model gets the straight line over the interval that has its mean and its first moment,
+//! from u(n − 1) + Δu (f − 3 f (1 − f)) to u(n − 1) + Δu (f + 3 f (1 − f)): what it drives through R and L is right to
+//! (h R/L)³. The mean of the current over the interval is f (1 − f) Δi'/2 below that of its samples; the charge that the trapezium rule
+//! lacks, over the edge and what decays after it, is h Δi' (1/12 − f (1 − f)/2) (Euler and Maclaurin).
 //!
 //! An edge that has passed an anti-alias filter bends the samples next to it, and is left as it is.
 
@@ -44,30 +49,123 @@ const ROUNDS: usize = 8;
 /// Variance of a share of which nothing is known: evenly between 0 and 1.
 const UNKNOWN: f64 = 1.0 / 12.0;
 
-/// An edge and what the current tells of it.
+/// A sampling interval within which the voltage is not straight between its samples: the straight line over the interval with
+/// its mean and first moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// The sample at its end.
+    pub n: usize,
+    /// Where the line begins, above the voltage of sample n − 1, V.
+    pub begins: f64,
+    /// Where it ends, above the voltage of sample n, V.
+    pub ends: f64,
+    /// Mean of the current over the interval, above that of its two samples, A.
+    pub current: f64,
+    /// What the trapezium rule lacks of the current's integral, over the edge and what decays after it, A intervals.
+    pub charge: f64,
+}
+
+impl Edge {
+    /// Of a voltage that steps (V) a `share` of the interval before sample `n`; the current's slope changes by `bend` (A per
+    /// interval).
+    fn switched(n: usize, share: f64, step: f64, bend: f64) -> Self {
+        let both = share * (1.0 - share);
+        Self {
+            n,
+            begins: step * (share - 3.0 * both),
+            ends: step * (share + 3.0 * both - 1.0),
+            current: -0.5 * both * bend,
+            charge: bend * (1.0 / 12.0 - 0.5 * both),
+        }
+    }
+
+    /// Mean of voltage (V) and current (A) over the interval.
+    pub fn means(&self, voltage: &[f64], current: &[f64]) -> [f64; 2] {
+        let samples = means(voltage, current, self.n);
+        [samples[0] + 0.5 * (self.begins + self.ends), samples[1] + self.current]
+    }
+}
+
+/// Mean of voltage (V) and current (A) over the interval that ends at sample `n`, straight between samples.
+pub fn means(voltage: &[f64], current: &[f64], n: usize) -> [f64; 2] {
+    [voltage, current].map(|signal| 0.5 * (signal[n - 1] + signal[n]))
+}
+
+/// The edge of the interval that ends at sample `n`, if there is one; `edges` in their order.
+pub fn at(edges: &[Edge], n: usize) -> Option<&Edge> {
+    edges.binary_search_by_key(&n, |e| e.n).ok().map(|k| &edges[k])
+}
+
+/// What the current tells of the instant of an edge.
 #[derive(Debug, Clone, Copy)]
-struct Edge {
-    /// The sample after it.
+struct Meeting {
+    /// The sample after the edge.
     n: usize,
     /// Share of the interval after the edge, and its variance.
     share: f64,
     variance: f64,
+    /// Change of the current's slope, A per interval.
+    bend: f64,
 }
 
-/// Moves the hard edges of a voltage to where the current saw them. `steady` tells at which samples the voltage drives a current
+/// Edges of a voltage, where the current saw them, in their order. `steady` tells at which samples the voltage drives a current
 /// that was measured.
-pub fn place(voltage: &mut [f64], current: &[f64], steady: impl Fn(usize) -> bool) {
-    let edges = find(voltage, current, steady);
-    let Some((mean, scatter)) = in_common(&edges) else { return };
-    let steps: Vec<f64> = edges.iter().map(|e| voltage[e.n] - voltage[e.n - 1]).collect();
-    for (edge, step) in edges.iter().zip(steps) {
-        let share = (edge.share * scatter + mean * edge.variance) / (scatter + edge.variance);
-        let early = share.clamp(0.0, 1.0) - 0.5;
-        voltage[if early > 0.0 { edge.n - 1 } else { edge.n }] += early * step;
-    }
+pub fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec<Edge> {
+    let meetings = meetings(voltage, current, steady);
+    let Some((mean, scatter)) = in_common(&meetings) else { return Vec::new() };
+    let edge = |m: &Meeting| {
+        let share = (m.share * scatter + mean * m.variance) / (scatter + m.variance);
+        Edge::switched(m.n, share.clamp(0.0, 1.0), voltage[m.n] - voltage[m.n - 1], m.bend)
+    };
+    meetings.iter().map(edge).collect()
 }
 
-fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec<Edge> {
+/// The edges after signals have been averaged with triangular weights over `factor` intervals and every `factor`-th sample kept:
+/// the intervals between those into which an edge was spread.
+pub fn coarser(edges: &[Edge], voltage: &[f64], current: &[f64], factor: usize) -> Vec<Edge> {
+    let (last, width) = (voltage.len() - 1, factor as f64);
+    let sample = |signal: &[f64], n: isize| signal[n.clamp(0, last as isize) as usize];
+    let averaged = |of: &dyn Fn(isize) -> f64, n: isize| -> f64 {
+        let reach = factor as isize - 1;
+        (-reach..=reach).map(|k| (width - k.abs() as f64) * of(n + k)).sum::<f64>() / (width * width)
+    };
+    let excess = |n: isize| usize::try_from(n).ok().and_then(|n| at(edges, n));
+    let begin = |n: isize| sample(voltage, n - 1) + excess(n).map_or(0.0, |e| e.begins);
+    let end = |n: isize| sample(voltage, n) + excess(n).map_or(0.0, |e| e.ends);
+    let middle = |n: isize| 0.5 * (sample(current, n - 1) + sample(current, n)) + excess(n).map_or(0.0, |e| e.current);
+    let over = |n: usize| {
+        let (from, to) = (((n - 1) * factor) as isize, (n * factor) as isize);
+        let (mut mean, mut moment, mut mean_current) = (0.0, 0.0, 0.0);
+        for fine in from + 1..=to {
+            let [begins, ends] = [averaged(&begin, fine), averaged(&end, fine)];
+            let centre = ((fine - from) as f64 - 0.5) / width - 0.5;
+            mean += 0.5 * (begins + ends) / width;
+            moment += (0.5 * (begins + ends) * centre + (ends - begins) / (12.0 * width)) / width;
+            mean_current += averaged(&middle, fine) / width;
+        }
+        let kept = |signal: &[f64], n: isize| averaged(&|k| sample(signal, k), n);
+        Edge {
+            n,
+            begins: mean - 6.0 * moment - kept(voltage, from),
+            ends: mean + 6.0 * moment - kept(voltage, to),
+            current: mean_current - 0.5 * (kept(current, from) + kept(current, to)),
+            // Every sample weighs in the sum of the averages what it weighed before.
+            charge: (from + 1..=to).filter_map(excess).map(|e| e.charge / width).sum(),
+        }
+    };
+    let kept = last / factor;
+    let mut spread: Vec<usize> = edges
+        .iter()
+        .flat_map(|e| {
+            (e.n + 1).saturating_sub(factor).div_ceil(factor).max(1)..=((e.n + 2 * factor - 2) / factor).min(kept)
+        })
+        .collect();
+    spread.sort_unstable();
+    spread.dedup();
+    spread.into_iter().map(over).collect()
+}
+
+fn meetings(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec<Meeting> {
     let largest = voltage.iter().fold(0.0f64, |m, u| m.max(u.abs()));
     let noise = noise::of_differences(voltage);
     let current_noise = noise::of_differences(current);
@@ -82,7 +180,7 @@ fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec
 }
 
 /// Where the courses of the current before and after sample `n` meet.
-fn meeting(current: &[f64], n: usize, noise: f64) -> Option<Edge> {
+fn meeting(current: &[f64], n: usize, noise: f64) -> Option<Meeting> {
     let [a0, a1, _] = polynomial::<BEFORE>(&current[n - BEFORE..n], 1);
     // From the middle of the samples before the edge, and of those after it, to sample n.
     let to_n = 0.5 * (BEFORE + 1) as f64;
@@ -94,8 +192,9 @@ fn meeting(current: &[f64], n: usize, noise: f64) -> Option<Edge> {
         let next = x - apart(x) / bend(x);
         next.is_finite().then(|| next.clamp(-FARTHEST, FARTHEST))
     })?;
-    let variance = EXTRAPOLATION * (noise / bend(meeting)).powi(2) + ROUNDING;
-    variance.is_finite().then_some(Edge { n, share: -meeting, variance })
+    let bend = bend(meeting);
+    let variance = EXTRAPOLATION * (noise / bend).powi(2) + ROUNDING;
+    variance.is_finite().then_some(Meeting { n, share: -meeting, variance, bend })
 }
 
 /// Least squares through equidistant values, round their middle: constant, slope and bend, of a degree of one or two.
@@ -109,14 +208,14 @@ fn polynomial<const N: usize>(values: &[f64], degree: usize) -> [f64; 3] {
 }
 
 /// Mean and variance of the shares of all edges.
-fn in_common(edges: &[Edge]) -> Option<(f64, f64)> {
+fn in_common(edges: &[Meeting]) -> Option<(f64, f64)> {
     if edges.is_empty() {
         return None;
     }
     let (mut mean, mut scatter) = (0.5, UNKNOWN);
     for _ in 0..ROUNDS {
-        let weight = |e: &Edge| 1.0 / (e.variance + scatter);
-        let sum = |of: &dyn Fn(&Edge) -> f64| edges.iter().map(of).sum::<f64>();
+        let weight = |e: &Meeting| 1.0 / (e.variance + scatter);
+        let sum = |of: &dyn Fn(&Meeting) -> f64| edges.iter().map(of).sum::<f64>();
         mean = (sum(&|e| weight(e) * e.share) + 0.5 / UNKNOWN) / (sum(&|e| weight(e)) + 1.0 / UNKNOWN);
         let excess = sum(&|e| weight(e).powi(2) * ((e.share - mean).powi(2) - e.variance));
         scatter = (excess / sum(&|e| weight(e).powi(2))).clamp(0.0, UNKNOWN);
@@ -130,7 +229,14 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
+    use std::collections::BTreeMap;
+
+    use greyrig::motor::{FluxLaw, Motor, Parameters};
+
     use super::*;
+    use crate::experiment::{Experiment, Imposed};
+    use crate::model::Filter;
+    use crate::recording::{Channel, Motion, Recording};
 
     const INTERVAL_S: f64 = 1e-4;
     const RESISTANCE: f64 = 0.6;
@@ -138,7 +244,7 @@ mod tests {
 
     /// Voltage and current of a resistance and an inductance; the supply steps every 20 ms, a share before the sample.
     /// Between its steps the current is known exactly: `i = u/R + (i₀ − u/R) e^(−t R/L)`.
-    fn switched(inductance: f64, shares: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    fn switched(inductance: f64, shares: &[f64], noise: f64) -> (Vec<f64>, Vec<f64>) {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let after = |from: f64, to: f64, intervals: f64| {
@@ -156,21 +262,18 @@ mod tests {
             }
             i = after(i, level / RESISTANCE, 199.0);
         }
-        current.iter_mut().for_each(|i| *i += NOISE_A * normal());
+        current.iter_mut().for_each(|i| *i += noise * normal());
         (voltage, current)
     }
 
     /// Largest excess of the voltage's mean over an edge, as a share of an interval times the step, over what it truly is.
     fn largest_error(inductance: f64, shares: &[f64]) -> f64 {
-        let (sampled, current) = switched(inductance, shares);
-        let mut voltage = sampled.clone();
-        place(&mut voltage, &current, |_| true);
+        let (sampled, current) = switched(inductance, shares, NOISE_A);
+        let edges = find(&sampled, &current, |_| true);
         let error = |(k, share): (usize, &f64)| {
             let n = 100 + 200 * k;
-            let step = sampled[n] - sampled[n - 1];
-            // Each sample stands for the interval around it in the integral of straight lines.
-            let moved = (voltage[n - 1] - sampled[n - 1] + voltage[n] - sampled[n]) / step;
-            (0.5 + moved - share).abs()
+            let [mean, _] = at(&edges, n).unwrap().means(&sampled, &current);
+            ((mean - sampled[n - 1]) / (sampled[n] - sampled[n - 1]) - share).abs()
         };
         shares.iter().enumerate().map(error).fold(0.0, f64::max)
     }
@@ -194,14 +297,33 @@ mod tests {
     #[test]
     fn a_current_that_hardly_bends_leaves_the_straight_line() {
         // An inductance so large that the noise hides the bend: nothing is known, and nothing is claimed.
-        let (sampled, current) = switched(5.0, &[0.0]);
-        let mut voltage = sampled.clone();
-        place(&mut voltage, &current, |_| true);
-        assert!(sampled.iter().zip(&voltage).all(|(a, b)| (a - b).abs() < 0.05 * 12.0));
+        let (sampled, current) = switched(5.0, &[0.0], NOISE_A);
+        let edges = find(&sampled, &current, |_| true);
+        assert!(edges.iter().all(|e| (e.begins + e.ends).abs() < 0.05 * 2.0 * 12.0));
     }
 
     #[test]
-    fn smooth_voltages_keep_their_bits() {
+    fn the_free_run_follows_a_switched_supply() {
+        let shares = [0.0, 0.2, 0.5, 0.7, 1.0];
+        for (factor, inductance) in [(1, 6e-4), (2, 6e-4), (3, 6e-4), (2, 1.2e-3)] {
+            let (e, motor) = locked(inductance, &shares);
+            let e = e.coarser(factor);
+            // A line with the step's mean and first moment leaves the second, (h R/L)³/6 of Δu/R at most; the stepper's own
+            // error and what coarse samples take of an exponential are of that order, too.
+            let steps = factor as f64 * INTERVAL_S * RESISTANCE / inductance;
+            let within = 24.0 / RESISTANCE * steps.powi(3) / 6.0;
+            let current = e.current.clone().unwrap();
+            let mut largest = 0.0f64;
+            e.run(&motor, e.substeps(&motor).unwrap(), Imposed::Nothing, |n, state| {
+                largest = largest.max((state.current - current[n]).abs());
+            })
+            .unwrap();
+            assert!(largest < within, "{factor} {inductance}: {largest} A, {within} A");
+        }
+    }
+
+    #[test]
+    fn smooth_voltages_have_no_edges() {
         let voltage: Vec<f64> = (0..5000).map(|n| 325.0 * (0.031 * f64::from(n)).sin()).collect();
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let noisy: Vec<f64> = voltage
@@ -212,9 +334,38 @@ mod tests {
             })
             .collect();
         for signal in [voltage, noisy] {
-            let mut placed = signal.clone();
-            place(&mut placed, &signal, |_| true);
-            assert_eq!(signal, placed);
+            assert!(find(&signal, &signal, |_| true).is_empty());
         }
+    }
+
+    /// A locked magnet motor whose supply was switched so long before the samples, without noise, with its edges as they were.
+    fn locked(inductance: f64, shares: &[f64]) -> (Experiment, Motor<f64>) {
+        let (voltage, current) = switched(inductance, shares, 0.0);
+        let samples = voltage.len();
+        let recording = Recording {
+            path: "closed form".into(),
+            sha256: String::new(),
+            start_s: 0.0,
+            sample_time_s: INTERVAL_S,
+            channels: BTreeMap::from([(Channel::Voltage, voltage.clone()), (Channel::Current, current)]),
+            motion: Motion::Rotary,
+            valid: vec![true; samples],
+            rotor_locked: vec![true; samples],
+            supply_open: Vec::new(),
+            extras: Vec::new(),
+            metadata: BTreeMap::new(),
+            warnings: Vec::new(),
+        };
+        let mut e = Experiment::new(&recording, &Filter::default()).unwrap();
+        e.edges = (0..shares.len())
+            .map(|k| {
+                let n = 100 + 200 * k;
+                let step = voltage[n] - voltage[n - 1];
+                Edge::switched(n, shares[k], step, step / inductance * INTERVAL_S)
+            })
+            .collect();
+        let values = [RESISTANCE, inductance, 0.05, 1e-5, 0.0, 0.0, 0.0];
+        let motor = Motor::build(Parameters::from_values(FluxLaw::PermanentMagnet, values), &[]).unwrap();
+        (e, motor)
     }
 }

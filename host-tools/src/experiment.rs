@@ -4,7 +4,7 @@ use greyrig::butterworth::{self, Cascade, Coefficients};
 use greyrig::motor::{Constraints, Motor, ParameterError, State, Stepper};
 use greyrig::scalar::Scalar;
 
-use crate::edges;
+use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::mains;
 use crate::model::Filter;
@@ -41,6 +41,8 @@ pub struct Experiment {
     pub drive: Drive,
     /// The driving signal: V, or N m.
     pub input: Vec<f64>,
+    /// Intervals within which the voltage is not straight between its samples, in their order.
+    pub edges: Vec<Edge>,
     /// Measured current, A.
     pub current: Option<Vec<f64>>,
     /// Measured speed, rad/s. Not there while only a locked rotor was recorded.
@@ -144,6 +146,7 @@ impl Experiment {
             interval_s,
             drive,
             input,
+            edges: Vec::new(),
             current,
             position: match recording.channel(Channel::Speed) {
                 Some(_) => None,
@@ -160,11 +163,44 @@ impl Experiment {
     /// identification. What runs on line has no such look back.
     #[must_use]
     pub fn with_edges_placed(mut self) -> Self {
-        let mut voltage = std::mem::take(&mut self.input);
         if let (Drive::Voltage, Some(current)) = (self.drive, &self.current) {
-            edges::place(&mut voltage, current, |n| self.counted[n] && !self.is_open(n));
+            self.edges = edges::find(&self.input, current, |n| self.counted[n] && !self.is_open(n));
         }
-        Self { input: voltage, ..self }
+        self
+    }
+
+    /// Samples that count, and for which the filter has settled since the supply was last opened or closed: a current
+    /// that is broken off has no rate.
+    pub fn counted_in_balances(&self) -> Vec<bool> {
+        let last = self.len() - 1;
+        let same = |n: usize| (n.saturating_sub(1)..=(n + 1).min(last)).all(|k| self.is_open(k) == self.is_open(n));
+        let unbroken: Vec<bool> = (0..self.len()).map(same).collect();
+        if unbroken.iter().all(|same| *same) {
+            return self.counted.clone();
+        }
+        let settling = self.filter.settling_samples().unwrap_or(0) as usize;
+        settled(&unbroken, settling).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
+    }
+
+    /// Where the voltage is not straight between its samples: sample, and mean of voltage (V) and current (A) over the two intervals
+    /// around it.
+    pub fn means_around_edges<'a>(&'a self, current: &'a [f64]) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
+        let over = |n: usize| match edges::at(&self.edges, n) {
+            Some(edge) => edge.means(&self.input, current),
+            None => edges::means(&self.input, current, n),
+        };
+        let mut last = 0;
+        let mut samples: Vec<usize> = Vec::new();
+        for n in self.edges.iter().flat_map(|e| [e.n - 1, e.n]).filter(|n| *n > 0 && n + 1 < self.len()) {
+            if n > last {
+                samples.push(n);
+                last = n;
+            }
+        }
+        samples.into_iter().map(move |n| {
+            let [before, after] = [over(n), over(n + 1)];
+            (n, [0, 1].map(|k| 0.5 * (before[k] + after[k])))
+        })
     }
 
     /// The same at the rate that suffices for trying many models: 5 kHz or a little less.
@@ -200,6 +236,7 @@ impl Experiment {
             interval_s: self.interval_s * factor as f64,
             drive: self.drive,
             input: average(&self.input),
+            edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
             current: self.current.as_deref().map(average),
             speed: self.speed.as_deref().map(average),
             position: self.position.as_deref().map(average),
@@ -267,6 +304,7 @@ impl Experiment {
             Drive::Voltage => self.current.as_deref().filter(|_| imposed == Imposed::Current),
         };
         take(0, stepper.reading());
+        let mut edges = self.edges.iter().peekable();
         for n in 1..self.len() {
             let constraints = Constraints {
                 speed: match speed {
@@ -281,7 +319,10 @@ impl Experiment {
                 },
             };
             let (from, to) = match self.drive {
-                Drive::Voltage => (S::constant(self.input[n - 1]), S::constant(self.input[n])),
+                Drive::Voltage => {
+                    let [begins, ends] = edges.next_if(|e| e.n == n).map_or([0.0; 2], |e| [e.begins, e.ends]);
+                    (S::constant(self.input[n - 1] + begins), S::constant(self.input[n] + ends))
+                }
                 Drive::Torque => (S::ZERO, S::ZERO),
             };
             stepper.step(from, to, constraints);

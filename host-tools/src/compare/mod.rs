@@ -267,6 +267,9 @@ fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>
         torque.push(inertia * (slopes.speed - dw[n]));
         driving.push(motor.linkage(&motor.balance(&at, &around)) * i[n]);
     }
+    for (n, [mean, _]) in e.means_around_edges(i) {
+        voltage[n] += mean - e.input[n];
+    }
     let zero = vec![0.0; e.len()];
     let counted = |n: usize| e.counted[n] && !e.is_open(n) && !e.is_locked(n);
     let of = |residual: &[f64], signal: &[f64]| {

@@ -25,7 +25,8 @@
 
 use greyrig::butterworth;
 use greyrig::effects::{Acts, Effect, Passed};
-use greyrig::motor::{Motor, OperatingPoint, Slopes, State};
+use greyrig::motor::{Gradient, Motor, OperatingPoint, Slopes, State};
+use greyrig::scalar::Scalar;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -351,12 +352,19 @@ impl<'a> MotorPart<'a> {
         while e.speed.is_some() && from + window + period < current.len() {
             let to = from + window;
             let counted = || (from..=to + period / 2).all(|n| e.counted[n]);
-            if counted() && (from..to).all(|n| !e.is_locked(n) && directions[n] != 0.0) {
+            // Through standstill, which can lie between two samples, dry friction jumps.
+            let turns_one_way = || {
+                let direction = |n: usize| if e.is_locked(n) { 0.0 } else { directions[n] };
+                let mut around = from - period / 2..=to + period / 2;
+                direction(from) != 0.0 && around.all(|n| direction(n) == direction(from))
+            };
+            if counted() && turns_one_way() {
                 windows.push((from, to));
             }
             from = to;
         }
         let least_reversal = NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0);
+        let counted = e.counted_in_balances();
         Some(Self {
             experiment: e,
             current_rate: derivative(&current, e.interval_s),
@@ -364,7 +372,7 @@ impl<'a> MotorPart<'a> {
             speed_changes: changes(&speed, &windows, period),
             least_reversal,
             current,
-            samples: (0..e.len()).step_by(stride(e)).filter(|n| e.counted[*n]).collect(),
+            samples: (0..e.len()).step_by(stride(e)).filter(|n| counted[*n]).collect(),
             speed,
             directions,
             windows,
@@ -401,16 +409,50 @@ impl<'a> MotorPart<'a> {
             rates.push(slopes.current);
             torques.push(inertia * slopes.speed);
         });
-        let filtered = e.filtered(&left_over(&inductances, current_rate, &rates));
+        let mut left = left_over(&inductances, current_rate, &rates);
+        // Simpson's rule takes what is smooth; at an edge of the voltage neither it nor what goes with the current is.
+        for (n, [voltage, mean]) in e.means_around_edges(current) {
+            let smooth = |signal: &[f64]| simpson(signal[n - 1], signal[n], signal[n + 1]);
+            let [drop, _] = self.by_current(motor, current, speed, n - 1);
+            left[n] -= voltage - smooth(&e.input) - drop * (mean - smooth(current));
+        }
+        let filtered = e.filtered(&left);
         let mut rows: Vec<f64> = self.samples.iter().map(|n| filtered[*n]).collect();
         if self.windows.is_empty() {
             return rows;
         }
         let undone = undone.is_some().then(|| self.changes(speed));
         let changes = undone.as_ref().unwrap_or(&self.speed_changes);
-        let impulses = self.changes(&integral(&torques, e.interval_s));
+        let impulses = self.changes(&self.impulse(motor, &torques, current, speed));
         rows.extend(impulses.iter().zip(changes).map(|(impulse, change)| impulse - inertia * change));
         rows
+    }
+
+    /// What a further ampere changes at a sample: voltage that the inductance lacks, V/A, and torque, N m/A.
+    fn by_current(&self, motor: &Motor<f64>, current: &[f64], speed: &[f64], n: usize) -> [f64; 2] {
+        let at = OperatingPoint {
+            current: Gradient::current(current[n]),
+            speed: Gradient::speed(speed[n]),
+            voltage: Gradient::lift(self.experiment.input[n]),
+        };
+        let memories = motor.memories_at_start(State { current: current[n], speed: speed[n] });
+        let slopes = motor.slopes(&at, Some(self.directions[n]), &memories);
+        [-slopes.inductance.value * slopes.current.by_current, motor.parameters().inertia * slopes.speed.by_current]
+    }
+
+    /// Integral of the torque (N m s) from the beginning to each sample, by the trapezium rule and what that lacks at an edge of the
+    /// voltage.
+    fn impulse(&self, motor: &Motor<f64>, torques: &[f64], current: &[f64], speed: &[f64]) -> Vec<f64> {
+        let e = self.experiment;
+        let mut impulse = integral(torques, e.interval_s);
+        let (mut lacking, mut from) = (0.0, 0);
+        for edge in e.edges.iter().filter(|edge| edge.charge != 0.0) {
+            impulse[from..edge.n].iter_mut().for_each(|x| *x += lacking);
+            from = edge.n;
+            lacking += self.by_current(motor, current, speed, edge.n - 1)[1] * edge.charge * e.interval_s;
+        }
+        impulse[from..].iter_mut().for_each(|x| *x += lacking);
+        impulse
     }
 
     /// Tells the slopes at each sample, in their order, from current, speed and current without small reversals as they
