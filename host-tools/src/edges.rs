@@ -25,6 +25,7 @@
 //!
 //! An edge that has passed an anti-alias filter bends the samples next to it, and is left as it is.
 
+use crate::averaging;
 use crate::noise;
 
 /// Samples of the current that tell its course before an edge.
@@ -125,9 +126,10 @@ pub fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) ->
 pub fn coarser(edges: &[Edge], voltage: &[f64], current: &[f64], factor: usize) -> Vec<Edge> {
     let (last, width) = (voltage.len() - 1, factor as f64);
     let sample = |signal: &[f64], n: isize| signal[n.clamp(0, last as isize) as usize];
+    let kernel = averaging::kernel(factor);
+    let reach = averaging::reach(factor);
     let averaged = |of: &dyn Fn(isize) -> f64, n: isize| -> f64 {
-        let reach = factor as isize - 1;
-        (-reach..=reach).map(|k| (width - k.abs() as f64) * of(n + k)).sum::<f64>() / (width * width)
+        kernel.iter().zip(n - reach as isize..).map(|(w, k)| w * of(k)).sum()
     };
     let excess = |n: isize| usize::try_from(n).ok().and_then(|n| at(edges, n));
     let begin = |n: isize| sample(voltage, n - 1) + excess(n).map_or(0.0, |e| e.begins);
@@ -156,9 +158,7 @@ pub fn coarser(edges: &[Edge], voltage: &[f64], current: &[f64], factor: usize) 
     let kept = last / factor;
     let mut spread: Vec<usize> = edges
         .iter()
-        .flat_map(|e| {
-            (e.n + 1).saturating_sub(factor).div_ceil(factor).max(1)..=((e.n + 2 * factor - 2) / factor).min(kept)
-        })
+        .flat_map(|e| e.n.saturating_sub(reach).div_ceil(factor).max(1)..=((e.n + reach - 1) / factor + 1).min(kept))
         .collect();
     spread.sort_unstable();
     spread.dedup();

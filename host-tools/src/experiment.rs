@@ -4,6 +4,7 @@ use greyrig::butterworth::{self, Cascade, Coefficients};
 use greyrig::motor::{Constraints, Motor, ParameterError, State, Stepper};
 use greyrig::scalar::Scalar;
 
+use crate::averaging;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::mains;
@@ -216,20 +217,7 @@ impl Experiment {
         if factor < 2 {
             return self.clone();
         }
-        let average = |signal: &[f64]| -> Vec<f64> {
-            let last = signal.len() - 1;
-            let weight = (factor * factor) as f64;
-            (0..signal.len())
-                .step_by(factor)
-                .map(|n| {
-                    let mut sum = factor as f64 * signal[n];
-                    for k in 1..factor {
-                        sum += (factor - k) as f64 * (signal[n.saturating_sub(k)] + signal[(n + k).min(last)]);
-                    }
-                    sum / weight
-                })
-                .collect()
-        };
+        let average = |signal: &[f64]| averaging::average(signal, factor);
         let flags = |flags: &[bool]| flags.iter().copied().step_by(factor).collect::<Vec<bool>>();
         Self {
             name: self.name.clone(),
@@ -321,7 +309,8 @@ impl Experiment {
             let (from, to) = match self.drive {
                 Drive::Voltage => {
                     let [begins, ends] = edges.next_if(|e| e.n == n).map_or([0.0; 2], |e| [e.begins, e.ends]);
-                    (S::constant(self.input[n - 1] + begins), S::constant(self.input[n] + ends))
+                    let bow = self.bow(n);
+                    (S::constant(self.input[n - 1] + begins + bow), S::constant(self.input[n] + ends + bow))
                 }
                 Drive::Torque => (S::ZERO, S::ZERO),
             };
@@ -329,6 +318,13 @@ impl Experiment {
             take(n, stepper.reading());
         }
         Ok(())
+    }
+
+    /// Mean of the voltage over the interval that ends at sample `n` above that of its two samples, V, by a cubic through its
+    /// neighbours.
+    fn bow(&self, n: usize) -> f64 {
+        let u = &self.input;
+        if n < 2 || n + 1 >= u.len() { 0.0 } else { (u[n - 1] - u[n - 2] + u[n] - u[n + 1]) / 24.0 }
     }
 
     /// Steps per sample that a motor needs here.

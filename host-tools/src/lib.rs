@@ -2,6 +2,7 @@
 
 pub mod addition;
 pub mod anfis;
+pub mod averaging;
 pub mod challenge;
 pub mod commands;
 pub mod compare;
