@@ -292,7 +292,7 @@ impl Experiment {
             Drive::Voltage => self.current.as_deref().filter(|_| imposed == Imposed::Current),
         };
         take(0, stepper.reading());
-        let mut edges = self.edges.iter().peekable();
+        let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             let constraints = Constraints {
                 speed: match speed {
@@ -308,9 +308,11 @@ impl Experiment {
             };
             let (from, to) = match self.drive {
                 Drive::Voltage => {
-                    let [begins, ends] = edges.next_if(|e| e.n == n).map_or([0.0; 2], |e| [e.begins, e.ends]);
-                    let bow = self.bow(n);
-                    (S::constant(self.input[n - 1] + begins + bow), S::constant(self.input[n] + ends + bow))
+                    while edges.first().is_some_and(|e| e.n + 1 < n) {
+                        edges = &edges[1..];
+                    }
+                    let [begins, ends] = self.between_samples(n, edges);
+                    (S::constant(self.input[n - 1] + begins), S::constant(self.input[n] + ends))
                 }
                 Drive::Torque => (S::ZERO, S::ZERO),
             };
@@ -320,11 +322,16 @@ impl Experiment {
         Ok(())
     }
 
-    /// Mean of the voltage over the interval that ends at sample `n` above that of its two samples, V, by a cubic through its
-    /// neighbours.
-    fn bow(&self, n: usize) -> f64 {
+    /// Begin and end of the line that stands for the voltage over the interval that ends at sample `n`, above its two samples, V:
+    /// what an edge makes of it, or else, away from `edges`, the mean of a cubic through its neighbours.
+    fn between_samples(&self, n: usize, edges: &[Edge]) -> [f64; 2] {
         let u = &self.input;
-        if n < 2 || n + 1 >= u.len() { 0.0 } else { (u[n - 1] - u[n - 2] + u[n] - u[n + 1]) / 24.0 }
+        let near = || edges.iter().take_while(|e| e.n <= n + 1);
+        match near().find(|e| e.n == n) {
+            Some(edge) => [edge.begins, edge.ends],
+            None if n < 2 || n + 1 >= u.len() || near().next().is_some() => [0.0; 2],
+            None => [(u[n - 1] - u[n - 2] + u[n] - u[n + 1]) / 24.0; 2],
+        }
     }
 
     /// Steps per sample that a motor needs here.
