@@ -39,9 +39,10 @@ pub fn white_noise(signal: &[f64]) -> Option<f64> {
     Some(median((0..bins.len()).map(mean).collect()).sqrt())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+/// The middle one, or 0 without any.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Standard deviation of white noise per sample, from fourth differences (median, so that edges do not count): a signal that

@@ -13,6 +13,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::identify::minimise::{Refined, Residuals};
+use crate::noise::median;
 
 /// Mains periods that turbulence is told by.
 const LAGS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
@@ -147,11 +148,6 @@ impl Signal {
         let solved = columns.svd(true, true).solve(&DVector::from_element(LAGS.len(), 1.0), 1e-9);
         solved.map_or(apart[0], |s| if s[1] > 0.0 { s[0].max(0.0) + s[1] } else { apart[0] })
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// Mean of squares; none: not known, 0.

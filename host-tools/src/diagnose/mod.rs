@@ -20,6 +20,7 @@ pub mod dither;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
+mod remarks;
 pub mod samples;
 pub mod screening;
 pub mod second_look;
@@ -36,14 +37,12 @@ use serde::Serialize;
 use crate::compare::PerSignal;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};
-use crate::identify::flux::linkage;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression};
 use crate::model::unit;
 use crate::recording::Recording;
-use crate::report::numbers::figure;
 use audit::Audit;
 use climb::Climb;
 use completeness::Completeness;
@@ -60,9 +59,6 @@ pub use verdict::{Verdict, VerdictKind};
 const MOST_EFFECTS: usize = 6;
 /// Candidates whose free-run error is refined for the report.
 const REFINED: usize = 3;
-
-/// How far from one half a share of an interval is half of it.
-const HALF_AN_INTERVAL: f64 = 0.1;
 
 /// A parameter of a candidate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -230,15 +226,10 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
-    if let Some(delay) = ladder.fit.space.get("channel_delay")
-        && ladder.found.contains(&"channel_delay")
-        && full.iter().all(|e| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL)
-    {
-        verdict.text += "\nthe delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next \
-                         (or a simulation that does): then it is no fault of the current channel";
-    }
     let fit = fitted.as_ref().map_or(&ladder.fit.space, |fit| &fit.space);
-    verdict.text += &flux_in_words(fit, &ladder.found, &full).unwrap_or_default();
+    let remarks =
+        [remarks::held_voltage(&ladder.fit.space, &ladder.found, &full), remarks::flux(fit, &ladder.found, &full)];
+    remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
     Ok(Diagnosis {
         verdict,
@@ -253,21 +244,6 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         decoys: ladder.steps.iter().fold([0, 0], |sum, s| [sum[0] + s.decoys[0], sum[1] + s.decoys[1]]),
         clean,
     })
-}
-
-/// Effects that take flux away where the current is large.
-const LESS_FLUX: [&str; 2] = ["saturation", "armature_reaction"];
-
-/// What effects of the flux come to, as a line: their parameters by themselves say little.
-fn flux_in_words(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
-    found.iter().find(|id| LESS_FLUX.contains(id))?;
-    let current = Scales::of(space, experiments).current;
-    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];
-    Some(format!(
-        "\nat the largest current, {} A, the flux is {:.0} % below the straight line of small currents",
-        figure(current, 3),
-        100.0 * (1.0 - left / linear)
-    ))
 }
 
 /// Free-run error-to-signal ratios, current and speed, of a model that has been fitted to recordings.

@@ -550,6 +550,7 @@ mod tests {
     use greyrig::motor::{FluxLaw, Parameters};
 
     use super::*;
+    use crate::edges::Edge;
     use crate::model::Filter;
     use crate::recording::{Channel, Recording};
 
@@ -604,6 +605,32 @@ mod tests {
         let worst = left[left.len() / 2..].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // (ωh)⁴/180 of the 23.8 V of the inductance are 0.52 mV; the rate at the sample alone would leave (ωh)²/6, 250 mV.
         assert!(worst < 0.6e-3, "{worst} V");
+    }
+
+    #[test]
+    fn a_supply_that_is_switched_between_samples_leaves_little() {
+        // 24 V on a locked rotor, h R/L = 0.2: i = u/R (1 − e^(−t R/L)) from the edge on.
+        let (r, l, step, n) = (0.6, 6e-4, 24.0, 1000);
+        let motor = Motor::build(parameters(r, l), &[]).unwrap();
+        for share in [0.0, 0.3, 0.5, 1.0] {
+            let edge_s = (n as f64 - share) * STEP_S;
+            let at = |t: f64| {
+                // The sample of an edge on it is of the voltage after it; the current is continuous.
+                let on = if t > edge_s - 1e-9 && (share < 1.0 || t > edge_s + 1e-9) { step } else { 0.0 };
+                [on, step / r * -(-(t - edge_s).max(0.0) * r / l).exp_m1(), 0.0]
+            };
+            let mut e = recorded(2000, at, true);
+            let worst = |e: &Experiment| {
+                let problem = EquationError::new(std::slice::from_ref(e)).unwrap();
+                let left = problem.parts.iter().flat_map(|part| part.residuals(&motor));
+                left.fold(0.0f64, |m, x| m.max(x.abs()))
+            };
+            let without = worst(&e);
+            e.edges = vec![Edge::switched(n, share, step, step / l * STEP_S)];
+            // What is left of R i is (h R/L)²/24 of the step, 40 mV, before the filter; half an interval of the step is volts.
+            assert!(worst(&e) < 0.04, "{share}: {} V, {without} V", worst(&e));
+            assert!(share == 0.5 || without > 0.5, "{share}: {without} V");
+        }
     }
 
     #[test]
