@@ -121,8 +121,7 @@ pub fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) ->
     meetings.iter().map(edge).collect()
 }
 
-/// The edges after signals have been averaged with triangular weights over `factor` intervals and every `factor`-th sample kept:
-/// the intervals between those into which an edge was spread.
+/// The edges after signals have been averaged by [`averaging::average`]: the intervals into which an edge was spread.
 pub fn coarser(edges: &[Edge], voltage: &[f64], current: &[f64], factor: usize) -> Vec<Edge> {
     let (last, width) = (voltage.len() - 1, factor as f64);
     let sample = |signal: &[f64], n: isize| signal[n.clamp(0, last as isize) as usize];

@@ -210,8 +210,8 @@ impl Experiment {
         self.coarser((COARSE_INTERVAL_S / self.interval_s) as usize)
     }
 
-    /// The same at a fraction of the sampling rate, each signal averaged with triangular weights: for fits that are tried by
-    /// the dozen. All signals pass the same linear filter, so that the linear part of the model stays exact.
+    /// The same at a fraction of the sampling rate, each signal averaged alike ([`averaging`]): for fits that are tried by the
+    /// dozen.
     #[must_use]
     pub fn coarser(&self, factor: usize) -> Self {
         if factor < 2 {
