@@ -190,14 +190,9 @@ impl Experiment {
             Some(edge) => edge.means(&self.input, current),
             None => edges::means(&self.input, current, n),
         };
-        let mut last = 0;
-        let mut samples: Vec<usize> = Vec::new();
-        for n in self.edges.iter().flat_map(|e| [e.n - 1, e.n]).filter(|n| *n > 0 && n + 1 < self.len()) {
-            if n > last {
-                samples.push(n);
-                last = n;
-            }
-        }
+        let inside = |n: &usize| *n > 0 && n + 1 < self.len();
+        let mut samples: Vec<usize> = self.edges.iter().flat_map(|e| [e.n - 1, e.n]).filter(inside).collect();
+        samples.dedup();
         samples.into_iter().map(move |n| {
             let [before, after] = [over(n), over(n + 1)];
             (n, [0, 1].map(|k| 0.5 * (before[k] + after[k])))
