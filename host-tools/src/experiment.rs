@@ -232,6 +232,11 @@ impl Experiment {
         }
     }
 
+    /// Where it comes from, for an error.
+    pub fn place(&self) -> Place {
+        Place::file(&self.name)
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.input.len()

@@ -263,16 +263,16 @@ pub fn base_error(recordings: &[Recording], settings: &Settings) -> Result<[f64;
 /// Start values of the base model, and what these recordings cannot hold taken out of it.
 pub(crate) fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
     if full.iter().all(|e| e.drive == Drive::Torque) {
-        identify::hold(space, &["R", "L", "K"], Freedom::Absent);
+        space.hold(&["R", "L", "K"], Freedom::Absent);
         space.take_scales(&Scales::of(space, coarse));
         return Ok(());
     }
     if full.iter().all(|e| e.current.is_none()) {
         // Without a current R is a unit of torque, and viscous friction counts to K: what is found does not depend on it.
-        identify::hold(space, &["mu1"], Freedom::Pinned);
+        space.hold(&["mu1"], Freedom::Pinned);
         for name in ["R", "L"] {
             if space.get(name).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))) {
-                identify::hold(space, &[name], Freedom::Fixed);
+                space.hold(&[name], Freedom::Fixed);
                 if let Some(entry) = space.get_mut(name) {
                     entry.value = if name == "R" { 1.0 } else { 1e-6 };
                 }
@@ -280,7 +280,7 @@ pub(crate) fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment
         }
     }
     identifiability::missing_channels(space, full)?;
-    identify::typical_values(space);
+    space.take_typical_values();
     regression::start_values(space, coarse);
     space.take_scales(&Scales::of(space, coarse));
     Ok(())

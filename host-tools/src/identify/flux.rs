@@ -10,6 +10,7 @@ use greyrig::motor::{FluxLaw, Motor, OperatingPoint, State};
 use serde::Serialize;
 
 use super::intervals::Covariance;
+use super::intervals::of_fit::half_width;
 use super::scales::Scales;
 use super::space::Space;
 use crate::experiment::Experiment;
@@ -60,7 +61,7 @@ impl FluxAtPeak {
             };
             slopes[k] = (beside(1.0)? - beside(-1.0)?) / (2.0 * step);
         }
-        let half = super::half_width(covariance.half_width_95(&slopes), value);
+        let half = half_width(covariance.half_width_95(&slopes), value);
         half.is_finite().then_some(Self { current, speed, value, ci95: [value - half, value + half] })
     }
 }

@@ -57,7 +57,7 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
             .collect();
         if !open.is_empty() {
             return Err(Error::input(
-                super::place(&experiments[0]),
+                experiments[0].place(),
                 format!("without a current (i_a), {} cannot be identified", open.join(" and ")),
                 format!(
                     "record the current, or give what you know with {}",
@@ -67,7 +67,7 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
         }
         if space.kind() == Kind::Universal {
             return Err(Error::input(
-                super::place(&experiments[0]),
+                experiments[0].place(),
                 "without a current (i_a), a universal motor cannot be identified: its flux is the current",
                 "record the current, or use --kind pm-dc if the motor has magnets",
             ));
@@ -76,7 +76,7 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
     if !moves {
         if let Some(e) = experiments.iter().find(|e| !(0..e.len()).all(|n| e.is_locked(n))) {
             return Err(Error::input(
-                super::place(e),
+                e.place(),
                 "without a speed (omega_rad_s), K, J and the friction cannot be identified",
                 "record the speed; if the rotor was held, say so with a line '# rotor: locked' or a column rotor_locked",
             ));
@@ -118,7 +118,7 @@ pub fn check_excitation(experiments: &[Experiment]) -> Result<()> {
     let first = level(&experiments[0]);
     if experiments.iter().all(|e| (level(e) - first).abs() <= CONSTANT * first.abs()) {
         return Err(Error::input(
-            super::place(&experiments[0]),
+            experiments[0].place(),
             "voltage, current and speed hardly change: one operating point fits any motor",
             "record a run-up, a staircase or a ramp of the voltage, and a coast-down for the friction",
         ));

@@ -226,6 +226,40 @@ impl Space {
         }
     }
 
+    /// Takes the values of the parameters that both have.
+    pub fn take_values(&mut self, from: &Self) {
+        for entry in &mut self.entries {
+            if let Some(known) = from.get(&entry.name) {
+                (entry.value, entry.scale) = (known.value, known.scale);
+            }
+        }
+    }
+
+    /// Takes the order of magnitude of a small motor, from which the regression starts.
+    pub fn take_typical_values(&mut self) {
+        for entry in &mut self.entries {
+            if entry.positive && !entry.of_effect() && matches!(entry.freedom, Freedom::Free(None)) {
+                entry.value = match entry.name.as_str() {
+                    "R" => 1.0,
+                    "L" => 1e-3,
+                    "K" => 1e-2,
+                    _ => 1e-4,
+                };
+            }
+        }
+    }
+
+    /// Gives free parameters another freedom.
+    pub fn hold(&mut self, names: &[&str], freedom: Freedom) {
+        for name in names {
+            if let Some(entry) = self.get_mut(name)
+                && matches!(entry.freedom, Freedom::Free(_))
+            {
+                entry.freedom = freedom;
+            }
+        }
+    }
+
     /// Sets the sizes of all free effects to zero: absent.
     pub fn remove_sizes(&mut self) {
         for entry in &mut self.entries {

@@ -7,7 +7,6 @@ use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::{Progress, Watch, classes, parameters_of, screening, size_of};
 use crate::error::Result;
-use crate::identify::hold;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
 use crate::identify::space::Freedom;
@@ -123,7 +122,7 @@ impl Climb<'_> {
         }
         if bends && let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == rival.id) {
             let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
-            hold(&mut space, &shapes, Freedom::Pinned);
+            space.hold(&shapes, Freedom::Pinned);
         }
         minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())
     }

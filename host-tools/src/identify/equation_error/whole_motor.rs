@@ -1,40 +1,12 @@
-//! Equation error: what the voltage balance and the torque balance leave over at the measured state.
-//!
-//! Nothing is simulated, so the error is nearly linear in the parameters, a fit converges from anywhere in a few steps, and
-//! every effect of the catalogue can be tried within a second. The noise of the regressors biases it slightly: what is
-//! found here is refined by [`super::output_error`].
-//!
-//! # Electrical side
-//! `L di/dt + R i + K φ ω + v − u` on the raw samples, then through the Butterworth filter. (The product of filtered signals
-//! is not the filtered product.) The current's rate is its central difference, and the rest the mean over the same two intervals.
-//!
-//! # Mechanical side
-//! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that nothing is
-//! differentiated and the pulsation of the torque at twice the mains frequency cancels.
-//!
-//! # Other recordings
-//! Torque (or force) and motion alone give the torque balance directly, `J dω/dt + friction − T`; voltage and speed alone,
-//! of a motor with magnets, the voltage balance with the current that the motion needs, `i = (J dω/dt + friction)/K`. Both go
-//! through a zero-phase low-pass whose cut-off is found from the data, as in [`super::inverse_dynamics`].
-//!
-//! # Measuring chain
-//! Effects of the chain are undone to first order: true ≈ measured − (chain(measured) − measured).
-//!
-//! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
-//! ASME 79 (1957) 547–552.
+//! Voltage, current and speed: both balances.
 
-use greyrig::butterworth;
 use greyrig::effects::{Acts, Effect, Passed};
 use greyrig::motor::{Gradient, Motor, OperatingPoint, Slopes, State};
 use greyrig::scalar::Scalar;
-use nalgebra::DVector;
-use rayon::prelude::*;
 
-use super::inverse_dynamics::{automatic_cutoff_hz, directions_by_quantum, zero_phase};
-use super::minimise::{Residuals, rms_of};
-use super::regression::{SlidingMean, directions, stride};
-use super::space::Space;
-use crate::experiment::{Drive, Experiment, derivative};
+use super::Balance;
+use crate::experiment::{Experiment, derivative};
+use crate::identify::regression::{SlidingMean, directions, stride};
 use crate::noise::white_noise;
 
 /// Windows of the weak form are at least this long on mains, s.
@@ -42,57 +14,15 @@ const WINDOW_S: f64 = 0.1;
 /// And this long without.
 const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
 
-/// The low-pass of a motion has at least this many periods of its cut-off in the recording.
-const FEWEST_PERIODS: f64 = 40.0;
-
 /// Reversals of the current by less than this many standard deviations of its noise are noise.
 const NOISE_REVERSAL: f64 = 8.0;
 
 /// Samples at which the balances are formed at once.
 const BLOCK: usize = 32;
 
-/// Stands for a residual that cannot be computed.
-const HOPELESS: f64 = 1e6;
-
-/// One of the two equations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Balance {
-    /// The voltage balance, V.
-    Voltage,
-    /// The torque balance, N m s over a window.
-    Torque,
-}
-
-/// The balances of all recordings.
-#[derive(Debug)]
-pub struct EquationError<'a> {
-    parts: Vec<Part<'a>>,
-    whole_motor: bool,
-    groups: Vec<u8>,
-    sizes: [f64; 2],
-    times: Vec<(usize, f64)>,
-}
-
-#[derive(Debug)]
-enum Part<'a> {
-    Motor(MotorPart<'a>),
-    Motion(MotionPart<'a>),
-}
-
-/// Voltage or torque, and motion: no current.
-#[derive(Debug)]
-struct MotionPart<'a> {
-    experiment: &'a Experiment,
-    speed: &'a [f64],
-    acceleration: Vec<f64>,
-    directions: Vec<f64>,
-    low_pass: butterworth::Settings,
-    samples: Vec<usize>,
-}
-
 /// Voltage, current and speed.
 #[derive(Debug)]
-struct MotorPart<'a> {
+pub struct WholeMotor<'a> {
     experiment: &'a Experiment,
     current: Vec<f64>,
     /// The current without its noise's small reversals, which would wear a hysteresis loop down.
@@ -112,230 +42,9 @@ struct MotorPart<'a> {
     speed_changes: Vec<f64>,
 }
 
-impl<'a> EquationError<'a> {
-    /// Prepares the recordings from which a balance can be formed; `None` without any.
-    pub fn new(experiments: &'a [Experiment]) -> Option<Self> {
-        let mut parts = Vec::new();
-        let mut times = Vec::new();
-        let mut groups = Vec::new();
-        for (recording, e) in experiments.iter().enumerate() {
-            let Some(part) = Part::new(e) else { continue };
-            for (group, samples) in part.rows() {
-                times.extend(samples.iter().map(|n| (recording, *n as f64 * e.interval_s)));
-                groups.extend(samples.iter().map(|_| group));
-            }
-            parts.push(part);
-        }
-        let whole_motor = parts.iter().all(|p| matches!(p, Part::Motor(_)));
-        let sizes = rms_of(&DVector::from_vec(parts.iter().flat_map(Part::signals).collect()), &groups);
-        (!groups.is_empty()).then_some(Self { parts, whole_motor, groups, sizes, times })
-    }
-
-    /// Whether all recordings hold voltage, current and speed.
-    pub fn is_of_whole_motor(&self) -> bool {
-        self.whole_motor
-    }
-
-    /// The rows of a term on the side of R i or, braking, on the side of the friction: its value at current (A), speed
-    /// (rad/s) and di/dt (A/s), filtered or integrated as the balances are. Zero in the rows of the other balance.
-    pub fn column(&self, balance: Balance, term: &(impl Fn(f64, f64, f64) -> f64 + Sync)) -> DVector<f64> {
-        let parts: Vec<Vec<f64>> = self.parts.par_iter().map(|part| part.column(balance, term)).collect();
-        DVector::from_vec(parts.concat())
-    }
-
-    /// Recording and time, s, of each row.
-    pub fn times(&self) -> &[(usize, f64)] {
-        &self.times
-    }
-}
-
-impl Residuals for EquationError<'_> {
-    fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64> {
-        let Ok(motor) = space.motor_at(theta) else {
-            return DVector::from_element(self.groups.len(), HOPELESS);
-        };
-        let parts: Vec<Vec<f64>> = self.parts.par_iter().map(|part| part.residuals(&motor)).collect();
-        let mut all = DVector::from_vec(parts.concat());
-        for x in all.iter_mut().filter(|x| !x.is_finite()) {
-            *x = HOPELESS;
-        }
-        all
-    }
-    fn groups(&self) -> &[u8] {
-        &self.groups
-    }
-    fn sizes(&self) -> [f64; 2] {
-        self.sizes
-    }
-}
-
-/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
-/// (A play of that width would do the same and lag, as hysteresis does.)
-fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
-    let mut held = signal.first().copied().unwrap_or(0.0);
-    let mut direction = 0.0;
-    signal
-        .iter()
-        .map(|x| {
-            let further = x - held;
-            if further * direction > 0.0 || further.abs() > least {
-                (held, direction) = (*x, further.signum());
-            }
-            held
-        })
-        .collect()
-}
-
-/// Change of a signal over windows, from the means over a period around their ends.
-fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64> {
-    let smooth = SlidingMean::new(signal, period);
-    windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
-}
-
-/// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
-fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
-    let of_supply = |effect: &Effect<f64>| effect.description().of_supply;
-    if !motor.effects().iter().any(of_supply) {
-        return None;
-    }
-    let absent = |effect: &Effect<f64>| Effect::from_id(effect.description().id, &[]);
-    let effects: Vec<Effect<f64>> = motor
-        .effects()
-        .iter()
-        .map(|effect| if of_supply(effect) { absent(effect).unwrap_or(*effect) } else { *effect })
-        .collect();
-    Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
-}
-
-/// What the voltage balance leaves over at each sample, V, from dλ/di, H, the central difference of the measured current and the
-/// rate that the balance wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's:
-/// Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
-fn left_over(inductances: &[f64], measured: &[f64], modelled: &[f64]) -> Vec<f64> {
-    let each = inductances.iter().zip(measured).zip(means(modelled));
-    each.map(|((inductance, measured), modelled)| inductance * (measured - modelled)).collect()
-}
-
-/// Mean of a signal over the two intervals around each sample; beyond its ends it stays as it is.
-fn means(signal: &[f64]) -> Vec<f64> {
-    let ([first, .., last], n) = (signal, signal.len()) else { return signal.to_vec() };
-    let mut means = Vec::with_capacity(n);
-    means.push(simpson(*first, *first, signal[1]));
-    means.extend(signal.windows(3).map(|around| simpson(around[0], around[1], around[2])));
-    means.push(simpson(signal[n - 2], *last, *last));
-    means
-}
-
-/// Integral of a signal by the trapezium rule over intervals of a length, from nothing.
-fn integral(signal: &[f64], interval: f64) -> Vec<f64> {
-    let (mut sum, mut last) = (0.0, 0.0);
-    let up_to = |x: &f64| {
-        sum += 0.5 * (last + x) * interval;
-        last = *x;
-        sum
-    };
-    signal.iter().map(up_to).collect()
-}
-
-/// Mean over two intervals.
-fn simpson(before: f64, at: f64, after: f64) -> f64 {
-    (before + 4.0 * at + after) / 6.0
-}
-
-impl<'a> Part<'a> {
-    fn new(e: &'a Experiment) -> Option<Self> {
-        if e.drive == Drive::Voltage && e.current.is_some() {
-            MotorPart::new(e).map(Self::Motor)
-        } else {
-            MotionPart::new(e).map(Self::Motion)
-        }
-    }
-
-    /// Group and sample of each row.
-    fn rows(&self) -> Vec<(u8, Vec<usize>)> {
-        match self {
-            Self::Motor(part) => {
-                vec![(0, part.samples.clone()), (1, part.windows.iter().map(|(from, _)| *from).collect())]
-            }
-            Self::Motion(part) => vec![(u8::from(part.experiment.drive == Drive::Torque), part.samples.clone())],
-        }
-    }
-
-    fn signals(&self) -> Vec<f64> {
-        match self {
-            Self::Motor(part) => part.signals(),
-            Self::Motion(part) => part.rows_of(&part.experiment.input),
-        }
-    }
-
-    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
-        match self {
-            Self::Motor(part) => part.residuals(motor),
-            Self::Motion(part) => part.residuals(motor),
-        }
-    }
-
-    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
-        match self {
-            Self::Motor(part) => part.column(balance, term),
-            Self::Motion(part) => part.column(balance, term),
-        }
-    }
-}
-
-impl<'a> MotionPart<'a> {
-    fn new(e: &'a Experiment) -> Option<Self> {
-        let speed = e.speed.as_deref()?;
-        let (motion, derivatives) = e.position.as_deref().map_or((speed, 1), |angle| (angle, 2));
-        let slowest = FEWEST_PERIODS / (e.len() as f64 * e.interval_s);
-        let cutoff_hz = automatic_cutoff_hz(motion, derivatives, e.interval_s).max(slowest).min(e.filter.cutoff_hz);
-        let trim = ((2.0 / cutoff_hz) / e.interval_s) as usize;
-        let stride = ((1.0 / (4.0 * cutoff_hz * e.interval_s)) as usize).max(1);
-        Some(Self {
-            experiment: e,
-            speed,
-            acceleration: derivative(speed, e.interval_s),
-            directions: directions_by_quantum(speed),
-            low_pass: butterworth::Settings { order: 4, cutoff_hz, sample_rate_hz: 1.0 / e.interval_s },
-            samples: (trim..e.len().saturating_sub(trim)).step_by(stride).filter(|n| e.counted[*n]).collect(),
-        })
-    }
-
-    fn rows_of(&self, signal: &[f64]) -> Vec<f64> {
-        let filtered = zero_phase(signal, self.low_pass).unwrap_or_else(|| signal.to_vec());
-        self.samples.iter().map(|n| filtered[*n]).collect()
-    }
-
-    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
-        let e = self.experiment;
-        let memories = motor.memories_at_start(State::default());
-        let p = motor.parameters();
-        let left: Vec<f64> = (0..e.len())
-            .map(|n| {
-                let (speed, direction) = (self.speed[n], self.directions[n]);
-                let torque = p.inertia * self.acceleration[n] + motor.load_torque(speed, direction);
-                if e.drive == Drive::Torque {
-                    return torque - e.input[n];
-                }
-                let current = torque / p.flux_coefficient;
-                let at = OperatingPoint { current, speed, voltage: e.input[n] };
-                let b = motor.balance(&at, &memories);
-                b.resistance * current + motor.linkage(&b) * speed + b.voltage - b.supply
-            })
-            .collect();
-        self.rows_of(&left)
-    }
-
-    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
-        if (balance == Balance::Torque) != (self.experiment.drive == Drive::Torque) {
-            return vec![0.0; self.samples.len()];
-        }
-        let values: Vec<f64> = self.speed.iter().map(|w| term(0.0, *w, 0.0)).collect();
-        self.rows_of(&values)
-    }
-}
-
-impl<'a> MotorPart<'a> {
-    fn new(e: &'a Experiment) -> Option<Self> {
+impl<'a> WholeMotor<'a> {
+    /// Prepares a recording; `None` where it lacks a channel.
+    pub fn new(e: &'a Experiment) -> Option<Self> {
         let current = e.current.as_deref()?;
         // Without a supply there is no current, whatever the sensor shows.
         let current: Vec<f64> = current.iter().enumerate().map(|(n, i)| if e.is_open(n) { 0.0 } else { *i }).collect();
@@ -386,15 +95,21 @@ impl<'a> MotorPart<'a> {
         changes(signal, &self.windows, self.period)
     }
 
+    /// Group and samples of the rows.
+    pub fn rows(&self) -> [(u8, Vec<usize>); 2] {
+        [(0, self.samples.clone()), (1, self.windows.iter().map(|(from, _)| *from).collect())]
+    }
+
     /// What the rows are compared with: the voltage, and the change of speed (of unknown inertia, so of a typical one).
-    fn signals(&self) -> Vec<f64> {
+    pub fn signals(&self) -> Vec<f64> {
         let voltage = self.experiment.filtered(&self.experiment.input);
         let mut all: Vec<f64> = self.samples.iter().map(|n| voltage[*n]).collect();
         all.extend(self.windows.iter().map(|_| 1.0));
         all
     }
 
-    fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
+    /// What both balances leave over.
+    pub fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
         let e = self.experiment;
         let chain = motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring);
         let undone = chain.then(|| self.undo_chain(motor));
@@ -501,7 +216,8 @@ impl<'a> MotorPart<'a> {
         }
     }
 
-    fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
+    /// The rows of a term of current (A), speed (rad/s) and di/dt (A/s).
+    pub fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
         let e = self.experiment;
         let values: Vec<f64> =
             (0..e.len()).map(|n| term(self.current[n], self.speed[n], self.current_rate[n])).collect();
@@ -541,6 +257,78 @@ impl<'a> MotorPart<'a> {
         let turning = without_small_reversals(&current, self.least_reversal);
         [current, speed, rate, turning]
     }
+}
+
+/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
+/// (A play of that width would do the same and lag, as hysteresis does.)
+fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
+    let mut held = signal.first().copied().unwrap_or(0.0);
+    let mut direction = 0.0;
+    signal
+        .iter()
+        .map(|x| {
+            let further = x - held;
+            if further * direction > 0.0 || further.abs() > least {
+                (held, direction) = (*x, further.signum());
+            }
+            held
+        })
+        .collect()
+}
+
+/// Change of a signal over windows, from the means over a period around their ends.
+fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64> {
+    let smooth = SlidingMean::new(signal, period);
+    windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
+}
+
+/// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
+fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
+    let of_supply = |effect: &Effect<f64>| effect.description().of_supply;
+    if !motor.effects().iter().any(of_supply) {
+        return None;
+    }
+    let absent = |effect: &Effect<f64>| Effect::from_id(effect.description().id, &[]);
+    let effects: Vec<Effect<f64>> = motor
+        .effects()
+        .iter()
+        .map(|effect| if of_supply(effect) { absent(effect).unwrap_or(*effect) } else { *effect })
+        .collect();
+    Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
+}
+
+/// What the voltage balance leaves over at each sample, V, from dλ/di, H, the central difference of the measured current and the
+/// rate that the balance wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's:
+/// Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
+fn left_over(inductances: &[f64], measured: &[f64], modelled: &[f64]) -> Vec<f64> {
+    let each = inductances.iter().zip(measured).zip(means(modelled));
+    each.map(|((inductance, measured), modelled)| inductance * (measured - modelled)).collect()
+}
+
+/// Mean of a signal over the two intervals around each sample; beyond its ends it stays as it is.
+fn means(signal: &[f64]) -> Vec<f64> {
+    let ([first, .., last], n) = (signal, signal.len()) else { return signal.to_vec() };
+    let mut means = Vec::with_capacity(n);
+    means.push(simpson(*first, *first, signal[1]));
+    means.extend(signal.windows(3).map(|around| simpson(around[0], around[1], around[2])));
+    means.push(simpson(signal[n - 2], *last, *last));
+    means
+}
+
+/// Integral of a signal by the trapezium rule over intervals of a length, from nothing.
+fn integral(signal: &[f64], interval: f64) -> Vec<f64> {
+    let (mut sum, mut last) = (0.0, 0.0);
+    let up_to = |x: &f64| {
+        sum += 0.5 * (last + x) * interval;
+        last = *x;
+        sum
+    };
+    signal.iter().map(up_to).collect()
+}
+
+/// Mean over two intervals.
+fn simpson(before: f64, at: f64, after: f64) -> f64 {
+    (before + 4.0 * at + after) / 6.0
 }
 
 #[cfg(test)]
@@ -589,6 +377,12 @@ mod tests {
         Experiment::new(&recording, &Filter::default()).unwrap()
     }
 
+    /// What the torque balance leaves over each window, N m s, without its sign.
+    fn torques(e: &Experiment, motor: &Motor<f64>) -> Vec<f64> {
+        let part = WholeMotor::new(e).unwrap();
+        part.residuals(motor)[part.samples.len()..].iter().map(|x| x.abs()).collect()
+    }
+
     #[test]
     fn a_current_that_changes_within_a_few_samples_leaves_nothing() {
         // i = 7 A sin(ωt) with ωh = 1/4, and u = R i + L di/dt.
@@ -598,9 +392,8 @@ mod tests {
             [r * i + l * rate, i, 0.0]
         };
         let e = recorded(2000, at, true);
-        let problem = EquationError::new(std::slice::from_ref(&e)).unwrap();
         let motor = Motor::build(parameters(r, l), &[]).unwrap();
-        let left: Vec<f64> = problem.parts.iter().flat_map(|part| part.residuals(&motor)).collect();
+        let left = WholeMotor::new(&e).unwrap().residuals(&motor);
         // The first half holds what the one-sided difference at the start leaves in the filter.
         let worst = left[left.len() / 2..].iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // (ωh)⁴/180 of the 23.8 V of the inductance are 0.52 mV; the rate at the sample alone would leave (ωh)²/6, 250 mV.
@@ -621,9 +414,8 @@ mod tests {
             };
             let mut e = recorded(2000, at, true);
             let worst = |e: &Experiment| {
-                let problem = EquationError::new(std::slice::from_ref(e)).unwrap();
-                let left = problem.parts.iter().flat_map(|part| part.residuals(&motor));
-                left.fold(0.0f64, |m, x| m.max(x.abs()))
+                let left = WholeMotor::new(e).unwrap().residuals(&motor);
+                left.iter().fold(0.0f64, |m, x| m.max(x.abs()))
             };
             let without = worst(&e);
             e.edges = vec![Edge::switched(n, share, step, step / l * STEP_S)];
@@ -643,10 +435,7 @@ mod tests {
             [3.4 * i, i, 0.05 / 1e-5 * (0.1 * t + 2.0 * (t - jump).max(0.0)) + 10.0]
         };
         let e = recorded(2000, at, false);
-        let problem = EquationError::new(std::slice::from_ref(&e)).unwrap();
-        let left: Vec<f64> = problem.parts.iter().flat_map(|part| part.residuals(&motor)).collect();
-        let torques = left.iter().zip(problem.groups()).filter(|(_, group)| **group == 1).map(|(x, _)| x.abs());
-        let worst = torques.fold(0.0f64, f64::max);
+        let worst = torques(&e, &motor).into_iter().fold(0.0f64, f64::max);
         // The trapezium over the sample of the jump is off by h/2 of it, 0.05 · 2 A · 0.1 ms; the unequal means were by 25 times that.
         assert!(worst < 1.1e-5, "{worst} N m s");
     }
@@ -660,10 +449,7 @@ mod tests {
             [3.4 * i, i, 0.05 / 1e-5 * (0.1 * t + 2.0 * (t.clamp(begin, end) - begin)) + 10.0]
         };
         let e = recorded_within(1.0, 2000, at, false);
-        let problem = EquationError::new(std::slice::from_ref(&e)).unwrap();
-        let left: Vec<f64> = problem.parts.iter().flat_map(|part| part.residuals(&motor)).collect();
-        let torques: Vec<f64> =
-            left.iter().zip(problem.groups()).filter(|(_, group)| **group == 1).map(|(x, _)| x.abs()).collect();
+        let torques = torques(&e, &motor);
         assert!(torques.len() > 10);
         // Exact but for rounding; a window that ends just before would lack K times 1.1 A for up to 2.5 ms, 1e-4 N m s.
         let worst = torques.iter().fold(0.0f64, |m, x| m.max(*x));

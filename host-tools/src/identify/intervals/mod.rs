@@ -13,6 +13,8 @@
 //! Source: M. H. Quenouille 1956 and J. W. Tukey 1958 for the jackknife; A. C. Cameron, D. L. Miller: A practitioner's guide to
 //! cluster-robust inference, Journal of Human Resources 50 (2015) 317–372, section VI, for blocks ("CR3").
 
+pub(super) mod of_fit;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -32,8 +34,9 @@ const MOST_BLOCKS: f64 = 120.0;
 /// Fewer degrees of freedom are not reckoned with: at 2, an interval is 2.2 times as wide as with many.
 const FEWEST_DEGREES: f64 = 2.0;
 
-/// Relative standard uncertainty of every parameter that comes from the computation itself: a sampled voltage is taken as
-/// linear between samples, which makes a sine of angular frequency ω too small by (ωh)²/12 = 8.2e-5 at 50 Hz and 10 kHz.
+/// Relative standard uncertainty of every parameter that comes from the computation itself. Between samples the host takes the voltage
+/// as a cubic and the microcontroller as straight, which makes a sine of angular frequency ω too small by (ωh)²/12 = 8.2e-5 at 50 Hz
+/// and 10 kHz.
 pub const SYSTEMATIC: f64 = 1e-4;
 
 /// Covariance of an estimate, in the optimiser's coordinates.

@@ -11,99 +11,34 @@
 //! ci95 = [2.19, 2.21]
 //! ```
 
+mod assignment;
+mod file;
+mod kind;
+mod units;
+
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::Path;
-use std::str::FromStr;
 
 use greyrig::anfis::{Anfis3x3, Settings3x3};
 use greyrig::butterworth;
 use greyrig::effects::Effect;
-use greyrig::motor::{FluxLaw, Motor, ParameterError, Parameters};
+use greyrig::motor::{Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
 use crate::anfis;
-use crate::error::{Error, Place, Result};
-use crate::output;
+use crate::error::{Error, Result};
 use crate::recording::{Motion, Recording};
 use crate::term::Formula;
+
+pub use assignment::Assignment;
+pub use kind::{Base, Kind};
+pub use units::unit;
 
 /// Version of the file's layout.
 pub const SCHEMA: u32 = 1;
 
 /// Names of the base parameters, in the core's order.
 pub const BASE_PARAMETERS: [&str; 7] = ["R", "L", "K", "J", "mu0", "mu1", "mu2"];
-
-/// Kind of motor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Series motor for AC and DC: flux proportional to the current.
-    #[default]
-    Universal,
-    /// Permanent-magnet DC motor: constant flux.
-    PmDc,
-}
-
-impl Kind {
-    /// The name used in commands and files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Universal => "universal",
-            Self::PmDc => "pm-dc",
-        }
-    }
-
-    /// The core's flux law.
-    pub fn flux_law(self) -> FluxLaw {
-        match self {
-            Self::Universal => FluxLaw::Series,
-            Self::PmDc => FluxLaw::PermanentMagnet,
-        }
-    }
-}
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// Which friction terms the base model has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub enum Base {
-    /// Dry, viscous and turbulent friction: mu0, mu1, mu2.
-    Full,
-    /// Dry and viscous friction: mu0, mu1.
-    DryViscous,
-    /// Viscous friction alone: mu1.
-    Viscous,
-    /// Dry friction alone: mu0.
-    Dry,
-    /// No friction.
-    Frictionless,
-}
-
-impl Base {
-    /// The base that a kind of motor starts from: a fan's motor needs the turbulent term, a servo motor has no fan.
-    pub fn usual(kind: Kind) -> Self {
-        match kind {
-            Kind::Universal => Self::Full,
-            Kind::PmDc => Self::DryViscous,
-        }
-    }
-
-    /// Whether the base has a friction term (`mu0`, `mu1`, `mu2`); all other parameters are always there.
-    pub fn has(self, name: &str) -> bool {
-        match name {
-            "mu0" => matches!(self, Self::Full | Self::DryViscous | Self::Dry),
-            "mu1" => matches!(self, Self::Full | Self::DryViscous | Self::Viscous),
-            "mu2" => matches!(self, Self::Full),
-            _ => true,
-        }
-    }
-}
 
 /// How a value came to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -302,72 +237,6 @@ pub struct Model {
     pub provenance: Provenance,
 }
 
-/// The unit of a base parameter or, by the core's name for it, of an effect's parameter.
-pub fn unit(name: &str, kind: Kind, motion: Motion) -> &'static str {
-    let rotary = motion == Motion::Rotary;
-    match name {
-        "R" => "ohm",
-        "L" => "H",
-        "K" => match (kind, rotary) {
-            (Kind::Universal, true) => "V s/(rad A)",
-            (Kind::Universal, false) => "V s/(m A)",
-            (Kind::PmDc, true) => "V s/rad",
-            (Kind::PmDc, false) => "V s/m",
-        },
-        "J" => {
-            if rotary {
-                "kg m2"
-            } else {
-                "kg"
-            }
-        }
-        "mu0" => {
-            if rotary {
-                "N m"
-            } else {
-                "N"
-            }
-        }
-        "mu1" => {
-            if rotary {
-                "N m s/rad"
-            } else {
-                "N s/m"
-            }
-        }
-        "mu2" => {
-            if rotary {
-                "N m s2/rad2"
-            } else {
-                "N s2/m2"
-            }
-        }
-        other => {
-            if rotary {
-                other_unit(other)
-            } else {
-                linear(other_unit(other))
-            }
-        }
-    }
-}
-
-/// Unit of an effect's parameter.
-fn other_unit(name: &str) -> &'static str {
-    Effect::<f64>::CATALOGUE.iter().flat_map(|d| d.parameters).find(|p| p.name == name).map_or("1", |p| p.unit)
-}
-
-/// The linear counterpart of a rotary unit.
-fn linear(unit: &'static str) -> &'static str {
-    match unit {
-        "N m" => "N",
-        "N m s/rad" => "N s/m",
-        "rad/s" => "m/s",
-        "rad" => "m",
-        other => other,
-    }
-}
-
 impl Model {
     /// The detector's limits; `path` is where the model comes from.
     ///
@@ -380,126 +249,6 @@ impl Model {
                 "learn them from healthy motors: greyrig calibrate RUN… --model MODEL --out MODEL2",
             )
         })
-    }
-
-    /// Reads a model file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values that
-    /// no motor can have.
-    pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let model: Self = toml::from_str(&text).map_err(|e| {
-            let (line, column) = e.span().map_or((0, 0), |span| line_and_column(&text, span.start));
-            let what = e.message().lines().next().unwrap_or("not a model file").to_owned();
-            Error::input(Place::at(path, line, column), what, "correct the file or identify the model again")
-        })?;
-        model.check(path, &text)?;
-        Ok(model)
-    }
-
-    fn check(&self, path: &Path, text: &str) -> Result<()> {
-        let at = |key: &str| {
-            let offset = text.find(key).unwrap_or(0);
-            let (line, column) = line_and_column(text, offset);
-            Place::at(path, line, column)
-        };
-        if self.schema != SCHEMA {
-            return Err(Error::input(
-                at("schema"),
-                format!("this is layout {} of the model file, and this greyrig reads layout {SCHEMA}", self.schema),
-                "identify the model again, or use the greyrig that wrote it",
-            ));
-        }
-        for (name, parameter) in &self.parameters {
-            let place = || at(&format!("[parameters.{name}]"));
-            if !BASE_PARAMETERS.contains(&name.as_str()) {
-                return Err(Error::input(
-                    place(),
-                    format!("there is no parameter {name}"),
-                    format!("the base model has {}", BASE_PARAMETERS.join(", ")),
-                ));
-            }
-            let expected = unit(name, self.kind, self.motion);
-            if parameter.unit != expected {
-                return Err(Error::input(
-                    place(),
-                    format!("{name} is in {:?}, not in {expected:?}", parameter.unit),
-                    format!("convert the value and write unit = {expected:?}"),
-                ));
-            }
-        }
-        if self.filter.order == 0
-            || self.filter.order > butterworth::MAX_ORDER
-            || self.filter.cutoff_hz.is_nan()
-            || self.filter.cutoff_hz <= 0.0
-        {
-            return Err(Error::input(
-                at("[filter]"),
-                format!(
-                    "a Butterworth filter of order {} at {} Hz does not exist",
-                    self.filter.order, self.filter.cutoff_hz
-                ),
-                format!("choose an order from 1 to {} and a positive cut-off", butterworth::MAX_ORDER),
-            ));
-        }
-        for entry in &self.effects {
-            let place = || at(&format!("id = {:?}", entry.id));
-            let Some(effect) = Effect::<f64>::from_id(&entry.id, &[]) else {
-                let known: Vec<_> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
-                return Err(Error::input(
-                    place(),
-                    format!("there is no effect {}", entry.id),
-                    format!("known are {}", known.join(", ")),
-                ));
-            };
-            let names: Vec<_> = effect.description().parameters.iter().map(|p| p.name).collect();
-            if let Some(missing) = names.iter().find(|n| !entry.parameters.contains_key(**n)) {
-                return Err(Error::input(
-                    place(),
-                    format!("the effect {} has no value for {missing}", entry.id),
-                    format!("it has {}", names.join(", ")),
-                ));
-            }
-            if let Some(stranger) = entry.parameters.keys().find(|k| !names.contains(&k.as_str())) {
-                return Err(Error::input(
-                    place(),
-                    format!("the effect {} has no parameter {stranger}", entry.id),
-                    format!("it has {}", names.join(", ")),
-                ));
-            }
-        }
-        for entry in &self.terms {
-            let names = entry.formula.unknowns();
-            let place = || at(entry.formula.text());
-            if let Some(missing) = names.iter().find(|n| !entry.parameters.contains_key(*n)) {
-                return Err(Error::input(
-                    place(),
-                    format!("the term {} has no value for {missing}", entry.formula.text()),
-                    format!("add it as [terms.parameters.{missing}]"),
-                ));
-            }
-            if let Some(stranger) = entry.parameters.keys().find(|k| !names.contains(k)) {
-                return Err(Error::input(
-                    place(),
-                    format!("the term {} has no unknown {stranger}", entry.formula.text()),
-                    "remove the parameter or correct its name",
-                ));
-            }
-        }
-        self.motor::<f64>().map(|_| ()).map_err(|e| {
-            Error::input(at("[parameters"), e.to_string(), "correct the value; see the interval for what is plausible")
-        })
-    }
-
-    /// Writes the model file, whole or not at all.
-    ///
-    /// # Errors
-    /// An existing file without `force`, or what the system refuses.
-    pub fn save(&self, path: &Path, force: bool) -> Result<()> {
-        let text = toml::to_string_pretty(self)
-            .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))?;
-        output::write_file(path, force, |out| out.write_all(text.as_bytes()))
     }
 
     /// The value of a base parameter; zero for friction terms that the base does not have.
@@ -571,34 +320,5 @@ fn placeholder(name: &str) -> f64 {
     match name {
         "R" | "L" | "K" | "J" => 1.0,
         _ => 0.0,
-    }
-}
-
-fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
-    let before = &text[..offset.min(text.len())];
-    let line = before.matches('\n').count() + 1;
-    let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-    (line, column)
-}
-
-/// `NAME=VALUE` of the command line.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Assignment {
-    /// Left of the sign.
-    pub name: String,
-    /// Right of the sign, in SI units.
-    pub value: f64,
-}
-
-impl FromStr for Assignment {
-    type Err = String;
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let (name, value) =
-            text.split_once('=').ok_or_else(|| format!("{text:?} is not NAME=VALUE, such as J=1.8e-4"))?;
-        let value: f64 = value.trim().parse().map_err(|_| format!("{value:?} is not a number"))?;
-        if !value.is_finite() {
-            return Err(format!("{value} is not finite"));
-        }
-        Ok(Self { name: name.trim().to_owned(), value })
     }
 }

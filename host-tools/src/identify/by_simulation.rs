@@ -1,0 +1,157 @@
+//! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the data do not tell.
+
+use super::equation_error::EquationError;
+use super::identification::Outcome;
+use super::intervals::of_fit::{blocks_of_rows, pin_shapes_at_limits};
+use super::minimise::{Effort, Refined, Residuals as _, as_it_is, minimise};
+use super::output_error::{OutputError, Rows};
+use super::scales::Scales;
+use super::settings::Method;
+use super::space::{Entry, Freedom, Space};
+use super::{identifiability, intervals, regression};
+use crate::error::{Error, Result};
+use crate::experiment::Experiment;
+use crate::output;
+
+/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a model
+/// lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
+struct Earlier {
+    outcome: Outcome,
+    error: f64,
+    /// Notes that had been made by then.
+    notes: usize,
+}
+
+/// Rise of the error, mean of the logarithms of the signals' RMS, from which a parameter is needed.
+const NEEDED: f64 = 0.1;
+
+/// Fits what is free, and says in `notes` what the user should know.
+///
+/// # Errors
+/// Recordings from which nothing can be identified, with the reason; an interrupt.
+pub fn fit(mut space: Space, experiments: &[Experiment], method: Method, notes: &mut Vec<String>) -> Result<Outcome> {
+    let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
+    identifiability::check_excitation(experiments)?;
+    space.take_typical_values();
+    let mut neutral = space.clone();
+    let mut earlier: Option<Earlier> = None;
+    loop {
+        if space.free().next().is_none() {
+            let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
+            return Err(Error::input(
+                experiments[0].place(),
+                format!("nothing is left that these recordings determine ({})", reasons.join("; ")),
+                "record more excitation, or give what you know with --fix",
+            ));
+        }
+        let mut bare = without_effects(&space);
+        regression::start_values(&mut bare, experiments);
+        space.take_values(&bare);
+        let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
+        let problem = OutputError::new(experiments.iter().map(|e| Rows::new(e, substeps(e))).collect())?;
+        let refined = match method {
+            Method::OutputError => {
+                if space.entries.iter().any(Entry::of_effect) {
+                    space = with_effects_started(&space, &bare, experiments)?;
+                }
+                refine(&space, &problem)?
+            }
+            Method::LeastSquares => as_it_is(&space, &problem),
+        };
+        let error = refined.log_error(problem.groups());
+        if let Some(earlier) = earlier.take_if(|earlier| error > earlier.error + NEEDED) {
+            notes.truncate(earlier.notes);
+            return Ok(earlier.outcome);
+        }
+        if let Some(stuck) = refined.space.free().find(|e| e.at_bound()) {
+            // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
+            notes.push(format!("{} has run into its bound at {:.4e} and is held there", stuck.name, stuck.value));
+            for known in [&mut space, &mut neutral] {
+                if let Some(entry) = known.get_mut(&stuck.name) {
+                    entry.value = stuck.value;
+                    entry.freedom = Freedom::Fixed;
+                }
+            }
+            continue;
+        }
+        let blocks = blocks_of_rows(&problem, &refined);
+        let mut refined = refined;
+        pin_shapes_at_limits(&mut refined);
+        let mut covariance = intervals::covariance(&refined.jacobian, &refined.residuals, &blocks);
+        let mut weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        while let Some(held) = weakness.as_ref().map(|w| w.held.clone()) {
+            let place = refined.space.free().position(|e| e.name == held && e.is_shape());
+            let Some(place) = place else { break };
+            // The shape of an effect has a prior: it stays where the fit has left it, and nothing else has to move.
+            refined.space.hold(&[&held], Freedom::Pinned);
+            refined.jacobian = refined.jacobian.remove_column(place);
+            covariance = intervals::covariance(&refined.jacobian, &refined.residuals, &blocks);
+            weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
+        }
+        // An effect that was asked for stays, however little the data say about its size.
+        let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
+        match weakness {
+            Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
+                let outcome = Outcome::of_simulation(refined.space, covariance, weaknesses.clone(), method);
+                earlier = Some(Earlier { outcome, error, notes: notes.len() });
+                // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
+                let mut again = neutral.clone();
+                for entry in &mut again.entries {
+                    if let Some(present) = space.get(&entry.name) {
+                        entry.freedom = present.freedom;
+                    }
+                }
+                identifiability::close(&mut again, &weakness);
+                space = again;
+                weaknesses.push(weakness);
+            }
+            _ => {
+                if covariance.is_none() {
+                    notes.push(format!(
+                        "no 95 % intervals: these recordings hold too few independent stretches of time for {} parameters; record \
+                         longer, with more changes of speed",
+                        refined.jacobian.ncols()
+                    ));
+                }
+                return Ok(Outcome::of_simulation(refined.space, covariance, weaknesses, method));
+            }
+        }
+    }
+}
+
+/// The output-error fit, with a progress bar.
+fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
+    let bar = output::progress("output-error fit", Effort::FULL.steps as u64);
+    let refined = minimise(space, problem, Effort::FULL, None, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    refined
+}
+
+/// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
+/// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
+/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from zero,
+/// and another effect no way down.
+fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment]) -> Result<Space> {
+    let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
+    let mut typical = space.clone();
+    let Some(balances) = EquationError::new(&coarse) else {
+        typical.take_scales(&Scales::of(&typical, experiments));
+        return Ok(typical);
+    };
+    let bare = minimise(bare, &balances, Effort::ROUGH, None, &mut || ())?.space;
+    typical.take_values(&bare);
+    typical.take_scales(&Scales::of(&typical, experiments));
+    let mut absent = typical.clone();
+    absent.remove_sizes();
+    let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
+    let fit = |from: &Space| minimise(from, &balances, effort, None, &mut || ());
+    let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
+    let error = |fit: &Refined| fit.log_error(balances.groups());
+    let (from_absent, from_typical) = (from_absent?, from_typical?);
+    Ok(if error(&from_typical) < error(&from_absent) { from_typical } else { from_absent }.space)
+}
+
+/// The base model of a space.
+fn without_effects(space: &Space) -> Space {
+    space.effects().to_vec().into_iter().fold(space.clone().with_terms(&[]), |less, id| less.without_effect(id))
+}

@@ -1,0 +1,181 @@
+//! What an identification yields, from the space that was fitted.
+
+use std::collections::BTreeMap;
+
+use greyrig::effects::Effect;
+use serde::Serialize;
+
+use super::flux::FluxAtPeak;
+use super::identifiability::Weakness;
+use super::intervals::Covariance;
+use super::intervals::of_fit::interval;
+use super::settings::{Method, Settings};
+use super::space::{Entry, Freedom, Space};
+use crate::model::{
+    BASE_PARAMETERS, EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry, unit,
+};
+use crate::recording::{Motion, Recording};
+use crate::term::Formula;
+
+/// One estimated parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Name.
+    pub name: String,
+    /// Value, SI; `None` when the recordings say nothing about it and nobody gave it.
+    pub value: Option<f64>,
+    /// Unit.
+    pub unit: String,
+    /// 95 % interval, for what was estimated.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the recordings determine it.
+    pub identifiable: bool,
+    /// How it came to be.
+    pub status: Status,
+}
+
+/// What an identification yields.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identification {
+    /// The model.
+    pub model: Model,
+    /// Its parameters, in the order of the equations.
+    pub parameters: Vec<Estimate>,
+    /// Linkage at the largest current, of a series motor.
+    pub flux: Option<FluxAtPeak>,
+    /// Condition number of the problem with parameters scaled to equal effect.
+    pub condition: Option<f64>,
+    /// What the user should know, in words.
+    pub notes: Vec<String>,
+}
+
+/// A fitted space with what is known about its uncertainty.
+pub struct Outcome {
+    /// The parameters, with the values of the fit.
+    pub space: Space,
+    /// Covariance of its coordinates, where the data tell it.
+    pub covariance: Option<Covariance>,
+    /// What the data do not tell.
+    pub weaknesses: Vec<Weakness>,
+    /// How it was fitted, in words.
+    pub method: &'static str,
+    /// Error-to-signal ratio of each signal.
+    pub esr: BTreeMap<String, f64>,
+}
+
+impl Outcome {
+    /// Of a free-run simulation or of its least-squares start.
+    pub fn of_simulation(
+        space: Space,
+        covariance: Option<Covariance>,
+        weaknesses: Vec<Weakness>,
+        method: Method,
+    ) -> Self {
+        let method = match method {
+            Method::OutputError => "output error",
+            Method::LeastSquares => "least squares in continuous time",
+        };
+        Self { space, covariance, weaknesses, method, esr: BTreeMap::new() }
+    }
+
+    /// Estimates that no motor can have, as a sign of missing physics.
+    pub fn implausible(&self, kind: Kind) -> Vec<String> {
+        let mut notes = Vec::new();
+        for (k, entry) in self.space.free().enumerate() {
+            let Some(covariance) = &self.covariance else { break };
+            let half = covariance.half_width_95_of(k) * entry.scale;
+            if !entry.positive && entry.name.starts_with("mu") && entry.value + half < 0.0 {
+                notes.push(format!(
+                    "{} is negative, which no friction can be: the fit makes up for physics that the model lacks{}",
+                    entry.name,
+                    if kind == Kind::Universal { ", most often saturation of the flux" } else { "" }
+                ));
+            }
+        }
+        notes
+    }
+
+    /// The parameters in the order of the equations.
+    fn estimates(&self, kind: Kind, motion: Motion) -> Vec<Estimate> {
+        let theta = self.space.coordinates();
+        let mut coordinates = theta.iter().enumerate();
+        let present = self.space.entries.iter().filter(|entry| entry.freedom != Freedom::Absent);
+        let estimate = |entry: &Entry| {
+            let (value, ci95, status) = match entry.freedom {
+                Freedom::Free(_) => {
+                    let ci95 = coordinates.next().zip(self.covariance.as_ref());
+                    let ci95 = ci95.map(|((k, theta), c)| interval(entry, *theta, c.half_width_95_of(k)));
+                    (Some(entry.value), ci95, Status::Identified)
+                }
+                Freedom::Fixed => (Some(entry.value), None, Status::Fixed),
+                // A friction term held at zero and the usual shape of an effect are usable values; an R, L, K or J that
+                // nothing tells is not.
+                Freedom::Pinned | Freedom::Absent => {
+                    let usable = !entry.positive || entry.of_effect();
+                    (usable.then_some(entry.value), None, Status::NotIdentifiable)
+                }
+            };
+            Estimate {
+                name: entry.name.clone(),
+                value,
+                unit: unit(&entry.name, kind, motion).to_owned(),
+                ci95,
+                identifiable: ci95.is_some(),
+                status,
+            }
+        };
+        present.map(estimate).collect()
+    }
+
+    /// The model and what is to be said of it.
+    pub fn into_identification(
+        self,
+        recordings: &[Recording],
+        settings: &Settings,
+        filter: Filter,
+        flux: Option<FluxAtPeak>,
+        mut notes: Vec<String>,
+    ) -> Identification {
+        let motion = recordings[0].motion;
+        let parameters = self.estimates(settings.kind, motion);
+        notes.extend(self.weaknesses.into_iter().map(|w| w.text));
+        let of_effect = |id: &String| {
+            let description = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)?;
+            let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
+            Some(EffectEntry { id: id.clone(), parameters: stored(&parameters, |name| names.contains(&name)) })
+        };
+        let of_term = |formula: &Formula| TermEntry {
+            formula: formula.clone(),
+            parameters: stored(&parameters, |name| formula.unknowns().iter().any(|u| u == name)),
+        };
+        let model = Model {
+            schema: SCHEMA,
+            kind: settings.kind,
+            base: settings.base,
+            motion,
+            motor: recordings.iter().find_map(|r| r.metadata.get("motor").cloned()),
+            filter,
+            parameters: stored(&parameters, |name| BASE_PARAMETERS.contains(&name)),
+            effects: settings.effects.iter().filter_map(of_effect).collect(),
+            terms: settings.terms.iter().map(of_term).collect(),
+            correction: None,
+            detector: None,
+            provenance: Provenance {
+                greyrig: env!("CARGO_PKG_VERSION").to_owned(),
+                method: self.method.to_owned(),
+                esr: self.esr,
+                recordings: recordings.iter().map(Origin::from).collect(),
+            },
+        };
+        Identification { model, parameters, flux, condition: self.covariance.map(|c| c.condition), notes }
+    }
+}
+
+/// What a model file keeps of the parameters with some names.
+fn stored(parameters: &[Estimate], names: impl Fn(&str) -> bool) -> BTreeMap<String, Parameter> {
+    let parameter = |e: &Estimate| {
+        let parameter = Parameter { value: e.value?, unit: e.unit.clone(), ci95: e.ci95, status: e.status };
+        Some((e.name.clone(), parameter))
+    };
+    parameters.iter().filter(|e| names(&e.name)).filter_map(parameter).collect()
+}

@@ -1,0 +1,118 @@
+//! Intervals of a fit: which rows make a block, what a limit does, and from the optimiser's coordinates to the parameters.
+
+use std::collections::BTreeMap;
+
+use super::{SYSTEMATIC, block_length_s, correlation_time_s, covariance};
+use crate::identify::minimise::Refined;
+use crate::identify::output_error::{OutputError, Rows};
+use crate::identify::space::{Entry, Freedom};
+
+/// Distance from a limit, in the optimiser's coordinates, at which a shape is at it.
+const AT_LIMIT: f64 = 1e-4;
+
+/// Half a 95 % interval of the normal distribution, in standard deviations.
+const NORMAL_95: f64 = 1.96;
+
+/// A shape whose interval covers more than this share of its physical range is open.
+const OPEN: f64 = 0.9;
+
+/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
+pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
+    let rows = problem.rows();
+    let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
+    let total: f64 = rows.iter().map(Rows::covered_s).sum();
+    let correlation = slowest_correlation_s(rows, fit.residuals.as_slice(), interval);
+    let block = block_length_s(correlation, total, fit.jacobian.ncols());
+    numbered(rows.iter().enumerate().flat_map(|(r, rows)| rows.blocks(block).into_iter().map(move |b| (r, b))))
+}
+
+fn slowest_correlation_s(rows: &[Rows<'_>], residuals: &[f64], interval_s: f64) -> f64 {
+    let flags: Vec<bool> = rows.iter().flat_map(Rows::speed_rows).collect();
+    let mut slowest = interval_s;
+    let mut from = 0;
+    while from < flags.len() {
+        let to = (from..flags.len()).find(|k| flags[*k] != flags[from]).unwrap_or(flags.len());
+        slowest = slowest.max(correlation_time_s(&residuals[from..to], interval_s));
+        from = to;
+    }
+    slowest
+}
+
+/// Numbers arbitrary keys in the order in which they first appear.
+pub fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
+    let mut seen = BTreeMap::new();
+    keys.map(|key| {
+        let next = seen.len();
+        *seen.entry(key).or_insert(next)
+    })
+    .collect()
+}
+
+/// 95 % intervals of the free parameters of a fit by output error, by name. Parameters at a limit have none.
+pub fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    intervals_of(fit, &blocks_of_rows(problem, fit))
+}
+
+/// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows. A shape that the data leave open
+/// over its physical range has none.
+pub fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, [f64; 2]> {
+    let mut fit = fit.clone();
+    pin_shapes_at_limits(&mut fit);
+    let Some(covariance) = covariance(&fit.jacobian, &fit.residuals, blocks) else { return BTreeMap::new() };
+    let theta = fit.space.coordinates();
+    fit.space
+        .free()
+        .enumerate()
+        .map(|(k, entry)| (entry, interval(entry, theta[k], covariance.half_width_95_of(k))))
+        .filter(|(entry, interval)| !(entry.is_shape() && share_of_range(entry, *interval) > OPEN))
+        .map(|(entry, interval)| (entry.name.clone(), interval))
+        .collect()
+}
+
+/// Shapes of effects that have run into their physical limits no longer answer to the data: they stay there, without an
+/// interval.
+pub fn pin_shapes_at_limits(refined: &mut Refined) {
+    let theta = refined.space.coordinates();
+    let at_limit: Vec<(usize, String)> = refined
+        .space
+        .free()
+        .zip(&theta)
+        .enumerate()
+        .filter(|(_, (entry, theta))| {
+            let (low, high) = entry.limits();
+            entry.is_shape() && (**theta - low < AT_LIMIT || high - **theta < AT_LIMIT)
+        })
+        .map(|(k, (entry, _))| (k, entry.name.clone()))
+        .collect();
+    for (k, name) in at_limit.into_iter().rev() {
+        refined.space.hold(&[&name], Freedom::Pinned);
+        refined.jacobian = refined.jacobian.clone().remove_column(k);
+    }
+}
+
+/// Share of its physical range that an interval covers; of decades, where the parameter is positive.
+fn share_of_range(entry: &Entry, interval: [f64; 2]) -> f64 {
+    let (low, high) = entry.range;
+    let covered = interval.map(|x| x.clamp(low, high));
+    if entry.positive {
+        (covered[1] / covered[0]).ln() / (high / low).ln()
+    } else {
+        (covered[1] - covered[0]) / (high - low)
+    }
+}
+
+/// 95 % interval of a free parameter from half that of its coordinate.
+pub fn interval(entry: &Entry, theta: f64, half: f64) -> [f64; 2] {
+    if entry.positive && entry.freedom == Freedom::Free(None) {
+        let half = half_width(half, 1.0);
+        [entry.value * (-half).exp(), entry.value * half.exp()]
+    } else {
+        let half = half_width(half * entry.slope(theta).abs(), entry.value);
+        [entry.value - half, entry.value + half]
+    }
+}
+
+/// Half a 95 % interval with what the computation itself adds.
+pub fn half_width(half: f64, value: f64) -> f64 {
+    half.hypot(NORMAL_95 * SYSTEMATIC * value)
+}

@@ -1,0 +1,130 @@
+//! What the user chooses, and the parameters that this leaves free.
+
+use greyrig::effects::Effect;
+use greyrig::motor::MAX_TERMS;
+
+use super::space::{Freedom, Space};
+use crate::error::{Error, Result};
+use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
+use crate::term::Formula;
+
+/// How far the estimation goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Method {
+    /// Least squares, then output error: the best free run.
+    #[default]
+    OutputError,
+    /// Linear least squares in continuous time alone, as Rakar & Juričić did.
+    LeastSquares,
+}
+
+/// What the user chooses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// How far the estimation goes.
+    pub method: Method,
+    /// Kind of motor.
+    pub kind: Kind,
+    /// Friction terms of the base model.
+    pub base: Base,
+    /// Identifiers of effects that the model has besides.
+    pub effects: Vec<String>,
+    /// Terms of the user's own that the model has besides.
+    pub terms: Vec<Formula>,
+    /// Parameters with known values.
+    pub fixed: Vec<Assignment>,
+    /// Parameters with bounds: name, least, greatest.
+    pub bounds: Vec<(String, f64, f64)>,
+    /// Filter of the comparison; the cut-off may be left to the data on the mechanical side alone.
+    pub filter: Filter,
+    /// Whether the user chose the cut-off.
+    pub cutoff_given: bool,
+}
+
+impl Settings {
+    /// The usual base and filter for a kind of motor.
+    pub fn new(kind: Kind) -> Self {
+        Self {
+            method: Method::default(),
+            kind,
+            base: Base::usual(kind),
+            effects: Vec::new(),
+            terms: Vec::new(),
+            fixed: Vec::new(),
+            bounds: Vec::new(),
+            filter: Filter::default(),
+            cutoff_given: false,
+        }
+    }
+
+    /// The settings that identify a model again; what the user fixed stays fixed.
+    pub fn of_model(model: &Model) -> Self {
+        let effects = model.effects.iter().flat_map(|e: &EffectEntry| &e.parameters);
+        let terms = model.terms.iter().flat_map(|t| &t.parameters);
+        let held = model.parameters.iter().chain(effects).chain(terms);
+        Self {
+            base: model.base,
+            effects: model.effects.iter().map(|e| e.id.clone()).collect(),
+            terms: model.terms.iter().map(|t| t.formula.clone()).collect(),
+            fixed: held
+                .filter(|(_, p)| p.status == Status::Fixed)
+                .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
+                .collect(),
+            filter: model.filter,
+            cutoff_given: true,
+            ..Self::new(model.kind)
+        }
+    }
+}
+
+/// The parameters that settings ask for.
+///
+/// # Errors
+/// An effect or a parameter that there is not, or an impossible value.
+pub fn build_space(settings: &Settings) -> Result<Space> {
+    let mut ids = Vec::new();
+    for id in &settings.effects {
+        let found = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
+        let known = || Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect::<Vec<_>>().join(", ");
+        ids.push(
+            found.ok_or_else(|| Error::usage(format!("there is no effect {id}"), format!("known are {}", known())))?.id,
+        );
+    }
+    if settings.terms.len() > MAX_TERMS {
+        return Err(Error::usage(
+            format!("{} terms are too many", settings.terms.len()),
+            format!("a model takes {MAX_TERMS} at most; write them as one sum"),
+        ));
+    }
+    let mut space = Space::new(settings.kind, settings.base, &ids).with_terms(&settings.terms);
+    for (k, entry) in space.entries.iter().enumerate() {
+        if space.entries[..k].iter().any(|e| e.name == entry.name) {
+            return Err(Error::usage(
+                format!("the name {} stands for two parameters", entry.name),
+                "give the unknown of the term another name",
+            ));
+        }
+    }
+    let names = space.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>().join(", ");
+    let unknown = |name: &str| Error::usage(format!("there is no parameter {name}"), format!("the model has {names}"));
+    for fix in &settings.fixed {
+        let entry = space.get_mut(&fix.name).ok_or_else(|| unknown(&fix.name))?;
+        if entry.positive && fix.value <= 0.0 {
+            return Err(Error::usage(format!("{} = {} is impossible", fix.name, fix.value), "give a positive value"));
+        }
+        entry.value = fix.value;
+        entry.freedom = Freedom::Fixed;
+    }
+    for (name, low, high) in &settings.bounds {
+        let entry = space.get_mut(name).ok_or_else(|| unknown(name))?;
+        if low >= high || (entry.positive && *low <= 0.0) {
+            return Err(Error::usage(
+                format!("{low} to {high} is no range for {name}"),
+                "give the smaller number first; R, L, K and J are positive",
+            ));
+        }
+        entry.value = 0.5 * (low + high);
+        entry.freedom = Freedom::Free(Some((*low, *high)));
+    }
+    Ok(space)
+}

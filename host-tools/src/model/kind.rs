@@ -1,0 +1,77 @@
+//! Kind of motor and friction terms of the base model.
+
+use std::fmt;
+
+use greyrig::motor::FluxLaw;
+use serde::{Deserialize, Serialize};
+
+/// Kind of motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Series motor for AC and DC: flux proportional to the current.
+    #[default]
+    Universal,
+    /// Permanent-magnet DC motor: constant flux.
+    PmDc,
+}
+
+impl Kind {
+    /// The name used in commands and files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Universal => "universal",
+            Self::PmDc => "pm-dc",
+        }
+    }
+
+    /// The core's flux law.
+    pub fn flux_law(self) -> FluxLaw {
+        match self {
+            Self::Universal => FluxLaw::Series,
+            Self::PmDc => FluxLaw::PermanentMagnet,
+        }
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Which friction terms the base model has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Base {
+    /// Dry, viscous and turbulent friction: mu0, mu1, mu2.
+    Full,
+    /// Dry and viscous friction: mu0, mu1.
+    DryViscous,
+    /// Viscous friction alone: mu1.
+    Viscous,
+    /// Dry friction alone: mu0.
+    Dry,
+    /// No friction.
+    Frictionless,
+}
+
+impl Base {
+    /// The base that a kind of motor starts from: a fan's motor needs the turbulent term, a servo motor has no fan.
+    pub fn usual(kind: Kind) -> Self {
+        match kind {
+            Kind::Universal => Self::Full,
+            Kind::PmDc => Self::DryViscous,
+        }
+    }
+
+    /// Whether the base has a friction term (`mu0`, `mu1`, `mu2`); all other parameters are always there.
+    pub fn has(self, name: &str) -> bool {
+        match name {
+            "mu0" => matches!(self, Self::Full | Self::DryViscous | Self::Dry),
+            "mu1" => matches!(self, Self::Full | Self::DryViscous | Self::Viscous),
+            "mu2" => matches!(self, Self::Full),
+            _ => true,
+        }
+    }
+}
