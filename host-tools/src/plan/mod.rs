@@ -12,7 +12,7 @@
 //!
 //! | noise | σ |
 //! |---|---|
-//! | before the filter | that of the virtual rig's chain ([`ChainSetup`]) |
+//! | before the filter | that of the virtual rig's chain ([`ChainSetup`](crate::rig::ChainSetup)) |
 //! | after it | a fifth: √(250 Hz/5 kHz) is 0.22 |
 //!
 //! Profiles are waveforms of the voltage, scaled down until voltage and current stay within the limits.
