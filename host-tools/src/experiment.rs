@@ -31,6 +31,30 @@ pub enum Imposed {
     Current,
 }
 
+/// What can be stepped through a recording.
+pub trait Stepped<S> {
+    /// Begins a run in a state.
+    fn begin(&mut self, state: State<S>);
+    /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V).
+    fn step(&mut self, from: S, to: S, constraints: Constraints<S>);
+    /// Current and speed as the measuring chain shows them.
+    fn reading(&self) -> State<S>;
+}
+
+impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
+    fn begin(&mut self, state: State<S>) {
+        self.set_state(state);
+    }
+    #[inline(always)]
+    fn step(&mut self, from: S, to: S, constraints: Constraints<S>) {
+        Stepper::step(self, from, to, constraints);
+    }
+    #[inline(always)]
+    fn reading(&self) -> State<S> {
+        Stepper::reading(self)
+    }
+}
+
 /// A prepared recording.
 #[derive(Debug, Clone)]
 pub struct Experiment {
@@ -264,10 +288,10 @@ impl Experiment {
     }
 
     /// A signal through the filter, started in its steady state.
-    pub fn filtered(&self, signal: &[f64]) -> Vec<f64> {
-        let coefficients = self.coefficients::<f64>();
+    pub fn filtered<S: Scalar>(&self, signal: &[S]) -> Vec<S> {
+        let coefficients = self.coefficients::<S>();
         let mut cascade = Cascade::default();
-        cascade.reset_to(signal.first().copied().unwrap_or(0.0));
+        cascade.reset_to(signal.first().copied().unwrap_or(S::ZERO));
         signal.iter().map(|x| cascade.process(&coefficients, *x)).collect()
     }
 
@@ -280,11 +304,21 @@ impl Experiment {
         motor: &Motor<S>,
         substeps: u8,
         imposed: Imposed,
-        mut take: impl FnMut(usize, State<S>),
+        take: impl FnMut(usize, State<S>),
     ) -> std::result::Result<(), ParameterError> {
-        let interval = S::constant(self.interval_s);
-        let mut stepper = Stepper::with_substeps(motor.clone(), interval, substeps)?;
-        stepper.set_state(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
+        let stepper = Stepper::with_substeps(motor.clone(), S::constant(self.interval_s), substeps)?;
+        self.step_through(stepper, imposed, take);
+        Ok(())
+    }
+
+    /// [`Experiment::run`] of what is stepped by the interval of this recording.
+    pub fn step_through<S: Scalar<Base = S>>(
+        &self,
+        mut stepper: impl Stepped<S>,
+        imposed: Imposed,
+        mut take: impl FnMut(usize, State<S>),
+    ) {
+        stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
         let middle = |signal: &[f64], n: usize| S::constant(0.5 * (signal[n - 1] + signal[n]));
         let speed = self.speed.as_deref().filter(|_| imposed == Imposed::Speed);
         let current = match self.drive {
@@ -319,7 +353,6 @@ impl Experiment {
             stepper.step(from, to, constraints);
             take(n, stepper.reading());
         }
-        Ok(())
     }
 
     /// Begin and end of the line that stands for the voltage over the interval that ends at sample `n`, above its two samples, V:

@@ -13,6 +13,7 @@ pub mod error;
 pub mod experiment;
 pub mod hybrid;
 pub mod identify;
+pub mod lockstep;
 pub mod mains;
 pub mod model;
 pub mod monitor;

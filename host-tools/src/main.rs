@@ -7,6 +7,10 @@ use greyrig_host::commands::{self, Cli};
 use greyrig_host::error::EXIT_BAD_INPUT;
 use greyrig_host::output;
 
+/// Keeps the memory of signals that come and go by the thousand, which the system's would give back and take anew.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     let cli = match Cli::try_parse_from(commands::arguments()) {
         Ok(cli) => cli,

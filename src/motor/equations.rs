@@ -340,7 +340,12 @@ impl<S: Scalar<Base = S>> Motor<S> {
             }
             return;
         }
-        let mut balances = points.each_ref().map(|(at, _)| self.base(at));
+        let Some((first, _)) = points.first() else { return };
+        // In place: an array that is mapped would be moved about as a whole.
+        let mut balances = [self.base(first); PLACES];
+        for ((at, _), balance) in points.iter().zip(&mut balances) {
+            *balance = self.base(at);
+        }
         for (effect, memories) in self.effects.iter().zip(remembered) {
             let each = points.iter().zip(memories).zip(&mut balances);
             effect.contribute_to_each(each.map(|(((at, _), memory), balance)| (at, memory, balance)));

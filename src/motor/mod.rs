@@ -31,4 +31,4 @@ mod stepper;
 pub use equations::{Balance, MAX_TERMS, Memories, Motor, OperatingPoint, Remembered, Slopes};
 pub use gradient::Gradient;
 pub use parameters::{FluxLaw, ParameterError, Parameters};
-pub use stepper::{Constraints, LIMITS, State, Stepper};
+pub use stepper::{Constraints, LIMITS, Snapshot, State, Stepper};

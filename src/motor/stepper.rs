@@ -85,6 +85,17 @@ impl<S: Scalar> Constraints<S> {
     pub const SUPPLY_OPEN: Self = Self { speed: None, current: Some(S::ZERO) };
 }
 
+/// All that a step changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Snapshot<S> {
+    /// Current and speed.
+    pub state: State<S>,
+    /// What the sums of both have lost by rounding.
+    pub rounding: State<S>,
+    /// What the effects remember.
+    pub memories: Memories<S>,
+}
+
 /// A motor with its state, stepped from sample to sample.
 #[derive(Debug, Clone)]
 pub struct Stepper<S> {
@@ -188,6 +199,17 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     #[inline(always)]
     pub fn crossed_zero(&self) -> bool {
         self.crossed_zero
+    }
+
+    /// All that the steps so far have changed.
+    #[inline(always)]
+    pub fn snapshot(&self) -> Snapshot<S> {
+        Snapshot { state: self.state, rounding: self.rounding, memories: self.memories }
+    }
+
+    /// Goes on from where a motor with the same effects was.
+    pub fn restore(&mut self, snapshot: &Snapshot<S>) {
+        Snapshot { state: self.state, rounding: self.rounding, memories: self.memories } = *snapshot;
     }
 
     /// Puts the motor into a state, with the memories of its effects as at the start of a run.

@@ -11,6 +11,7 @@ mod firmware;
 mod identify;
 #[path = "../image.rs"]
 mod image;
+mod lockstep;
 mod master;
 mod monitor;
 mod monitor_live;

@@ -175,12 +175,12 @@ fn promise(
     let more = fit.space.with_effect(d.id, scales);
     let mut best: Option<Promise> = None;
     let plain = unweighted(fit, problem);
-    for shape in shapes(d, &more) {
-        let mut shaped = shape;
-        let size = shaped.get(d.parameters[0].name)?.scale * SMALL;
-        shaped.get_mut(d.parameters[0].name)?.value = size;
-        let theta = shaped.coordinates();
-        let mut column = (problem.at(&shaped, &theta) - &plain) / SMALL;
+    let shapes: Vec<Space> = shapes(d, &more).iter().map(|shape| at_small_size(shape, d.id)).collect();
+    let thetas: Vec<Vec<f64>> = shapes.iter().map(Space::coordinates).collect();
+    // They differ in free parameters alone.
+    let first = &shapes.first()?.clone();
+    for (mut shaped, residuals) in shapes.into_iter().zip(problem.at_each(first, &thetas)) {
+        let mut column = (residuals - &plain) / SMALL;
         for (x, group) in column.iter_mut().zip(problem.groups()) {
             *x /= fit.rms[usize::from(*group)];
         }

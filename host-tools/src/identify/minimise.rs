@@ -47,6 +47,10 @@ pub const PRIOR: f64 = 10.0;
 pub trait Residuals: Sync {
     /// Unweighted residuals at a point of a space.
     fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64>;
+    /// The same at several points, which lie close together.
+    fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        thetas.par_iter().map(|theta| self.at(space, theta)).collect()
+    }
     /// The group of each row: 0 the electrical side, 1 the mechanical one.
     fn groups(&self) -> &[u8];
     /// RMS of the signals that the rows of the two groups are compared with.
@@ -133,14 +137,11 @@ pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, e
     let mut known = fit.jacobian.clone();
     weigh(&mut DVector::zeros(residuals.len()), &mut known, problem.groups(), fit.rms);
     let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
-    let columns: Vec<DVector<f64>> = space
-        .free()
-        .enumerate()
-        .map(|(k, entry)| match names.iter().position(|name| *name == entry.name) {
-            Some(j) => known.column(j).into_owned(),
-            None => derivative(space, problem, &theta, &residuals, k, DIFFERENCE),
-        })
-        .collect();
+    let place = |entry: &Entry| names.iter().position(|name| *name == entry.name);
+    let new: Vec<usize> = space.free().enumerate().filter(|(_, e)| place(e).is_none()).map(|(k, _)| k).collect();
+    let mut computed = derivatives(space, problem, &theta, &residuals, &new, DIFFERENCE).into_iter();
+    let known_or_computed = |entry| place(entry).map(|j| known.column(j).into_owned()).or_else(|| computed.next());
+    let columns: Vec<DVector<f64>> = space.free().filter_map(known_or_computed).collect();
     let known = Some((from_columns(&columns, residuals.len()), 1));
     search(space, problem, effort, Point { theta, residuals, weights: fit.rms, known }, &mut || ())
 }
@@ -302,25 +303,29 @@ pub fn jacobian_at(
     residuals: &DVector<f64>,
     difference: f64,
 ) -> DMatrix<f64> {
-    let columns: Vec<DVector<f64>> =
-        (0..theta.len()).into_par_iter().map(|k| derivative(space, problem, theta, residuals, k, difference)).collect();
-    from_columns(&columns, residuals.len())
+    let all: Vec<usize> = (0..theta.len()).collect();
+    from_columns(&derivatives(space, problem, theta, residuals, &all, difference), residuals.len())
 }
 
-/// The derivative by one coordinate.
-fn derivative(
+/// The derivatives by some of the coordinates.
+fn derivatives(
     space: &Space,
     problem: &impl Residuals,
     theta: &[f64],
     residuals: &DVector<f64>,
-    k: usize,
+    coordinates: &[usize],
     difference: f64,
-) -> DVector<f64> {
-    let highest = space.free().nth(k).map_or(f64::INFINITY, |entry| entry.limits().1);
-    let mut there = theta.to_vec();
-    let step = if there[k] + difference > highest { -difference } else { difference };
-    there[k] += step;
-    (problem.at(space, &there) - residuals) / step
+) -> Vec<DVector<f64>> {
+    let highest: Vec<f64> = space.free().map(|entry| entry.limits().1).collect();
+    let step = |k: usize| if theta[k] + difference > highest[k] { -difference } else { difference };
+    let moved = |k: &usize| {
+        let mut there = theta.to_vec();
+        there[*k] += step(*k);
+        there
+    };
+    let there: Vec<Vec<f64>> = coordinates.iter().map(moved).collect();
+    let moved = problem.at_each(space, &there);
+    moved.into_iter().zip(coordinates).map(|(there, k)| (there - residuals) / step(*k)).collect()
 }
 
 fn from_columns(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {

@@ -3,7 +3,11 @@
 //! The residuals are modelled − measured current and speed, both through the Butterworth filter, each divided by a
 //! weight per signal ([`mod@super::minimise`] tells which).
 
-use greyrig::butterworth::Cascade;
+use std::array;
+
+use greyrig::butterworth::Bank;
+use greyrig::motor::Stepper;
+use greyrig::scalar::Scalar;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -11,7 +15,8 @@ use super::minimise::{Residuals, rms_of};
 use super::regression::stride;
 use super::space::Space;
 use crate::error::{Error, Result};
-use crate::experiment::{Experiment, Imposed};
+use crate::experiment::{Experiment, Imposed, Stepped};
+use crate::lockstep::{self, LANES, Lanes, Lockstep};
 
 /// Stands for a residual that cannot be computed, so that the optimiser turns back.
 const HOPELESS: f64 = 1e6;
@@ -94,31 +99,62 @@ impl<'a> Rows<'a> {
     fn modelled(&self, space: &Space, theta: &[f64]) -> Vec<f64> {
         let attempt = || {
             let motor = space.motor_at(theta).ok()?;
-            let coefficients = self.experiment.coefficients::<f64>();
-            let mut filters = [Cascade::<f64>::default(), Cascade::default()];
-            let mut outputs: Vec<Vec<f64>> =
-                self.observations.iter().map(|o| Vec::with_capacity(o.samples.len())).collect();
-            self.experiment
-                .run(&motor, self.substeps, Imposed::Nothing, |n, state| {
-                    if n == 0 {
-                        filters[0].reset_to(state.current);
-                        filters[1].reset_to(state.speed);
-                    }
-                    let filtered = [
-                        filters[0].process(&coefficients, state.current),
-                        filters[1].process(&coefficients, state.speed),
-                    ];
-                    for (o, output) in self.observations.iter().zip(&mut outputs) {
-                        if o.samples.get(output.len()) == Some(&n) {
-                            output.push(filtered[usize::from(o.is_speed)]);
-                        }
-                    }
-                })
-                .ok()?;
-            let flat: Vec<f64> = outputs.into_iter().flatten().collect();
-            flat.iter().all(|x| x.is_finite()).then_some(flat)
+            let stepper = Stepper::with_substeps(motor, self.experiment.interval_s, self.substeps).ok()?;
+            let [modelled] = self.free_run(stepper, |x| [x]);
+            Some(modelled)
         };
-        attempt().unwrap_or_else(|| vec![HOPELESS; self.len()])
+        attempt().unwrap_or_else(|| self.hopeless())
+    }
+
+    /// The same at several points that lie close together.
+    fn modelled_at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let together = || {
+            let motors = thetas.iter().map(|theta| space.motor_at(theta).ok()).collect::<Option<Vec<_>>>()?;
+            let motors = lockstep::as_many_as_lanes(&motors)?;
+            let lockstep = Lockstep::build(&motors, self.experiment.interval_s, self.substeps).ok()??;
+            let modelled = self.free_run(lockstep, |lanes: Lanes| lanes.0);
+            Some(modelled.into_iter().take(thetas.len()).collect())
+        };
+        let alone = || thetas.iter().map(|theta| self.modelled(space, theta)).collect();
+        together().unwrap_or_else(alone)
+    }
+
+    /// The rows of what `each` makes motors of.
+    fn free_run<S: Scalar<Base = S>, const MOTORS: usize>(
+        &self,
+        stepper: impl Stepped<S>,
+        each: impl Fn(S) -> [f64; MOTORS],
+    ) -> [Vec<f64>; MOTORS] {
+        let coefficients = self.experiment.coefficients::<f64>();
+        let mut filters = [Bank::<f64, MOTORS>::default(), Bank::default()];
+        let mut outputs: Vec<Vec<[f64; MOTORS]>> =
+            self.observations.iter().map(|o| Vec::with_capacity(o.samples.len())).collect();
+        self.experiment.step_through(stepper, Imposed::Nothing, |n, state| {
+            let signals = [each(state.current), each(state.speed)];
+            if n == 0 {
+                filters[0].reset_to(signals[0]);
+                filters[1].reset_to(signals[1]);
+            }
+            let mut filtered = |k: usize| filters[k].process(&coefficients, signals[k]).1;
+            let filtered = [filtered(0), filtered(1)];
+            for (o, output) in self.observations.iter().zip(&mut outputs) {
+                if o.samples.get(output.len()) == Some(&n) {
+                    output.push(filtered[usize::from(o.is_speed)]);
+                }
+            }
+        });
+        array::from_fn(|k| {
+            let rows: Vec<f64> = outputs.iter().flatten().map(|row| row[k]).collect();
+            if rows.iter().all(|x| x.is_finite()) { rows } else { self.hopeless() }
+        })
+    }
+
+    fn hopeless(&self) -> Vec<f64> {
+        vec![HOPELESS; self.len()]
+    }
+
+    fn off(&self, modelled: &[f64]) -> Vec<f64> {
+        modelled.iter().zip(self.measured()).map(|(model, (measured, _))| model - measured).collect()
     }
 }
 
@@ -166,15 +202,17 @@ impl<'a> OutputError<'a> {
 
 impl Residuals for OutputError<'_> {
     fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64> {
-        let parts: Vec<Vec<f64>> = self
-            .rows
-            .par_iter()
-            .map(|rows| {
-                let modelled = rows.modelled(space, theta);
-                modelled.iter().zip(rows.measured()).map(|(model, (measured, _))| model - measured).collect()
-            })
-            .collect();
+        let parts: Vec<Vec<f64>> = self.rows.par_iter().map(|rows| rows.off(&rows.modelled(space, theta))).collect();
         DVector::from_vec(parts.concat())
+    }
+    fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let together = |thetas: &[Vec<f64>]| {
+            let parts: Vec<Vec<Vec<f64>>> =
+                self.rows.par_iter().map(|rows| rows.modelled_at_each(space, thetas)).collect();
+            let off = |k: usize| self.rows.iter().zip(&parts).flat_map(move |(rows, part)| rows.off(&part[k]));
+            (0..thetas.len()).map(|k| DVector::from_vec(off(k).collect())).collect::<Vec<_>>()
+        };
+        thetas.par_chunks(LANES).flat_map_iter(together).collect()
     }
     fn groups(&self) -> &[u8] {
         &self.groups

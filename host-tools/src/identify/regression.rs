@@ -13,6 +13,7 @@
 //! Rakar & Juričić 2004, section 2.2, for the least squares in continuous time; the weak form after the modulating
 //! functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547–552.
 
+use greyrig::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
 
 use super::scales::Scales;
@@ -206,25 +207,25 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
 }
 
 /// Mean of a signal over a window around a sample.
-pub struct SlidingMean {
-    sums: Vec<f64>,
+pub struct SlidingMean<S> {
+    sums: Vec<S>,
     half: usize,
 }
 
-impl SlidingMean {
+impl<S: Scalar> SlidingMean<S> {
     /// Of a signal, over so many samples.
-    pub fn new(signal: &[f64], window: usize) -> Self {
-        let running = signal.iter().scan(0.0, |sum, x| {
-            *sum += x;
+    pub fn new(signal: &[S], window: usize) -> Self {
+        let running = signal.iter().scan(S::ZERO, |sum, x| {
+            *sum += *x;
             Some(*sum)
         });
-        Self { sums: std::iter::once(0.0).chain(running).collect(), half: (window / 2).max(1) }
+        Self { sums: std::iter::once(S::ZERO).chain(running).collect(), half: (window / 2).max(1) }
     }
 
     /// Around sample `n`; at the ends of the signal over what there is.
-    pub fn at(&self, n: usize) -> f64 {
+    pub fn at(&self, n: usize) -> S {
         let (a, b) = (n.saturating_sub(self.half), (n + self.half).min(self.sums.len() - 1));
-        (self.sums[b] - self.sums[a]) / (b - a) as f64
+        (self.sums[b] - self.sums[a]) / S::constant((b - a) as f64)
     }
 }
 

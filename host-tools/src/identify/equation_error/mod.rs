@@ -33,6 +33,7 @@ use rayon::prelude::*;
 use super::minimise::{Residuals, rms_of};
 use super::space::Space;
 use crate::experiment::{Drive, Experiment};
+use crate::lockstep::LANES;
 use motion::Motion;
 use whole_motor::WholeMotor;
 
@@ -107,12 +108,17 @@ impl Residuals for EquationError<'_> {
         let Ok(motor) = space.motor_at(theta) else {
             return DVector::from_element(self.groups.len(), HOPELESS);
         };
-        let parts: Vec<Vec<f64>> = self.parts.par_iter().map(|part| part.residuals(&motor)).collect();
-        let mut all = DVector::from_vec(parts.concat());
-        for x in all.iter_mut().filter(|x| !x.is_finite()) {
-            *x = HOPELESS;
-        }
-        all
+        finite(self.parts.par_iter().map(|part| part.residuals(&motor)).collect())
+    }
+    fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {
+        let together = |thetas: &[Vec<f64>]| {
+            let motors: Result<Vec<_>, _> = thetas.iter().map(|theta| space.motor_at(theta)).collect();
+            let Ok(motors) = motors else { return thetas.iter().map(|theta| self.at(space, theta)).collect() };
+            let mut parts: Vec<_> = self.parts.par_iter().map(|part| part.residuals_of_each(&motors)).collect();
+            let of = |k: usize| finite(parts.iter_mut().map(|part| std::mem::take(&mut part[k])).collect());
+            (0..motors.len()).map(of).collect::<Vec<_>>()
+        };
+        thetas.par_chunks(LANES).flat_map_iter(together).collect()
     }
     fn groups(&self) -> &[u8] {
         &self.groups
@@ -120,6 +126,15 @@ impl Residuals for EquationError<'_> {
     fn sizes(&self) -> [f64; 2] {
         self.sizes
     }
+}
+
+/// The rows of all recordings, one below the other.
+fn finite(parts: Vec<Vec<f64>>) -> DVector<f64> {
+    let mut all = DVector::from_vec(parts.concat());
+    for x in all.iter_mut().filter(|x| !x.is_finite()) {
+        *x = HOPELESS;
+    }
+    all
 }
 
 impl<'a> Part<'a> {
@@ -151,6 +166,13 @@ impl<'a> Part<'a> {
         match self {
             Self::Motor(part) => part.residuals(motor),
             Self::Motion(part) => part.residuals(motor),
+        }
+    }
+
+    fn residuals_of_each(&self, motors: &[Motor<f64>]) -> Vec<Vec<f64>> {
+        match self {
+            Self::Motor(part) => part.residuals_of_each(motors),
+            Self::Motion(part) => motors.iter().map(|motor| part.residuals(motor)).collect(),
         }
     }
 

@@ -7,6 +7,7 @@ use greyrig::scalar::Scalar;
 use super::Balance;
 use crate::experiment::{Experiment, derivative};
 use crate::identify::regression::{SlidingMean, directions, stride};
+use crate::lockstep::{self, Lanes};
 use crate::noise::white_noise;
 
 /// Windows of the weak form are at least this long on mains, s.
@@ -17,8 +18,9 @@ const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
 /// Reversals of the current by less than this many standard deviations of its noise are noise.
 const NOISE_REVERSAL: f64 = 8.0;
 
-/// Samples at which the balances are formed at once.
+/// Samples at which the balances are formed at once: of a motor, and of several as one, whose numbers are vectors already.
 const BLOCK: usize = 32;
+const BLOCK_OF_LANES: usize = 8;
 
 /// Voltage, current and speed.
 #[derive(Debug)]
@@ -91,7 +93,7 @@ impl<'a> WholeMotor<'a> {
 
     /// Change of a signal over each window. That of the torque's integral is taken as that of the speed, which is averaged
     /// against its noise: where the torque jumps near a window's end the two would differ.
-    fn changes(&self, signal: &[f64]) -> Vec<f64> {
+    fn changes<S: Scalar>(&self, signal: &[S]) -> Vec<S> {
         changes(signal, &self.windows, self.period)
     }
 
@@ -110,61 +112,88 @@ impl<'a> WholeMotor<'a> {
 
     /// What both balances leave over.
     pub fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
-        let e = self.experiment;
-        let chain = motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring);
-        let undone = chain.then(|| self.undo_chain(motor));
-        let [current, speed, current_rate, turning] = match &undone {
-            Some(signals) => signals.each_ref().map(Vec::as_slice),
-            None => [&self.current, &self.speed, &self.current_rate, &self.turning].map(Vec::as_slice),
+        let undone = has_chain(motor).then(|| self.undo_chain(motor));
+        match &undone {
+            Some(signals) => {
+                let speed_changes = self.changes(&signals[1]);
+                self.left_over::<_, BLOCK>(motor, signals.each_ref().map(Vec::as_slice), &speed_changes)
+            }
+            None => self.left_over::<_, BLOCK>(motor, self.as_measured(), &self.speed_changes),
+        }
+    }
+
+    /// The same of several motors that hardly differ.
+    pub fn residuals_of_each(&self, motors: &[Motor<f64>]) -> Vec<Vec<f64>> {
+        let together = || {
+            let measured = !motors.iter().any(has_chain);
+            let lanes = measured.then(|| lockstep::as_many_as_lanes(motors)).flatten()?;
+            let rows = lockstep::in_agreement(&lanes, |motor| {
+                self.left_over::<Lanes, BLOCK_OF_LANES>(motor, self.as_measured(), &self.speed_changes)
+            })?;
+            Some((0..motors.len()).map(|k| rows.iter().map(|lanes| lanes.0[k]).collect()).collect())
         };
+        together().unwrap_or_else(|| motors.iter().map(|motor| self.residuals(motor)).collect())
+    }
+
+    fn as_measured(&self) -> [&[f64]; 4] {
+        [&self.current, &self.speed, &self.current_rate, &self.turning]
+    }
+
+    /// What both balances leave over at signals, [`Self::as_measured`], and the changes of their speed over the windows.
+    fn left_over<S: Scalar<Base = S>, const BLOCK: usize>(
+        &self,
+        motor: &Motor<S>,
+        [current, speed, current_rate, turning]: [&[f64]; 4],
+        speed_changes: &[f64],
+    ) -> Vec<S> {
+        let e = self.experiment;
         let inertia = motor.parameters().inertia;
         let [mut inductances, mut rates, mut torques] = [(); 3].map(|()| Vec::with_capacity(e.len()));
-        self.each_slopes(motor, [current, speed, turning], |slopes| {
+        self.each_slopes::<S, BLOCK>(motor, [current, speed, turning], |slopes| {
             inductances.push(slopes.inductance);
             rates.push(slopes.current);
             torques.push(inertia * slopes.speed);
         });
-        let mut left = left_over(&inductances, current_rate, &rates);
+        let mut left = voltage_left_over(&inductances, current_rate, &rates);
         // Simpson's rule takes what is smooth; at an edge of the voltage neither it nor what goes with the current is.
         for (n, [voltage, mean]) in e.means_around_edges(current) {
             let smooth = |signal: &[f64]| simpson(signal[n - 1], signal[n], signal[n + 1]);
             let [drop, _] = self.by_current(motor, current, speed, n - 1);
-            left[n] -= voltage - smooth(&e.input) - drop * (mean - smooth(current));
+            left[n] -= S::constant(voltage - smooth(&e.input)) - drop * S::constant(mean - smooth(current));
         }
         let filtered = e.filtered(&left);
-        let mut rows: Vec<f64> = self.samples.iter().map(|n| filtered[*n]).collect();
+        let mut rows: Vec<S> = self.samples.iter().map(|n| filtered[*n]).collect();
         if self.windows.is_empty() {
             return rows;
         }
-        let undone = undone.is_some().then(|| self.changes(speed));
-        let changes = undone.as_ref().unwrap_or(&self.speed_changes);
         let impulses = self.changes(&self.impulse(motor, &torques, current, speed));
-        rows.extend(impulses.iter().zip(changes).map(|(impulse, change)| impulse - inertia * change));
+        rows.extend(impulses.iter().zip(speed_changes).map(|(impulse, x)| *impulse - inertia * S::constant(*x)));
         rows
     }
 
     /// What a further ampere changes at a sample: voltage that the inductance lacks, V/A, and torque, N m/A.
-    fn by_current(&self, motor: &Motor<f64>, current: &[f64], speed: &[f64], n: usize) -> [f64; 2] {
+    fn by_current<S: Scalar<Base = S>>(&self, motor: &Motor<S>, current: &[f64], speed: &[f64], n: usize) -> [S; 2] {
+        let state = State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
         let at = OperatingPoint {
-            current: Gradient::current(current[n]),
-            speed: Gradient::speed(speed[n]),
-            voltage: Gradient::lift(self.experiment.input[n]),
+            current: Gradient::current(state.current),
+            speed: Gradient::speed(state.speed),
+            voltage: Gradient::lift(S::constant(self.experiment.input[n])),
         };
-        let memories = motor.memories_at_start(State { current: current[n], speed: speed[n] });
-        let slopes = motor.slopes(&at, Some(self.directions[n]), &memories);
+        let slopes = motor.slopes(&at, Some(S::constant(self.directions[n])), &motor.memories_at_start(state));
         [-slopes.inductance.value * slopes.current.by_current, motor.parameters().inertia * slopes.speed.by_current]
     }
 
     /// Integral of the torque (N m s) from the beginning to each sample, by the trapezium rule and what that lacks at an edge of the
     /// voltage.
-    fn impulse(&self, motor: &Motor<f64>, torques: &[f64], current: &[f64], speed: &[f64]) -> Vec<f64> {
+    fn impulse<S: Scalar<Base = S>>(&self, motor: &Motor<S>, torques: &[S], current: &[f64], speed: &[f64]) -> Vec<S> {
         let e = self.experiment;
-        let mut impulse = integral(torques, e.interval_s);
-        let (mut lacking, mut from) = (0.0, 0);
+        let interval = S::constant(e.interval_s);
+        let mut impulse = integral(torques, interval);
+        let (mut lacking, mut from) = (S::ZERO, 0);
         for edge in e.edges.iter().filter(|edge| edge.charge != 0.0) {
             impulse[from..edge.n].iter_mut().for_each(|x| *x += lacking);
             from = edge.n;
-            lacking += self.by_current(motor, current, speed, edge.n - 1)[1] * edge.charge * e.interval_s;
+            lacking += self.by_current(motor, current, speed, edge.n - 1)[1] * S::constant(edge.charge) * interval;
         }
         impulse[from..].iter_mut().for_each(|x| *x += lacking);
         impulse
@@ -172,28 +201,31 @@ impl<'a> WholeMotor<'a> {
 
     /// Tells the slopes at each sample, in their order, from current, speed and current without small reversals as they
     /// were before the measuring chain.
-    fn each_slopes(
+    fn each_slopes<S: Scalar<Base = S>, const BLOCK: usize>(
         &self,
-        motor: &Motor<f64>,
+        motor: &Motor<S>,
         [current, speed, turning]: [&[f64]; 3],
-        mut take: impl FnMut(Slopes<f64>),
+        mut take: impl FnMut(Slopes<S>),
     ) {
         let e = self.experiment;
         let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
-        let mut memories = motor.memories_at_start(State { current: current[0], speed: speed[0] });
-        let state = |signal: &[f64], n: usize| State { current: signal[n], speed: speed[n] };
-        let at = |n: usize| OperatingPoint { current: current[n], speed: speed[n], voltage: e.input[n] };
+        let state = |signal: &[f64], n: usize| State { current: S::constant(signal[n]), speed: S::constant(speed[n]) };
+        let at = |n: usize| {
+            let State { current, speed } = state(current, n);
+            OperatingPoint { current, speed, voltage: S::constant(e.input[n]) }
+        };
+        let mut memories = motor.memories_at_start(state(current, 0));
         let mut remembered = memories.map(|memory| [memory; BLOCK]);
-        let mut points = [(at(0), 0.0); BLOCK];
+        let mut points = [(at(0), S::ZERO); BLOCK];
         for begin in (0..e.len()).step_by(BLOCK) {
             let block = begin..(begin + BLOCK).min(e.len());
             for (n, point) in block.clone().zip(&mut points) {
-                *point = (at(n), self.directions[n]);
+                *point = (at(n), S::constant(self.directions[n]));
             }
             let step = |k: usize| {
                 let n = begin + k;
                 (n > 0 && block.contains(&n)).then(|| Passed {
-                    interval: e.interval_s,
+                    interval: S::constant(e.interval_s),
                     before: state(turning, n - 1),
                     after: state(turning, n),
                 })
@@ -277,19 +309,24 @@ fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
 }
 
 /// Change of a signal over windows, from the means over a period around their ends.
-fn changes(signal: &[f64], windows: &[(usize, usize)], period: usize) -> Vec<f64> {
+fn changes<S: Scalar>(signal: &[S], windows: &[(usize, usize)], period: usize) -> Vec<S> {
     let smooth = SlidingMean::new(signal, period);
     windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
 }
 
+/// Whether a motor has effects of the measuring chain.
+fn has_chain(motor: &Motor<f64>) -> bool {
+    motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring)
+}
+
 /// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
-fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
-    let of_supply = |effect: &Effect<f64>| effect.description().of_supply;
+fn at_open_terminals<S: Scalar<Base = S>>(motor: &Motor<S>) -> Option<Motor<S>> {
+    let of_supply = |effect: &Effect<S>| effect.description().of_supply;
     if !motor.effects().iter().any(of_supply) {
         return None;
     }
-    let absent = |effect: &Effect<f64>| Effect::from_id(effect.description().id, &[]);
-    let effects: Vec<Effect<f64>> = motor
+    let absent = |effect: &Effect<S>| Effect::from_id(effect.description().id, &[]);
+    let effects: Vec<Effect<S>> = motor
         .effects()
         .iter()
         .map(|effect| if of_supply(effect) { absent(effect).unwrap_or(*effect) } else { *effect })
@@ -300,13 +337,13 @@ fn at_open_terminals(motor: &Motor<f64>) -> Option<Motor<f64>> {
 /// What the voltage balance leaves over at each sample, V, from dλ/di, H, the central difference of the measured current and the
 /// rate that the balance wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's:
 /// Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
-fn left_over(inductances: &[f64], measured: &[f64], modelled: &[f64]) -> Vec<f64> {
+fn voltage_left_over<S: Scalar>(inductances: &[S], measured: &[f64], modelled: &[S]) -> Vec<S> {
     let each = inductances.iter().zip(measured).zip(means(modelled));
-    each.map(|((inductance, measured), modelled)| inductance * (measured - modelled)).collect()
+    each.map(|((inductance, measured), modelled)| *inductance * (S::constant(*measured) - modelled)).collect()
 }
 
 /// Mean of a signal over the two intervals around each sample; beyond its ends it stays as it is.
-fn means(signal: &[f64]) -> Vec<f64> {
+fn means<S: Scalar>(signal: &[S]) -> Vec<S> {
     let ([first, .., last], n) = (signal, signal.len()) else { return signal.to_vec() };
     let mut means = Vec::with_capacity(n);
     means.push(simpson(*first, *first, signal[1]));
@@ -316,10 +353,10 @@ fn means(signal: &[f64]) -> Vec<f64> {
 }
 
 /// Integral of a signal by the trapezium rule over intervals of a length, from nothing.
-fn integral(signal: &[f64], interval: f64) -> Vec<f64> {
-    let (mut sum, mut last) = (0.0, 0.0);
-    let up_to = |x: &f64| {
-        sum += 0.5 * (last + x) * interval;
+fn integral<S: Scalar>(signal: &[S], interval: S) -> Vec<S> {
+    let (mut sum, mut last) = (S::ZERO, S::ZERO);
+    let up_to = |x: &S| {
+        sum += S::constant(0.5) * (last + *x) * interval;
         last = *x;
         sum
     };
@@ -327,8 +364,8 @@ fn integral(signal: &[f64], interval: f64) -> Vec<f64> {
 }
 
 /// Mean over two intervals.
-fn simpson(before: f64, at: f64, after: f64) -> f64 {
-    (before + 4.0 * at + after) / 6.0
+fn simpson<S: Scalar>(before: S, at: S, after: S) -> S {
+    (before + S::constant(4.0) * at + after) / S::constant(6.0)
 }
 
 #[cfg(test)]
