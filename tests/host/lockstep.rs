@@ -44,7 +44,8 @@ fn points_at_once_have_the_bits_of_each_alone() {
         let rows = experiments.iter().map(|e| Rows::new(e, 1)).collect();
         let (free_run, balances) = (OutputError::new(rows).unwrap(), EquationError::new(&experiments).unwrap());
         for difference in [1e-6, 0.05] {
-            let moved = |k: usize| theta.iter().enumerate().map(|(j, x)| x + if j == k { difference } else { 0.0 });
+            let moved =
+                |k: usize| theta.iter().enumerate().map(move |(j, x)| x + if j == k { difference } else { 0.0 });
             let thetas: Vec<Vec<f64>> = (0..theta.len().min(11)).map(|k| moved(k).collect()).collect();
             for [at_once, alone] in [bits(&free_run, &space, &thetas), bits(&balances, &space, &thetas)] {
                 assert!(at_once == alone, "{effects:?}, {difference}");
