@@ -66,6 +66,10 @@ impl Lockstep {
             let constraints = Constraints { speed: of_lane(constraints.speed), current: of_lane(constraints.current) };
             stepper.step(from.0[k], to.0[k], constraints);
         }
+        self.go_on_from_alone();
+    }
+
+    fn go_on_from_alone(&mut self) {
         self.together.restore(&of_lanes(&self.alone.each_ref().map(Stepper::snapshot)));
         self.reading = state_of_lanes(&self.alone.each_ref().map(Stepper::reading));
     }
@@ -80,8 +84,7 @@ impl Stepped<Lanes> for Lockstep {
             for (k, stepper) in self.alone.iter_mut().enumerate() {
                 stepper.set_state(lane(&before, k).state);
             }
-            self.together.restore(&of_lanes(&self.alone.each_ref().map(Stepper::snapshot)));
-            self.reading = state_of_lanes(&self.alone.each_ref().map(Stepper::reading));
+            self.go_on_from_alone();
         }
     }
 
