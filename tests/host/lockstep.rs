@@ -7,13 +7,15 @@ use greyrig_host::identify::equation_error::EquationError;
 use greyrig_host::identify::minimise::Residuals;
 use greyrig_host::identify::output_error::{OutputError, Rows};
 use greyrig_host::identify::scales::Scales;
+use greyrig_host::identify::space::Space;
 use greyrig_host::identify::{Settings, build_space, prepare};
 use greyrig_host::model::{Filter, Kind};
 use greyrig_host::rig::Setup;
+use nalgebra::DVector;
 
 /// The bits of residuals at many points, at once and one by one.
-fn bits(problem: &impl Residuals, space: &greyrig_host::identify::space::Space, thetas: &[Vec<f64>]) -> [Vec<u64>; 2] {
-    let of = |rows: Vec<nalgebra::DVector<f64>>| rows.iter().flatten().map(|x| x.to_bits()).collect();
+fn bits(problem: &impl Residuals, space: &Space, thetas: &[Vec<f64>]) -> [Vec<u64>; 2] {
+    let of = |rows: Vec<DVector<f64>>| rows.iter().flatten().map(|x| x.to_bits()).collect();
     [of(problem.at_each(space, thetas)), of(thetas.iter().map(|theta| problem.at(space, theta)).collect())]
 }
 
@@ -29,7 +31,6 @@ fn points_at_once_have_the_bits_of_each_alone() {
         [run("staircase", 2.0, 1), run("dc-steps", 2.0, 2), run("locked", 1.0, 3), run("coast-down", 3.0, 4)];
     let full = prepare(&recordings, &Filter::default()).unwrap();
     let experiments: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-    let mut of_signals = BTreeSet::new();
     for effects in [
         &["saturation", "hysteresis", "brush_drop", "bearing_warmup"][..],
         &["supply_dead_zone", "eddy_current", "windage_exponent"],
@@ -49,10 +50,10 @@ fn points_at_once_have_the_bits_of_each_alone() {
             let thetas: Vec<Vec<f64>> = (0..theta.len().min(11)).map(|k| moved(k).collect()).collect();
             for [at_once, alone] in [bits(&free_run, &space, &thetas), bits(&balances, &space, &thetas)] {
                 assert!(at_once == alone, "{effects:?}, {difference}");
-                of_signals.extend(alone);
+                // Residuals that could not be computed would agree as well; they are all one number.
+                let distinct = alone.iter().collect::<BTreeSet<_>>().len();
+                assert!(distinct > alone.len() / 4, "{effects:?}, {difference}: {distinct} of {}", alone.len());
             }
         }
     }
-    // Residuals that could not be computed would agree as well.
-    assert!(of_signals.len() > 10_000, "{}", of_signals.len());
 }

@@ -111,7 +111,7 @@ impl<'a> Rows<'a> {
         let together = || {
             let motors = thetas.iter().map(|theta| space.motor_at(theta).ok()).collect::<Option<Vec<_>>>()?;
             let motors = lockstep::as_many_as_lanes(&motors)?;
-            let lockstep = Lockstep::build(&motors, self.experiment.interval_s, self.substeps).ok()??;
+            let lockstep = Lockstep::build(&motors, self.experiment.interval_s, self.substeps)?;
             let modelled = self.free_run(lockstep, |lanes: Lanes| lanes.0);
             Some(modelled.into_iter().take(thetas.len()).collect())
         };

@@ -9,7 +9,7 @@ mod lanes;
 use std::array;
 
 use greyrig::effects::Effect;
-use greyrig::motor::{Constraints, Motor, ParameterError, Parameters, Snapshot, State, Stepper};
+use greyrig::motor::{Constraints, Motor, Parameters, Snapshot, State, Stepper};
 
 pub use lanes::{LANES, Lanes};
 
@@ -28,7 +28,7 @@ pub fn as_many_as_lanes(motors: &[Motor<f64>]) -> Option<[Motor<f64>; LANES]> {
 /// user's own.
 pub fn in_agreement<T>(motors: &[Motor<f64>; LANES], of: impl FnOnce(&Motor<Lanes>) -> T) -> Option<T> {
     lanes::disagreed();
-    let result = of(&as_one(motors).ok()??);
+    let result = of(&as_one(motors)?);
     (!lanes::disagreed()).then_some(result)
 }
 
@@ -43,19 +43,13 @@ pub struct Lockstep {
 }
 
 impl Lockstep {
-    /// Motors to be stepped by `interval` seconds in `substeps`. `None`: their effects differ, or they have terms of the user's own.
-    ///
-    /// # Errors
-    /// As [`Stepper::with_substeps`], for any of them.
-    pub fn build(motors: &[Motor<f64>; LANES], interval: f64, substeps: u8) -> Result<Option<Self>, ParameterError> {
-        let Some(together) = as_one(motors)? else { return Ok(None) };
-        let mut alone = Vec::with_capacity(LANES);
-        for motor in motors {
-            alone.push(Stepper::with_substeps(motor.clone(), interval, substeps)?);
-        }
-        let Ok(alone) = <[_; LANES]>::try_from(alone) else { return Ok(None) };
-        let together = Stepper::with_substeps(together, Lanes([interval; LANES]), substeps)?;
-        Ok(Some(Self { reading: together.state(), together, alone, apart: 0 }))
+    /// Motors to be stepped by `interval` seconds in `substeps`. `None`: their effects differ, they have terms of the user's own, or
+    /// [`Stepper::with_substeps`] refuses one of them.
+    pub fn build(motors: &[Motor<f64>; LANES], interval: f64, substeps: u8) -> Option<Self> {
+        let stepper = |motor: &Motor<f64>| Stepper::with_substeps(motor.clone(), interval, substeps).ok();
+        let alone: Vec<_> = motors.iter().map(stepper).collect::<Option<_>>()?;
+        let together = Stepper::with_substeps(as_one(motors)?, Lanes([interval; LANES]), substeps).ok()?;
+        Some(Self { reading: together.state(), together, alone: alone.try_into().ok()?, apart: 0 })
     }
 
     fn each_alone(&mut self, before: &Snapshot<Lanes>, from: Lanes, to: Lanes, constraints: Constraints<Lanes>) {
@@ -103,7 +97,7 @@ impl Stepped<Lanes> for Lockstep {
 }
 
 /// Motors as one whose numbers have lanes.
-fn as_one(motors: &[Motor<f64>; LANES]) -> Result<Option<Motor<Lanes>>, ParameterError> {
+fn as_one(motors: &[Motor<f64>; LANES]) -> Option<Motor<Lanes>> {
     let first = &motors[0];
     let alike = |motor: &Motor<f64>| {
         let ids = |m: &Motor<f64>| m.effects().iter().map(Effect::place).collect::<Vec<_>>();
@@ -112,7 +106,7 @@ fn as_one(motors: &[Motor<f64>; LANES]) -> Result<Option<Motor<Lanes>>, Paramete
             && motor.terms().is_empty()
     };
     if !motors.iter().all(alike) {
-        return Ok(None);
+        return None;
     }
     let values = motors.each_ref().map(|motor| motor.parameters().values());
     let values = array::from_fn(|p| Lanes::from_each(|k| values[k][p]));
@@ -123,8 +117,7 @@ fn as_one(motors: &[Motor<f64>; LANES]) -> Result<Option<Motor<Lanes>>, Paramete
             Effect::from_id(first.effects()[e].description().id, &lanes)
         })
         .collect();
-    let Some(effects) = effects else { return Ok(None) };
-    Motor::build(Parameters::from_values(first.parameters().flux_law, values), &effects).map(Some)
+    Motor::build(Parameters::from_values(first.parameters().flux_law, values), &effects?).ok()
 }
 
 fn lane(all: &Snapshot<Lanes>, k: usize) -> Snapshot<f64> {
@@ -172,7 +165,7 @@ mod tests {
                     let effect = Effect::from_id(d.id, &values).unwrap();
                     Motor::build(Parameters::from_values(law, base), &[effect]).unwrap()
                 });
-                let mut together = Lockstep::build(&motors, INTERVAL_S, 2).unwrap().unwrap();
+                let mut together = Lockstep::build(&motors, INTERVAL_S, 2).unwrap();
                 let mut alone = motors.each_ref().map(|m| Stepper::with_substeps(m.clone(), INTERVAL_S, 2).unwrap());
                 let begin = State { current: 0.5, speed: 10.0 };
                 together.begin(State { current: Lanes([0.5; LANES]), speed: Lanes([10.0; LANES]) });
