@@ -1,0 +1,81 @@
+//! What else would explain the data as well.
+
+use greyrig::effects::{Description, Effect};
+
+use super::words::{description, name};
+use crate::diagnose::classes::OFFSETS;
+use crate::diagnose::ladder::Ladder;
+use crate::diagnose::screening::Holds;
+
+/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
+/// most 1.04.
+const EXACT: f64 = 1.08;
+
+/// Why what was found may be something else.
+pub struct Doubt {
+    /// The effects that it may be.
+    pub rivals: Vec<&'static str>,
+    /// In words.
+    pub reason: String,
+    /// The recording that would tell.
+    pub experiment: String,
+}
+
+impl Doubt {
+    /// About what a climb has found.
+    pub fn about(ladder: &Ladder, holds: Holds) -> Option<Self> {
+        let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+        if !holds.motion {
+            rivals.extend(fading(&ladder.found));
+        }
+        let of_offsets = if holds.standstill { None } else { of_offsets(ladder) };
+        if of_offsets.is_some() {
+            rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
+        }
+        if rivals.is_empty() && of_offsets.is_none() {
+            return None;
+        }
+        let reason = of_offsets.unwrap_or_else(|| {
+            format!(
+                "{} would explain these data as well; another recording would tell",
+                rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
+            )
+        });
+        Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
+    }
+}
+
+fn experiment(ladder: &Ladder, holds: Holds) -> String {
+    let with_rivals = ladder.found.iter().zip(&ladder.rivals).find(|(_, rivals)| !rivals.is_empty());
+    let separating = with_rivals.and_then(|(id, _)| description(id)).map(|d| d.separated_by);
+    let otherwise = match holds.motion {
+        true => "a locked rotor, and a coast-down with the supply open",
+        false => "the same currents with the rotor free to turn",
+    };
+    separating.unwrap_or(otherwise).to_owned()
+}
+
+/// Effects that do the same as those found, as long as the rotor stands still.
+fn fading(found: &[&'static str]) -> impl Iterator<Item = &'static str> {
+    let into = |d: &Description| d.turns_into.is_some_and(|turn| found.contains(&turn.into));
+    Effect::<f64>::CATALOGUE.iter().filter(move |d| into(d)).map(|d| d.id)
+}
+
+/// Why offsets that were found on a closed supply may be others.
+fn of_offsets(ladder: &Ladder) -> Option<String> {
+    let offsets = ladder.found.iter().filter(|id| OFFSETS.contains(id)).count();
+    if offsets >= 2 {
+        return Some(
+            "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \
+             part of the third"
+                .to_owned(),
+        );
+    }
+    let left = ladder.free_run.map_or(1.0, |(_, after)| after.electrical);
+    (offsets == 1 && ladder.found.len() == 1 && left > EXACT).then(|| {
+        format!(
+            "an offset has no other form, yet {left:.2} times what does not repeat is left of the current's error: remanence, \
+             current offset and voltage offset look alike while the motor runs on a closed supply"
+        )
+    })
+}

@@ -1,0 +1,164 @@
+//! The verdict, in one word and in a motor engineer's.
+
+mod doubt;
+mod outside;
+mod words;
+
+use serde::Serialize;
+
+use super::Size;
+use super::classes::class_of;
+use super::completeness::Completeness;
+use super::ladder::{Ladder, Objection};
+use super::lead::Lead;
+use super::samples::Finding;
+use super::screening::Holds;
+use crate::model::Kind;
+use doubt::Doubt;
+use words::{description, name};
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictKind {
+    /// Named effects.
+    MissingEffect,
+    /// The model is as good as the data.
+    None,
+    /// A set that these data cannot tell apart, but another recording could.
+    Ambiguous,
+    /// Real structure that no effect of the catalogue explains.
+    OutsideCatalogue,
+    /// The recordings do not hold what it takes.
+    InsufficientData,
+}
+
+/// The verdict.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// In one word.
+    pub kind: VerdictKind,
+    /// The effects, in the order in which they should be added.
+    pub effects: Vec<&'static str>,
+    /// Sets whose members no recording could separate.
+    pub classes: Vec<Vec<&'static str>>,
+    /// The parameters of the effects that were fitted, with their intervals.
+    pub sizes: Vec<Size>,
+    /// In a motor engineer's words.
+    pub text: String,
+    /// The recording that would tell more.
+    pub next_experiment: Option<String>,
+}
+
+impl Verdict {
+    /// The recordings do not hold what it takes.
+    pub fn insufficient(reason: &str) -> Self {
+        Self {
+            text: format!("these recordings cannot tell: {reason}"),
+            next_experiment: Some(
+                "a ramp, a staircase or a sine of the voltage over the whole range, and a coast-down".to_owned(),
+            ),
+            ..Self::without_effects(VerdictKind::InsufficientData, Vec::new())
+        }
+    }
+
+    /// An effect would lower the error, but here it looks like the supply or the base model.
+    fn swallowed(id: &str, sizes: Vec<Size>) -> Self {
+        Self {
+            text: format!(
+                "{} would lower the error, but in these recordings its contribution can hardly be told from the supply \
+                 or from the base parameters, so it is not named",
+                name(id)
+            ),
+            next_experiment: Some(format!(
+                "a ramp, a staircase or a sine of the voltage through zero{}",
+                description(id).map_or_else(String::new, |d| format!("; {}", d.separated_by))
+            )),
+            ..Self::without_effects(VerdictKind::InsufficientData, sizes)
+        }
+    }
+
+    /// The model is as good as the data.
+    fn none(kind: Kind, sizes: Vec<Size>) -> Self {
+        let never_visible = match kind {
+            Kind::Universal => {
+                "Gains of the sensors, an impedance of the supply and a resistance that grows with the speed are"
+            }
+            Kind::PmDc => "Gains of the sensors and an impedance of the supply are",
+        };
+        Self {
+            text: format!(
+                "the model is as good as the data: what is left does not repeat from one period to the next, and no effect of the \
+                 catalogue lowers the error on data held out. {never_visible} never visible in voltage, current and speed"
+            ),
+            ..Self::without_effects(VerdictKind::None, sizes)
+        }
+    }
+
+    fn without_effects(kind: VerdictKind, sizes: Vec<Size>) -> Self {
+        Self { kind, effects: Vec::new(), classes: Vec::new(), sizes, text: String::new(), next_experiment: None }
+    }
+}
+
+/// The default member of the class of an effect, or the effect itself.
+fn default_member(kind: Kind, id: &'static str) -> &'static str {
+    class_of(kind, id).map_or(id, |class| class[0])
+}
+
+/// Judges what a climb has found.
+pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size>, holds: Holds) -> Verdict {
+    let kind = ladder.fit.space.kind();
+    let mut effects: Vec<&'static str> = super::ids(findings);
+    effects.extend(ladder.found.iter().map(|id| default_member(kind, id)));
+    let explained = ladder.is_explained();
+    if effects.is_empty() {
+        let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
+        return match swallowed {
+            Some(id) => Verdict::swallowed(id, sizes),
+            None if explained => Verdict::none(kind, sizes),
+            None => outside::verdict(ladder, lead, sizes, Vec::new()),
+        };
+    }
+    let seen = findings.iter().map(|f| f.text.clone());
+    let mut text: Vec<String> = seen.chain(words::reasons(ladder, &sizes)).collect();
+    if !explained && !ladder.found.is_empty() {
+        return outside::verdict(ladder, lead, sizes, text);
+    }
+    let doubt = Doubt::about(ladder, holds);
+    match &doubt {
+        Some(doubt) => {
+            for id in doubt.rivals.iter().map(|id| default_member(kind, id)) {
+                if !effects.contains(&id) {
+                    effects.push(id);
+                }
+            }
+            text.push(doubt.reason.clone());
+        }
+        None if ladder.floor.is_known() && ladder.after.is_complete() && !ladder.found.is_empty() => {
+            text.push("with that, nothing is left that repeats from one period to the next".to_owned());
+        }
+        None => {}
+    }
+    let mut classes: Vec<Vec<&'static str>> =
+        ladder.found.iter().filter_map(|id| class_of(kind, id)).map(<[_]>::to_vec).collect();
+    classes.dedup();
+    Verdict {
+        kind: if doubt.is_some() { VerdictKind::Ambiguous } else { VerdictKind::MissingEffect },
+        effects,
+        classes,
+        sizes,
+        text: text.join("\n"),
+        next_experiment: doubt.map(|doubt| doubt.experiment),
+    }
+}
+
+/// A candidate of the first step that would explain everything, and that only one objection keeps from being named.
+fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
+    let first = ladder.steps.first()?;
+    first
+        .tried
+        .iter()
+        .filter(|t| t.objection == Some(objection))
+        .find(|t| Completeness::of(&t.fit, &ladder.floor).explains(&ladder.before))
+        .map(|t| t.id)
+}

@@ -1,0 +1,68 @@
+//! A motor engineer's words.
+
+use greyrig::effects::{Acts, Description, Effect};
+
+use crate::diagnose::Size;
+use crate::diagnose::ladder::Ladder;
+use crate::report::numbers::with_interval;
+
+/// What an effect is.
+pub fn description(id: &str) -> Option<&'static Description> {
+    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
+}
+
+/// Its standard name.
+pub fn name(id: &str) -> &str {
+    description(id).map_or(id, |d| d.name)
+}
+
+/// Why each effect is named, and how large it is.
+pub fn reasons(ladder: &Ladder, sizes: &[Size]) -> impl Iterator<Item = String> {
+    ladder.found.iter().enumerate().map(|(place, id)| {
+        let own: Vec<String> = sizes.iter().filter(|s| is_of(id, s)).map(in_words).collect();
+        let size = if own.is_empty() { String::new() } else { format!("; {}", own.join(", ")) };
+        reason(id, ladder, place) + &size
+    })
+}
+
+/// Why an effect is named.
+fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
+    let Some(d) = description(id) else { return id.to_owned() };
+    let step = ladder.steps.iter().find(|s| s.winners.contains(&id));
+    let side = match d.acts {
+        Acts::Electrical => "in the voltage balance",
+        Acts::Mechanical => "in the torque balance",
+        Acts::Both => "in the voltage and the torque balance",
+        Acts::Measuring => "in the measuring chain",
+    };
+    let mut text = format!("{}{} {side}: {}", if place == 0 { "" } else { "then " }, d.name, d.signature);
+    if let Some(step) = step
+        && let Some(own) = step.tried.iter().find(|t| t.id == id)
+    {
+        let other = step.winners.iter().find(|w| step.together && **w != id);
+        let with = other.map_or_else(String::new, |other| format!("with {} ", name(other)));
+        text +=
+            &format!("; {with}the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
+        if let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) {
+            text += &format!(
+                ", with the next best, {}, by {:.0} %",
+                name(next.id),
+                100.0 * (1.0 - (-0.5 * next.gain).exp()).max(0.0)
+            );
+        }
+    }
+    text
+}
+
+/// Whether a size is that of an effect.
+fn is_of(id: &str, size: &Size) -> bool {
+    description(id).is_some_and(|d| d.parameters.iter().any(|p| p.name == size.name))
+}
+
+/// A size with its interval.
+fn in_words(size: &Size) -> String {
+    let (value, interval) = with_interval(size.value, size.ci95);
+    let interval = size.ci95.map_or_else(|| "left open by these data".to_owned(), |_| format!("{interval}, 95 %"));
+    let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
+    format!("{} = {value}{unit} ({interval})", size.name)
+}
