@@ -1,0 +1,139 @@
+//! Ways to a model, one after the other, each judged on data that it has not seen.
+
+use serde_json::{Value, json};
+
+use crate::commands::words;
+use crate::compare::{Comparison, PerSignal, compare};
+use crate::error::Result;
+use crate::identify::{self, Identification, Method, Settings};
+use crate::model::{Kind, Model, Origin};
+use crate::recording::Recording;
+use crate::report::Step;
+use crate::rig::Setup;
+
+/// The recordings of a motor.
+pub struct Data {
+    /// What models are fitted to.
+    pub training: Vec<Recording>,
+    /// What they are judged on.
+    pub held_out: Vec<Recording>,
+}
+
+impl Data {
+    /// Of a motor that hides something.
+    pub fn of(hidden: &[&str], seed: u64) -> Result<Self> {
+        let record = |profile: &str, name: &str, seed: u64| -> Result<Vec<Recording>> {
+            let mut setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
+            for effect in hidden {
+                setup = setup.effect(effect)?;
+            }
+            let mut recording = setup.run()?.recording;
+            recording.path = name.into();
+            Ok(vec![recording])
+        };
+        Ok(Self {
+            training: record("staircase", "staircase.csv", seed)?,
+            held_out: record("ramp", "ramp.csv", seed + 1)?,
+        })
+    }
+
+    /// Where they are from.
+    pub fn origins(&self) -> Vec<Origin> {
+        self.training.iter().chain(&self.held_out).map(Origin::from).collect()
+    }
+}
+
+/// One way to a model.
+pub struct Attempt {
+    label: String,
+    /// The model, and how sure it is.
+    pub identification: Identification,
+    /// The model on data held out.
+    pub held_out: Comparison,
+}
+
+impl Attempt {
+    fn new(label: &str, method: Method, effects: &[&str], data: &Data) -> Result<Self> {
+        let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+        let settings = Settings { method, effects, ..Settings::new(Kind::Universal) };
+        let identification = identify::identify(&data.training, &settings)?;
+        let held_out = compare(&identification.model, &data.held_out)?;
+        Ok(Self { label: label.to_owned(), identification, held_out })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.identification.model
+    }
+}
+
+/// The physical model by two methods, and with one effect more each time.
+pub struct Attempts {
+    least_squares: Attempt,
+    output_error: Attempt,
+    with_effects: Vec<Attempt>,
+}
+
+impl Attempts {
+    /// The physical model by itself.
+    pub fn without_effects(data: &Data) -> Result<Self> {
+        Ok(Self {
+            least_squares: Attempt::new("least squares", Method::LeastSquares, &[], data)?,
+            output_error: Attempt::new("output error", Method::OutputError, &[], data)?,
+            with_effects: Vec::new(),
+        })
+    }
+
+    /// Adds effects, one after the other.
+    pub fn add_each(&mut self, effects: &[&str], data: &Data) -> Result<()> {
+        for (k, id) in effects.iter().enumerate() {
+            let label = format!("+ {id}");
+            self.with_effects.push(Attempt::new(&label, Method::OutputError, &effects[..=k], data)?);
+        }
+        Ok(())
+    }
+
+    /// The physical model by the paper's method.
+    pub fn least_squares(&self) -> &Attempt {
+        &self.least_squares
+    }
+
+    /// The physical model at its best.
+    pub fn physical(&self) -> &Attempt {
+        &self.output_error
+    }
+
+    /// With all effects.
+    pub fn improved(&self) -> &Attempt {
+        self.with_effects.last().unwrap_or(&self.output_error)
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &Attempt> {
+        [&self.least_squares, &self.output_error].into_iter().chain(&self.with_effects)
+    }
+
+    /// The end of the road.
+    pub fn noise_floor(&self) -> PerSignal {
+        self.improved().held_out.noise_floor
+    }
+
+    /// Errors on data held out, for a figure.
+    pub fn steps(&self) -> Vec<Step> {
+        self.iter().map(|a| Step { label: a.label.clone(), esr: a.held_out.esr }).collect()
+    }
+
+    /// The same for the terminal.
+    pub fn table(&self) -> String {
+        let mut table = words::table(&["model", "current", "speed"]);
+        let row = |label: &str, of: PerSignal| [label.to_owned(), words::percent(of.current), words::percent(of.speed)];
+        table.add_rows(self.iter().map(|a| row(&a.label, a.held_out.esr)));
+        table.add_row(row("noise floor", self.noise_floor()));
+        table.to_string()
+    }
+
+    /// For a program.
+    pub fn in_json(&self) -> Vec<Value> {
+        let of = |a: &Attempt| json!({ "method": a.label, "parameters": a.identification.parameters, "held_out": a.held_out.esr });
+        self.iter().map(of).collect()
+    }
+}
