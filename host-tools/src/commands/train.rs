@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::add::split;
 use super::anfis::{Bell, notes, parse_bell};
@@ -72,106 +72,143 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in args.out.iter().chain(&args.answer.report) {
         output::refuse_overwrite(path, args.answer.force)?;
     }
+    if let Some(delay) = args.delay.filter(|delay| !(1e-4..=1.0).contains(delay)) {
+        return Err(Error::usage(format!("a delay of {delay} s cannot be"), "choose --delay from 0.0001 to 1"));
+    }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
     let recordings = args.input.load()?;
-    let (training, held_out) = split(&recordings);
-    let judged = |recordings: &[Recording]| -> Vec<Recording> {
-        recordings.iter().map(|r| without_start(r, args.blanking)).collect()
-    };
-    let settings = Settings {
-        exponent: args.bell.0,
-        firing: args.firing.into(),
-        threads: args.threads,
-        ridge: Ridge::Relative(args.ridge),
-        ..hybrid::settings(args.method, args.epochs)
-    };
-    let bar = output::progress("training", 2 * args.epochs as u64);
-    let result = hybrid::train(&bare, &training, args.blanking, &settings, &mut |_| {
-        bar.inc(1);
-        ControlFlow::Continue(())
-    });
-    bar.finish_and_clear();
-    let (model, trained) = result?;
-    let delayed = match args.delay {
-        Some(delay) if (1e-4..=1.0).contains(&delay) => {
-            Some(hybrid::with_rows_kept_back(&bare, &training, args.blanking, Some(delay), &settings, &mut |_| {
-                ControlFlow::Continue(())
-            })?)
-        }
-        Some(delay) => {
-            return Err(Error::usage(format!("a delay of {delay} s cannot be"), "choose --delay from 0.0001 to 1"));
-        }
-        None => None,
-    };
-    let (shown, judge) = (judged(&training), judged(&held_out));
-    let before = [compare(&bare, &shown)?, compare(&bare, &judge)?];
-    let after = [compare(&model, &shown)?, compare(&model, &judge)?];
-    let share = correction_share(&before[1], &after[1]);
-    let accepted = before[1].esr.falls_to(&after[1].esr);
+    let outcome = Outcome::of(&bare, &recordings, args)?;
     if let Some(path) = &args.out {
-        model.save(path, args.answer.force)?;
+        outcome.model.save(path, args.answer.force)?;
     }
     if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        let steps = [
-            Step { label: "physical model".to_owned(), esr: before[1].esr },
-            Step { label: "+ correction".to_owned(), esr: after[1].esr },
-        ];
-        let report = Report::new("The learned correction")
-            .lead(in_words(&before, &after, share))
-            .waterfall("Error-to-signal ratio on data held out", &steps, after[1].noise_floor)
-            .curves("Learning curve", learning_curve(&trained));
-        network(report, &hybrid::INPUTS.map(str::to_owned), hybrid::TARGET, &trained)
-            .comparison("With the correction, on data held out", &after[1], &model)
-            .recordings(&files)
-            .write(path, args.answer.force)?;
+        outcome.report(&files).write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        output::print_json(
-            "train",
-            &args.input.names(),
-            json!({
-                "epochs": trained.epochs,
-                "rmse_trn": trained.rmse_trn,
-                "rmse_chk": trained.rmse_chk,
-                "esr_before": before[0].esr,
-                "esr_after": after[0].esr,
-                "held_out_before": before[1].esr,
-                "held_out_after": after[1].esr,
-                "noise_floor": after[1].noise_floor,
-                "correction_share": share,
-                "accepted": accepted,
-                "delayed": delayed.as_ref().map(|d| json!({ "delay_s": args.delay, "rmse_trn": d.rmse_trn, "rmse_chk": d.rmse_chk })),
-                "notes": notes(&trained),
-                "model": args.out,
-            }),
-        )?;
+        output::print_json("train", &args.input.names(), outcome.in_json(args))?;
         return Ok(ExitCode::SUCCESS);
     }
-    output::print_line(&table(&before, &after))?;
-    output::print_line(&format!("\n{}", in_words(&before, &after, share)))?;
-    if let (Some(d), Some(delay)) = (&delayed, args.delay) {
-        let chk = |t: &Trained| t.rmse_chk.map_or_else(|| "–".to_owned(), |e| format!("{e:.4} A"));
-        output::print_line(&format!(
-            "with the modelled current of {delay} s ago as a fourth input ({} rules in place of {}) the error on rows kept back would be \
-             {} in place of {}",
-            d.net.rules(),
-            trained.net.rules(),
-            chk(d),
-            chk(&trained)
-        ))?;
-    }
-    for note in notes(&trained) {
-        output::print_line(&format!("note: {note}"))?;
-    }
-    if !accepted {
-        output::print_line("not accepted: the error does not fall on data that the training has not seen")?;
-    }
+    outcome.tell(args)?;
     if let Some(path) = &args.out {
         output::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the correction does, on training data and on data held out.
+struct Outcome {
+    model: Model,
+    trained: Trained,
+    /// With a fourth input.
+    delayed: Option<Trained>,
+    before: [Comparison; 2],
+    after: [Comparison; 2],
+    share: Option<f64>,
+}
+
+impl Outcome {
+    fn of(bare: &Model, recordings: &[Recording], args: &Args) -> Result<Self> {
+        let (training, held_out) = split(recordings);
+        let settings = Settings {
+            exponent: args.bell.0,
+            firing: args.firing.into(),
+            threads: args.threads,
+            ridge: Ridge::Relative(args.ridge),
+            ..hybrid::settings(args.method, args.epochs)
+        };
+        let bar = output::progress("training", 2 * args.epochs as u64);
+        let result = hybrid::train(bare, &training, args.blanking, &settings, &mut |_| {
+            bar.inc(1);
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        let (model, trained) = result?;
+        let with_delay = |delay| {
+            let watch = &mut |_: &_| ControlFlow::Continue(());
+            hybrid::with_rows_kept_back(bare, &training, args.blanking, Some(delay), &settings, watch)
+        };
+        let delayed = args.delay.map(with_delay).transpose()?;
+        let judged = |recordings: &[Recording]| -> Vec<Recording> {
+            recordings.iter().map(|r| without_start(r, args.blanking)).collect()
+        };
+        let data = [judged(&training), judged(&held_out)];
+        let before = [compare(bare, &data[0])?, compare(bare, &data[1])?];
+        let after = [compare(&model, &data[0])?, compare(&model, &data[1])?];
+        let share = correction_share(&before[1], &after[1]);
+        Ok(Self { model, trained, delayed, before, after, share })
+    }
+
+    /// Whether the error falls on data held out.
+    fn accepted(&self) -> bool {
+        self.before[1].esr.falls_to(&self.after[1].esr)
+    }
+
+    fn in_words(&self) -> String {
+        let current = |c: &Comparison| words::percent(c.esr.current);
+        format!(
+            "on data held out the error of the current falls from {} to {}; the black box makes {} of the current, physics the rest",
+            current(&self.before[1]),
+            current(&self.after[1]),
+            words::percent(self.share)
+        )
+    }
+
+    fn report(&self, files: &[Origin]) -> Report<'_> {
+        let step = |label: &str, c: &Comparison| Step { label: label.to_owned(), esr: c.esr };
+        let held_out = &self.after[1];
+        let steps = [step("physical model", &self.before[1]), step("+ correction", held_out)];
+        let report = Report::new("The learned correction")
+            .lead(self.in_words())
+            .waterfall("Error-to-signal ratio on data held out", &steps, held_out.noise_floor)
+            .curves("Learning curve", learning_curve(&self.trained));
+        network(report, &hybrid::INPUTS.map(str::to_owned), hybrid::TARGET, &self.trained)
+            .comparison("With the correction, on data held out", held_out, &self.model)
+            .recordings(files)
+    }
+
+    fn in_json(&self, args: &Args) -> Value {
+        let delayed = |d: &Trained| json!({ "delay_s": args.delay, "rmse_trn": d.rmse_trn, "rmse_chk": d.rmse_chk });
+        json!({
+            "epochs": self.trained.epochs,
+            "rmse_trn": self.trained.rmse_trn,
+            "rmse_chk": self.trained.rmse_chk,
+            "esr_before": self.before[0].esr,
+            "esr_after": self.after[0].esr,
+            "held_out_before": self.before[1].esr,
+            "held_out_after": self.after[1].esr,
+            "noise_floor": self.after[1].noise_floor,
+            "correction_share": self.share,
+            "accepted": self.accepted(),
+            "delayed": self.delayed.as_ref().map(delayed),
+            "notes": notes(&self.trained),
+            "model": args.out,
+        })
+    }
+
+    fn tell(&self, args: &Args) -> Result<()> {
+        output::print_line(&table(&self.before, &self.after))?;
+        output::print_line(&format!("\n{}", self.in_words()))?;
+        if let (Some(d), Some(delay)) = (&self.delayed, args.delay) {
+            let chk = |t: &Trained| t.rmse_chk.map_or_else(|| "–".to_owned(), |e| format!("{e:.4} A"));
+            output::print_line(&format!(
+                "with the modelled current of {delay} s ago as a fourth input ({} rules in place of {}) the error on rows kept back would be \
+                 {} in place of {}",
+                d.net.rules(),
+                self.trained.net.rules(),
+                chk(d),
+                chk(&self.trained)
+            ))?;
+        }
+        for note in notes(&self.trained) {
+            output::print_line(&format!("note: {note}"))?;
+        }
+        if !self.accepted() {
+            output::print_line("not accepted: the error does not fall on data that the training has not seen")?;
+        }
+        Ok(())
+    }
 }
 
 /// A recording whose begin does not count, though the model runs through it.
@@ -195,16 +232,6 @@ pub(super) fn correction_share(before: &Comparison, after: &Comparison) -> Optio
         }
     }
     (signal > 0.0).then(|| (added / signal).sqrt())
-}
-
-fn in_words(before: &[Comparison; 2], after: &[Comparison; 2], share: Option<f64>) -> String {
-    let current = |c: &Comparison| words::percent(c.esr.current);
-    format!(
-        "on data held out the error of the current falls from {} to {}; the black box makes {} of the current, physics the rest",
-        current(&before[1]),
-        current(&after[1]),
-        words::percent(share)
-    )
 }
 
 fn learning_curve(trained: &Trained) -> Curves {
