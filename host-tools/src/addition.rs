@@ -5,7 +5,7 @@
 
 use crate::compare::compare;
 use crate::diagnose::classes::class_of;
-use crate::diagnose::size_of;
+use crate::diagnose::sizes::size_of;
 use crate::error::Result;
 use crate::identify::{Identification, Settings, identify};
 use crate::recording::Recording;

@@ -147,7 +147,7 @@ fn fits(d: &Description, kind: Kind) -> bool {
 
 fn check_names(model: &Model, effects: &[String]) -> Result<()> {
     for id in effects {
-        if Effect::<f64>::CATALOGUE.iter().all(|d| d.id != id) {
+        if Description::of(id).is_none() {
             return Err(Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"));
         }
         if model.effects.iter().any(|e| e.id == *id) {
@@ -172,9 +172,7 @@ fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<&'
         // The others are rivals of the first, not further effects.
         found.truncate(1);
     }
-    found.retain(|id| {
-        Effect::<f64>::CATALOGUE.iter().any(|d| d.id == *id && d.seen_with(settings.kind.flux_law()) == Seen::FreeRun)
-    });
+    found.retain(|id| Description::of(id).is_some_and(|d| d.seen_with(settings.kind.flux_law()) == Seen::FreeRun));
     found.truncate(MAX_EFFECTS - 1 - settings.effects.len());
     Ok((found, verdict.kind == VerdictKind::OutsideCatalogue))
 }
@@ -245,7 +243,7 @@ impl<'a> Rig<'a> {
         let mut space = start.clone();
         space.take_model(model);
         let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-        diagnose::start(&mut start, full, &coarse)?;
+        diagnose::base::start(&mut start, full, &coarse)?;
         let scales = Scales::of(&start, full);
         for id in found {
             start = start.with_effect(id, &scales);
@@ -276,7 +274,7 @@ impl<'a> Rig<'a> {
 
     /// Bisection for the smallest size at which an effect is revealed; the typical size comes first.
     fn search(&self, d: &'static Description, tick: &(dyn Fn(&str) + Sync)) -> Result<Challenged> {
-        let typical = self.space.with_effect(d.id, &self.scales).value(d.parameters[0].name).abs();
+        let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name).abs();
         let (mut low, mut high) = (GRID.0 - 1, GRID.1 + 1);
         let (mut revealed, mut hidden) = (None, None);
         let mut k = 0;
@@ -302,8 +300,8 @@ impl<'a> Rig<'a> {
         Ok(Challenged {
             effect: d.id,
             name: d.name,
-            parameter: d.parameters[0].name,
-            unit: unit(d.parameters[0].name, self.kind, self.motion),
+            parameter: d.size().name,
+            unit: unit(d.size().name, self.kind, self.motion),
             revealed_from: revealed.map(|r| r.0),
             hidden_up_to: hidden.map(|h| h.0),
             esr,
@@ -327,7 +325,7 @@ impl<'a> Rig<'a> {
     fn with(&self, d: &Description, size: f64) -> Option<Vec<Experiment>> {
         let without = self.space.motor().ok()?;
         let mut space = self.space.with_effect(d.id, &self.scales);
-        space.get_mut(d.parameters[0].name)?.value = size;
+        space.get_mut(d.size().name)?.value = size;
         let motor = space.motor().ok()?;
         self.full
             .par_iter()

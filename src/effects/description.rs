@@ -146,6 +146,11 @@ pub struct Description {
 }
 
 impl Description {
+    /// The parameter that is its size: where that is zero, there is no effect.
+    pub const fn size(&self) -> &'static EffectParameter {
+        &self.parameters[0]
+    }
+
     /// How it shows in a motor with a flux law: what [`Seen::InvisibleInSeries`] comes to.
     pub const fn seen_with(&self, law: FluxLaw) -> Seen {
         match (self.seen, law) {

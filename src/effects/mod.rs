@@ -256,6 +256,13 @@ catalogue!(
     adc_resolution::AdcResolution,
 );
 
+impl Description {
+    /// Of the effect with an identifier, if the catalogue has it.
+    pub fn of(id: &str) -> Option<&'static Self> {
+        Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
+    }
+}
+
 impl<S: Scalar<Base = S>> Effect<S> {
     /// Checks that all values are finite and within their physical ranges.
     ///

@@ -167,7 +167,7 @@ fn descriptions_are_complete() {
                 }
             }
         }
-        let (least, greatest) = d.parameters[0].range;
+        let (least, greatest) = d.size().range;
         assert!(least <= 0.0 && greatest > 0.0, "{} cannot be absent", d.id);
     }
     assert!(outside.is_empty(), "{outside:#?}");

@@ -11,6 +11,7 @@ use super::blocks::{self, HeldOut, held_out, p_value};
 use super::climb::SMALLEST_GAIN;
 use super::completeness::{Completeness, Floor};
 use super::screening::{self, Pair, Promise};
+use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
@@ -183,6 +184,13 @@ impl<'a> Audit<'a> {
     pub fn error_at(&self, space: &Space) -> [f64; 2] {
         let residuals = self.problem.at(space, &space.coordinates());
         rms_of(&residuals, self.problem.groups())
+    }
+
+    /// Error-to-signal ratios of RMS errors of current, A, and speed, rad/s.
+    pub fn ratio(&self, rms: [f64; 2]) -> PerSignal {
+        let (signal, has) = (self.signals(), self.has());
+        let of = |g: usize| (has[g] && signal[g] > 0.0).then(|| rms[g] / signal[g]).filter(|r| r.is_finite());
+        PerSignal { current: of(0), speed: of(1), torque: None }
     }
 
     /// RMS of the measured current and speed.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use greyrig::effects::{Acts, Effect};
+use greyrig::effects::{Acts, Description};
 
 use super::blocks::HeldOut;
 use super::classes;
@@ -131,7 +131,7 @@ impl Ladder {
 }
 
 fn lags_in_the_chain(id: &str) -> bool {
-    Effect::<f64>::CATALOGUE.iter().any(|d| d.id == id && d.acts == Acts::Measuring && d.remembers)
+    Description::of(id).is_some_and(|d| d.acts == Acts::Measuring && d.remembers)
 }
 
 /// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that

@@ -11,7 +11,9 @@
 //! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
 pub mod audit;
+pub mod base;
 pub mod blocks;
+pub mod candidates;
 pub mod classes;
 pub mod climb;
 pub mod completeness;
@@ -25,75 +27,33 @@ pub mod samples;
 pub mod screening;
 pub mod second_look;
 pub mod shape;
+pub mod sizes;
 mod verdict;
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
-use greyrig::effects::{Effect, MAX_EFFECTS};
-use rayon::prelude::*;
-use serde::Serialize;
+use greyrig::effects::{Description, MAX_EFFECTS};
 
 use crate::compare::PerSignal;
 use crate::error::{Error, Result};
-use crate::experiment::{Drive, Experiment};
-use crate::identify::minimise::{Effort, Refined};
-use crate::identify::scales::Scales;
-use crate::identify::space::{Freedom, Space};
-use crate::identify::{self, Settings, identifiability, regression};
-use crate::model::unit;
+use crate::experiment::Experiment;
+use crate::identify::minimise::Refined;
+use crate::identify::{self, Settings, identifiability};
 use crate::recording::Recording;
 use audit::Audit;
+use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use climb::Climb;
 use completeness::Completeness;
-use ladder::{Ladder, Objection, Step, Tried};
+use ladder::Ladder;
 use lead::Lead;
 use samples::Finding;
 use screening::Holds;
 use second_look::SecondLook;
 use shape::Shape;
+use sizes::sizes;
 
 pub use verdict::{Verdict, VerdictKind};
 
 /// Effects that one diagnosis adds at most.
 const MOST_EFFECTS: usize = 6;
-/// Candidates whose free-run error is refined for the report.
-const REFINED: usize = 3;
-
-/// A parameter of a candidate.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Size {
-    /// Name.
-    pub name: String,
-    /// Value, SI.
-    pub value: f64,
-    /// Unit.
-    pub unit: String,
-    /// 95 % interval, for what was found.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ci95: Option<[f64; 2]>,
-}
-
-/// A candidate that was fitted.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Candidate {
-    /// The effect.
-    pub effect: &'static str,
-    /// Free-run error-to-signal ratio with it (after the effects found before it).
-    pub esr_after: PerSignal,
-    /// By how much the error on data held out falls: 0.9 is 90 %.
-    pub held_out_gain: f64,
-    /// p-value, corrected for the number of candidates tried.
-    pub p_value: f64,
-    /// Its parameters.
-    pub parameters: Vec<Size>,
-    /// Effects that look alike.
-    pub confused_with: Vec<&'static str>,
-    /// Why it does not count, in words; `None`: it does.
-    pub objection: Option<&'static str>,
-    /// The step of the diagnosis in which it was tried, from 1.
-    pub step: usize,
-}
 
 /// The result.
 #[derive(Debug, Clone)]
@@ -145,24 +105,31 @@ pub enum Progress<'a> {
 /// Who is told what a diagnosis is at, from several threads.
 pub type Watch<'a> = dyn Fn(Progress<'_>) + Sync + 'a;
 
+impl Options {
+    fn excludes(&self, id: &str) -> bool {
+        self.exclude.iter().any(|excluded| excluded == id)
+    }
+
+    fn check(&self) -> Result<()> {
+        let unknown = self.exclude.iter().find(|id| Description::of(id).is_none());
+        unknown
+            .map_or(Ok(()), |id| Err(Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them")))
+    }
+}
+
 /// Diagnoses a model on recordings.
 ///
 /// # Errors
 /// Recordings that cannot be used, an unknown effect in `exclude`, an interrupt.
 pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
+    options.check()?;
     let settings = &options.settings;
-    for id in &options.exclude {
-        if Effect::<f64>::CATALOGUE.iter().all(|d| d.id != id) {
-            return Err(Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"));
-        }
-    }
-    let excluded = |id: &str| options.exclude.iter().any(|e| e == id);
     progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);
     let mut full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
     let clean = dither::add(&mut full);
     let mut findings = samples::look(recordings, &full, settings.kind);
-    findings.retain(|f| !excluded(f.id) && !settings.effects.iter().any(|e| e == f.id));
+    findings.retain(|f| !options.excludes(f.id) && !settings.effects.iter().any(|e| e == f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
@@ -170,12 +137,12 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     if let Err(error) = identifiability::check_excitation(&full) {
         return Ok(insufficient(&error.to_string()));
     }
-    start(&mut space, &full, &coarse)?;
+    base::start(&mut space, &full, &coarse)?;
 
     let holds = Holds::of(&full);
     let known: Vec<&'static str> = space.effects().to_vec();
     let candidates: Vec<_> = screening::candidates(settings.kind, holds)
-        .filter(|d| !excluded(d.id) && !known.contains(&d.id) && findings.iter().all(|f| f.id != d.id))
+        .filter(|d| !options.excludes(d.id) && !known.contains(&d.id) && findings.iter().all(|f| f.id != d.id))
         .collect();
     let most = MOST_EFFECTS.min(MAX_EFFECTS - known.len());
     let Some(climb) = Climb::new(&coarse, candidates, most) else {
@@ -183,32 +150,9 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     };
     let base = climb.fit(&space)?;
     let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
-    let (ladder, look) = rayon::join(
-        || climb.climb(&base, progress),
-        || free_run.as_ref().map(|audit| SecondLook::new(&climb, audit, &base)).transpose(),
-    );
-    let (mut ladder, look) = (ladder?, look?);
-    progress(Progress::Doing("free run"));
-    let mut esr = [PerSignal::default(); 2];
-    let mut fitted = None;
-    let mut errors = Vec::new();
-    if let (Some(audit), Some(look)) = (&free_run, &look) {
-        // Fits for the report fill the pauses of the search, which goes step by step.
-        let tried = ladder.steps.clone();
-        let (looked, shown) =
-            rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
-        let (judged, kept) = looked?;
-        errors = shown?;
-        ladder = judged;
-        esr = [look.free(), &kept].map(|fit| ratio(audit, fit));
-        fitted = (!ladder.found.is_empty()).then_some(kept);
-    } else {
-        climb.find_rivals(&mut ladder, progress)?;
-    }
-    if ladder.found.is_empty()
-        && findings.is_empty()
-        && let Some(reason) = hidden_dry_friction(&climb, &base, &space)
-    {
+    let Found { ladder, esr, fitted, errors } = search(&climb, free_run.as_ref(), &base, options, progress)?;
+    let alone = ladder.found.is_empty() && findings.is_empty();
+    if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
     }
     let lead = climb.lead(&ladder.fit);
@@ -217,11 +161,10 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
     };
     progress(Progress::Doing("candidates"));
-    if let Some(audit) = &free_run {
-        errors = errors_in_free_run(&ladder.steps, audit, options, &errors)?;
-    }
-    let candidates = describe_candidates(&ladder, &errors, options, recordings);
-    let alone = ladder.found.is_empty() && findings.is_empty();
+    let errors = match &free_run {
+        Some(audit) => errors_in_free_run(&ladder.steps, audit, options, &errors)?,
+        None => errors,
+    };
     let mut verdict = verdict::judge(&ladder, if alone { &lines } else { &findings }, &lead, sizes, holds);
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
@@ -231,11 +174,12 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         [remarks::held_voltage(&ladder.fit.space, &ladder.found, &full), remarks::flux(fit, &ladder.found, &full)];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
+    let [esr_before, esr_after] = esr;
     Ok(Diagnosis {
         verdict,
-        esr_before: esr[0],
-        esr_after: esr[1],
-        candidates,
+        esr_before,
+        esr_after,
+        candidates: candidates::describe(&ladder, &errors, options, recordings),
         screening: ladder.steps.first().map_or_else(Vec::new, |s| s.promises.clone()),
         completeness: Some((ladder.before, ladder.after)),
         lead,
@@ -246,63 +190,43 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     })
 }
 
-/// Free-run error-to-signal ratios, current and speed, of a model that has been fitted to recordings.
-///
-/// # Errors
-/// Recordings that cannot be used, an interrupt.
-pub fn base_error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> {
-    let full = identify::prepare(recordings, &settings.filter)?;
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-    let mut space = identify::build_space(settings)?;
-    start(&mut space, &full, &coarse)?;
-    let audit = Audit::new(&coarse, &space)?;
-    let esr = ratio(&audit, &audit.fit(&space)?);
-    Ok([esr.current.unwrap_or(0.0), esr.speed.unwrap_or(0.0)])
+/// What was found, and what the free run makes of it, where there is one.
+struct Found {
+    ladder: Ladder,
+    /// Error-to-signal ratios of the free run, without and with all effects.
+    esr: [PerSignal; 2],
+    /// The fit of the free run, if it holds any effect.
+    fitted: Option<Refined>,
+    /// Errors of candidates, as far as they are known.
+    errors: Vec<InFreeRun>,
 }
 
-/// Start values of the base model, and what these recordings cannot hold taken out of it.
-pub(crate) fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
-    if full.iter().all(|e| e.drive == Drive::Torque) {
-        space.hold(&["R", "L", "K"], Freedom::Absent);
-        space.take_scales(&Scales::of(space, coarse));
-        return Ok(());
-    }
-    if full.iter().all(|e| e.current.is_none()) {
-        // Without a current R is a unit of torque, and viscous friction counts to K: what is found does not depend on it.
-        space.hold(&["mu1"], Freedom::Pinned);
-        for name in ["R", "L"] {
-            if space.get(name).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))) {
-                space.hold(&[name], Freedom::Fixed);
-                if let Some(entry) = space.get_mut(name) {
-                    entry.value = if name == "R" { 1.0 } else { 1e-6 };
-                }
-            }
-        }
-    }
-    identifiability::missing_channels(space, full)?;
-    space.take_typical_values();
-    regression::start_values(space, coarse);
-    space.take_scales(&Scales::of(space, coarse));
-    Ok(())
-}
-
-/// Least part of its column that dry friction has to have for itself.
-const VISIBLE_FRICTION: f64 = 0.05;
-
-/// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot acquit.
-fn hidden_dry_friction(climb: &Climb<'_>, base: &Refined, space: &Space) -> Option<String> {
-    if space.get("mu0").is_some_and(|e| e.freedom != Freedom::Absent) {
-        return None;
-    }
-    let d = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == "coulomb_friction")?;
-    let own = climb.independence(base, d).unwrap_or(0.0);
-    (own < VISIBLE_FRICTION).then(|| {
-        format!(
-            "the model has no dry friction, and only {:.1} % of what dry friction would do here is not what the back-EMF and the \
-             inertia do already",
-            100.0 * own
-        )
-    })
+/// Looks for effects beside the base model, by the balances and then by the free run.
+fn search(
+    climb: &Climb<'_>,
+    free_run: Option<&Audit<'_>>,
+    base: &Refined,
+    options: &Options,
+    progress: &Watch<'_>,
+) -> Result<Found> {
+    let (ladder, look) = rayon::join(
+        || climb.climb(base, progress),
+        || free_run.map(|audit| SecondLook::new(climb, audit, base)).transpose(),
+    );
+    let (mut ladder, look) = (ladder?, look?);
+    progress(Progress::Doing("free run"));
+    let (Some(audit), Some(look)) = (free_run, &look) else {
+        climb.find_rivals(&mut ladder, progress)?;
+        return Ok(Found { ladder, esr: [PerSignal::default(); 2], fitted: None, errors: Vec::new() });
+    };
+    // Fits for the report fill the pauses of the search, which goes step by step.
+    let tried = ladder.steps.clone();
+    let (judged, errors) =
+        rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
+    let (ladder, kept) = judged?;
+    let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
+    let fitted = (!ladder.found.is_empty()).then_some(kept);
+    Ok(Found { ladder, esr, fitted, errors: errors? })
 }
 
 fn insufficient(reason: &str) -> Diagnosis {
@@ -321,115 +245,7 @@ fn insufficient(reason: &str) -> Diagnosis {
     }
 }
 
-fn ratio(audit: &Audit<'_>, fit: &Refined) -> PerSignal {
-    ratios(audit, fit.rms)
-}
-
-fn ratios(audit: &Audit<'_>, rms: [f64; 2]) -> PerSignal {
-    let (signal, has) = (audit.signals(), audit.has());
-    let of = |g: usize| (has[g] && signal[g] > 0.0).then(|| rms[g] / signal[g]).filter(|r| r.is_finite());
-    PerSignal { current: of(0), speed: of(1), torque: None }
-}
-
-/// The fit of a candidate by the balances, and its error in the free run.
-type InFreeRun = (Arc<Refined>, PerSignal);
-
-/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at the
-/// estimate by the balances. What is `known` is not computed again.
-fn errors_in_free_run(
-    steps: &[Step],
-    audit: &Audit<'_>,
-    options: &Options,
-    known: &[InFreeRun],
-) -> Result<Vec<InFreeRun>> {
-    if !options.candidates_refined {
-        return Ok(Vec::new());
-    }
-    let error = |(step, place, t): (usize, usize, &Tried)| {
-        let error = match error_of(t, known) {
-            Some(error) => error,
-            None if step == 0 && place < REFINED && t.objection.is_none() => {
-                ratio(audit, &audit.fit_with(&t.fit.space, Effort::ESTIMATE)?)
-            }
-            None => ratios(audit, audit.error_at(&t.fit.space)),
-        };
-        Ok((Arc::clone(&t.fit), error))
-    };
-    let steps = steps.iter().enumerate();
-    let tried = steps.flat_map(|(step, s)| s.tried.iter().enumerate().map(move |(place, t)| (step, place, t)));
-    tried.collect::<Vec<_>>().into_par_iter().map(error).collect()
-}
-
-fn error_of(tried: &Tried, known: &[InFreeRun]) -> Option<PerSignal> {
-    known.iter().find(|(fit, _)| Arc::ptr_eq(fit, &tried.fit)).map(|(_, error)| *error)
-}
-
-fn describe_candidates(
-    ladder: &Ladder,
-    errors: &[InFreeRun],
-    options: &Options,
-    recordings: &[Recording],
-) -> Vec<Candidate> {
-    let steps = ladder.steps.iter().enumerate();
-    let tried = steps.flat_map(|(step, s)| s.tried.iter().map(move |t| (step, t)));
-    let describe = |(step, t): (usize, &Tried)| {
-        let esr_after = error_of(t, errors).unwrap_or_default();
-        candidate(t, step + 1, esr_after, &options.settings, recordings)
-    };
-    tried.map(describe).collect()
-}
-
-fn candidate(
-    tried: &Tried,
-    step: usize,
-    esr_after: PerSignal,
-    settings: &Settings,
-    recordings: &[Recording],
-) -> Candidate {
-    let description = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == tried.id);
-    Candidate {
-        effect: tried.id,
-        esr_after,
-        held_out_gain: 1.0 - (-0.5 * tried.gain).exp(),
-        p_value: tried.p_value,
-        parameters: sizes(&[tried.id], &tried.fit.space, &BTreeMap::new(), settings, recordings),
-        confused_with: description.map_or_else(Vec::new, |d| d.confused_with.to_vec()),
-        objection: tried.objection.map(Objection::words),
-        step,
-    }
-}
-
-/// The parameters of effects with their intervals, as far as these are known.
-fn sizes(
-    ids: &[&'static str],
-    space: &Space,
-    intervals: &BTreeMap<String, [f64; 2]>,
-    settings: &Settings,
-    recordings: &[Recording],
-) -> Vec<Size> {
-    ids.iter()
-        .filter_map(|id| Effect::<f64>::CATALOGUE.iter().find(|d| d.id == *id))
-        .flat_map(|d| d.parameters)
-        .map(|p| Size {
-            name: p.name.to_owned(),
-            value: space.value(p.name),
-            unit: unit(p.name, settings.kind, recordings[0].motion).to_owned(),
-            ci95: intervals.get(p.name).copied(),
-        })
-        .collect()
-}
-
 /// Findings of the samples as effects.
 fn ids(findings: &[Finding]) -> Vec<&'static str> {
     findings.iter().map(|f| f.id).collect()
-}
-
-/// Number of parameters of an effect.
-fn parameters_of(id: &str) -> usize {
-    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or(0, |d| d.parameters.len())
-}
-
-/// Name of the size of an effect.
-pub(crate) fn size_of(id: &str) -> &'static str {
-    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id).map_or("", |d| d.parameters[0].name)
 }

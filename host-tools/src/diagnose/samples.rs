@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::{Effect, Seen};
+use greyrig::effects::{Description, Seen};
 
 use super::orders;
 use crate::experiment::Experiment;
@@ -35,7 +35,7 @@ pub struct Finding {
 impl Finding {
     /// Whether it is a line that follows the rotor.
     pub fn is_line(&self) -> bool {
-        Effect::<f64>::CATALOGUE.iter().any(|d| d.id == self.id && d.seen == Seen::Orders)
+        Description::of(self.id).is_some_and(|d| d.seen == Seen::Orders)
     }
 }
 

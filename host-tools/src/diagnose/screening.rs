@@ -8,7 +8,8 @@ use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
-use super::{classes, size_of};
+use super::classes;
+use super::sizes::size_of;
 use crate::experiment::{Drive, Experiment};
 use crate::identify::minimise::{Refined, Residuals};
 use crate::identify::scales::Scales;
@@ -119,7 +120,7 @@ impl Complement {
 /// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
 /// groups' RMS.
 pub fn worth(fit: &Refined, groups: &[u8], id: &str) -> f64 {
-    let Some(effect) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id) else { return 0.0 };
+    let Some(effect) = Description::of(id) else { return 0.0 };
     let own = |name: &str| effect.parameters.iter().any(|p| p.name == name);
     let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
     let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
@@ -195,14 +196,14 @@ fn promise(
             continue;
         }
         let sizes = -orthogonal.dot(left) / square;
-        let allowed = d.parameters[0].range;
-        let value = sizes * shaped.get(d.parameters[0].name)?.scale;
+        let allowed = d.size().range;
+        let value = sizes * shaped.get(d.size().name)?.scale;
         if value < allowed.0 {
             continue;
         }
         let gain = log_fall(left, &(left + &orthogonal * sizes), problem.groups());
         if best.as_ref().is_none_or(|b| gain > b.gain) {
-            let entry = shaped.get_mut(d.parameters[0].name)?;
+            let entry = shaped.get_mut(d.size().name)?;
             entry.value = start_size(value, entry.scale).clamp(allowed.0, allowed.1);
             best = Some(Promise { id: d.id, gain, space: shaped, independent, column });
         }
@@ -240,7 +241,7 @@ pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises:
         let mut space = fit.space.with_effect(ids[0], scales).with_effect(ids[1], scales);
         for (promise, size) in [&promises[*a], &promises[*b]].into_iter().zip(sizes.iter()) {
             space.start_from(&promise.space, promise.id);
-            let size_of = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == promise.id)?.parameters[0];
+            let size_of = Description::of(promise.id)?.size();
             let scale = space.get(size_of.name)?.scale;
             let (low, high) = size_of.range;
             if size * scale < low {

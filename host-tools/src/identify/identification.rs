@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::Effect;
+use greyrig::effects::Description;
 use serde::Serialize;
 
 use super::flux::FluxAtPeak;
@@ -140,7 +140,7 @@ impl Outcome {
         let parameters = self.estimates(settings.kind, motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
         let of_effect = |id: &String| {
-            let description = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)?;
+            let description = Description::of(id)?;
             let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
             Some(EffectEntry { id: id.clone(), parameters: stored(&parameters, |name| names.contains(&name)) })
         };

@@ -1,6 +1,6 @@
 //! What the user chooses, and the parameters that this leaves free.
 
-use greyrig::effects::Effect;
+use greyrig::effects::{Description, Effect};
 use greyrig::motor::MAX_TERMS;
 
 use super::space::{Freedom, Space};
@@ -84,7 +84,7 @@ impl Settings {
 pub fn build_space(settings: &Settings) -> Result<Space> {
     let mut ids = Vec::new();
     for id in &settings.effects {
-        let found = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id);
+        let found = Description::of(id);
         let known = || Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect::<Vec<_>>().join(", ");
         ids.push(
             found.ok_or_else(|| Error::usage(format!("there is no effect {id}"), format!("known are {}", known())))?.id,

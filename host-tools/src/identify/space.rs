@@ -1,6 +1,6 @@
 //! The parameters of a fit: which are free, how the optimiser sees them, and the model that a point stands for.
 
-use greyrig::effects::Effect;
+use greyrig::effects::{Description, Effect};
 use greyrig::motor::{Motor, ParameterError, Parameters};
 use greyrig::term::Target;
 
@@ -282,7 +282,7 @@ impl Space {
         all.push(id);
         let mut more = Self::new(self.kind, Base::Full, &all).with_terms(&self.terms);
         more.take_scales(scales);
-        if let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
+        if let Some(d) = Description::of(id)
             && let Some(turn) = d.turns_into
             && let Some(p) = d.parameters.iter().find(|p| p.name == turn.parameter)
             && let Some(entry) = more.get_mut(turn.parameter)
@@ -301,7 +301,7 @@ impl Space {
     /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would cease to be what
     /// its name says.
     pub fn turned(&self, id: &str) -> Option<&'static str> {
-        let turn = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)?.turns_into?;
+        let turn = Description::of(id)?.turns_into?;
         let shape = self.get(turn.parameter)?;
         (shape.value >= AT_THE_LIMIT * shape.range.1).then_some(turn.into)
     }
@@ -354,7 +354,7 @@ impl Space {
 
     /// Takes the values of an effect's parameters over from another space.
     pub fn start_from(&mut self, other: &Self, effect: &str) {
-        let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == effect) else { return };
+        let Some(d) = Description::of(effect) else { return };
         for p in d.parameters {
             if let Some(entry) = other.get(p.name) {
                 self.start(p.name, entry.value);

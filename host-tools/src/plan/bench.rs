@@ -112,12 +112,12 @@ impl Bench {
         all.sort_by_key(|d| d.id);
         all.dedup_by_key(|d| d.id);
         for d in all {
-            let typical = self.space.with_effect(d.id, &self.scales).value(d.parameters[0].name);
+            let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name);
             let there = self.with(d, SMALL * typical, 1.0, 0);
             let changed = trial.at(&there, &there.coordinates()) - &plain;
             let [current, reference] = [&changed, &plain].map(|y| trial.currents(y).map(|i| i * i).sum::<f64>().sqrt());
             let factor = if current > 0.0 { ERROR * reference / current } else { 1.0 / SMALL };
-            let size = (SMALL * typical * factor).clamp(d.parameters[0].range.0, d.parameters[0].range.1);
+            let size = (SMALL * typical * factor).clamp(d.size().range.0, d.size().range.1);
             self.effects.push((d, size));
         }
         Ok(())
@@ -126,7 +126,7 @@ impl Bench {
     /// The model with an effect of a size, a shape parameter (0: none) being `factor` times as usual.
     fn with(&self, d: &'static Description, size: f64, factor: f64, shape: usize) -> Space {
         let mut space = self.space.with_effect(d.id, &self.scales);
-        if let Some(entry) = space.get_mut(d.parameters[0].name) {
+        if let Some(entry) = space.get_mut(d.size().name) {
             entry.value = size;
         }
         if shape > 0

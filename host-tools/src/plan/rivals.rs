@@ -1,6 +1,6 @@
 //! Which effects are to be told apart.
 
-use greyrig::effects::{Description, Effect, Motors, Seen};
+use greyrig::effects::{Description, Motors, Seen};
 
 use crate::diagnose::classes;
 use crate::error::{Error, Result};
@@ -14,10 +14,6 @@ const CLASSIC: [[&str; 2]; 5] = [
     ["hysteresis", "eddy_current"],
     ["brush_drop", "saturation"],
 ];
-
-fn description(id: &str) -> Option<&'static Description> {
-    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
-}
 
 fn fits(d: &Description, kind: Kind) -> bool {
     d.motors == Motors::All || kind == Kind::Universal
@@ -35,14 +31,14 @@ pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
             ]
         }
     };
-    series.iter().filter_map(|[a, b]| Some([description(a)?, description(b)?])).collect()
+    series.iter().filter_map(|[a, b]| Some([Description::of(a)?, Description::of(b)?])).collect()
 }
 
 /// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single one.
 pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description; 2]>> {
     let mut named = Vec::new();
     for id in rivals {
-        let d = description(id)
+        let d = Description::of(id)
             .ok_or_else(|| Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"))?;
         match d.seen_with(kind.flux_law()) {
             Seen::FreeRun if fits(d, kind) => named.push(d),
@@ -62,7 +58,7 @@ pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description;
         }
     }
     if let [only] = named[..] {
-        let others = only.confused_with.iter().filter_map(|id| description(id));
+        let others = only.confused_with.iter().filter_map(|id| Description::of(id));
         named.extend(others.filter(|d| d.seen_with(kind.flux_law()) == Seen::FreeRun && fits(d, kind)));
         named.dedup_by_key(|d| d.id);
         return different(kind, named[1..].iter().map(|other| [only, other]).collect());

@@ -5,7 +5,7 @@
 //! exponential, a true first-order flux lag against its expansion, arc tangent against a root for the current sensor, and so
 //! on (`greyrig simulate --list`).
 
-use greyrig_host::diagnose::base_error;
+use greyrig_host::diagnose::base;
 use greyrig_host::identify::Settings;
 use greyrig_host::model::Filter;
 use greyrig_host::model::Kind;
@@ -291,7 +291,7 @@ impl Case {
             let alone = Self { effects, ..self.clone() };
             let recordings = alone.recordings().ok()?;
             let settings = Settings { filter: Filter::default(), ..Settings::new(self.excitation.kind()) };
-            let base = base_error(&recordings, &settings).ok()?;
+            let base = base::error(&recordings, &settings).ok()?;
             Some(base)
         };
         if effect.starts_with("adc_clipping") {

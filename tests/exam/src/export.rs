@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use greyrig_host::diagnose::base_error;
+use greyrig_host::diagnose::base;
 use greyrig_host::error::{Error, Place, Result};
 use greyrig_host::identify::Settings;
 use greyrig_host::recording::write;
@@ -32,7 +32,7 @@ pub fn export(case: &Case, folder: &Path) -> Result<()> {
         "withheld": case.exclude,
         "excitation": if case.excitation == Excitation::Ac { "ac" } else { "set" },
         "noise": case.noise,
-        "base_error": base_error(&recordings, &Settings::new(case.excitation.kind()))?,
+        "base_error": base::error(&recordings, &Settings::new(case.excitation.kind()))?,
         "recordings": names,
         "held_out": "held-out.csv",
     });

@@ -1,11 +1,12 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
-use greyrig::effects::Effect;
+use greyrig::effects::Description;
 use rayon::prelude::*;
 
 use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
-use crate::diagnose::{Progress, Watch, classes, parameters_of, screening, size_of};
+use crate::diagnose::sizes::{parameters_of, size_of};
+use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
@@ -120,7 +121,7 @@ impl Climb<'_> {
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
             entry.value = known.value;
         }
-        if bends && let Some(d) = Effect::<f64>::CATALOGUE.iter().find(|d| d.id == rival.id) {
+        if bends && let Some(d) = Description::of(rival.id) {
             let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
             space.hold(&shapes, Freedom::Pinned);
         }

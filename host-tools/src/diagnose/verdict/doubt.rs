@@ -2,7 +2,7 @@
 
 use greyrig::effects::{Description, Effect};
 
-use super::words::{description, name};
+use super::words::name;
 use crate::diagnose::classes::OFFSETS;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening::Holds;
@@ -47,7 +47,7 @@ impl Doubt {
 
 fn experiment(ladder: &Ladder, holds: Holds) -> String {
     let with_rivals = ladder.found.iter().zip(&ladder.rivals).find(|(_, rivals)| !rivals.is_empty());
-    let separating = with_rivals.and_then(|(id, _)| description(id)).map(|d| d.separated_by);
+    let separating = with_rivals.and_then(|(id, _)| Description::of(id)).map(|d| d.separated_by);
     let otherwise = match holds.motion {
         true => "a locked rotor, and a coast-down with the supply open",
         false => "the same currents with the rotor free to turn",

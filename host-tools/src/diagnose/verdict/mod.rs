@@ -4,18 +4,19 @@ mod doubt;
 mod outside;
 mod words;
 
+use greyrig::effects::Description;
 use serde::Serialize;
 
-use super::Size;
 use super::classes::class_of;
 use super::completeness::Completeness;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
 use super::screening::Holds;
+use super::sizes::Size;
 use crate::model::Kind;
 use doubt::Doubt;
-use words::{description, name};
+use words::name;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -72,7 +73,7 @@ impl Verdict {
             ),
             next_experiment: Some(format!(
                 "a ramp, a staircase or a sine of the voltage through zero{}",
-                description(id).map_or_else(String::new, |d| format!("; {}", d.separated_by))
+                Description::of(id).map_or_else(String::new, |d| format!("; {}", d.separated_by))
             )),
             ..Self::without_effects(VerdictKind::InsufficientData, sizes)
         }

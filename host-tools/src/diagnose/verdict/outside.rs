@@ -1,10 +1,10 @@
 //! Real structure that no effect of the catalogue explains.
 
 use super::{Verdict, VerdictKind};
-use crate::diagnose::Size;
 use crate::diagnose::completeness::Completeness;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::lead::Lead;
+use crate::diagnose::sizes::Size;
 
 /// Where structure can be left.
 const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];

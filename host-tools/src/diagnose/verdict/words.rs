@@ -1,19 +1,14 @@
 //! A motor engineer's words.
 
-use greyrig::effects::{Acts, Description, Effect};
+use greyrig::effects::{Acts, Description};
 
-use crate::diagnose::Size;
 use crate::diagnose::ladder::Ladder;
+use crate::diagnose::sizes::Size;
 use crate::report::numbers::with_interval;
 
-/// What an effect is.
-pub fn description(id: &str) -> Option<&'static Description> {
-    Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
-}
-
-/// Its standard name.
+/// The standard name of an effect.
 pub fn name(id: &str) -> &str {
-    description(id).map_or(id, |d| d.name)
+    Description::of(id).map_or(id, |d| d.name)
 }
 
 /// Why each effect is named, and how large it is.
@@ -27,7 +22,7 @@ pub fn reasons(ladder: &Ladder, sizes: &[Size]) -> impl Iterator<Item = String> 
 
 /// Why an effect is named.
 fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
-    let Some(d) = description(id) else { return id.to_owned() };
+    let Some(d) = Description::of(id) else { return id.to_owned() };
     let step = ladder.steps.iter().find(|s| s.winners.contains(&id));
     let side = match d.acts {
         Acts::Electrical => "in the voltage balance",
@@ -56,7 +51,7 @@ fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
 
 /// Whether a size is that of an effect.
 fn is_of(id: &str, size: &Size) -> bool {
-    description(id).is_some_and(|d| d.parameters.iter().any(|p| p.name == size.name))
+    Description::of(id).is_some_and(|d| d.parameters.iter().any(|p| p.name == size.name))
 }
 
 /// A size with its interval.

@@ -1,0 +1,55 @@
+//! Parameters of effects, with their intervals.
+
+use std::collections::BTreeMap;
+
+use greyrig::effects::Description;
+use serde::Serialize;
+
+use crate::identify::Settings;
+use crate::identify::space::Space;
+use crate::model::unit;
+use crate::recording::Recording;
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Size {
+    /// Name.
+    pub name: String,
+    /// Value, SI.
+    pub value: f64,
+    /// Unit.
+    pub unit: String,
+    /// 95 % interval, for what was found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// The parameters of effects with their intervals, as far as these are known.
+pub fn sizes(
+    ids: &[&'static str],
+    space: &Space,
+    intervals: &BTreeMap<String, [f64; 2]>,
+    settings: &Settings,
+    recordings: &[Recording],
+) -> Vec<Size> {
+    ids.iter()
+        .filter_map(|id| Description::of(id))
+        .flat_map(|d| d.parameters)
+        .map(|p| Size {
+            name: p.name.to_owned(),
+            value: space.value(p.name),
+            unit: unit(p.name, settings.kind, recordings[0].motion).to_owned(),
+            ci95: intervals.get(p.name).copied(),
+        })
+        .collect()
+}
+
+/// Number of parameters of an effect.
+pub fn parameters_of(id: &str) -> usize {
+    Description::of(id).map_or(0, |d| d.parameters.len())
+}
+
+/// Name of the size of an effect.
+pub fn size_of(id: &str) -> &'static str {
+    Description::of(id).map_or("", |d| d.size().name)
+}
