@@ -1,0 +1,212 @@
+//! The one path from a table to a recording: roles, units, time, gaps, masks.
+
+mod extras;
+mod roles;
+mod time;
+mod values;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::error::{Error, Place, Result};
+use crate::recording::mapping::{self, Mapping, Source};
+use crate::recording::names::{self, Header, Role};
+use crate::recording::table::Table;
+use crate::recording::time_axis;
+use crate::recording::units::Quantity;
+use crate::recording::{Channel, Motion, Recording, clipping};
+
+/// A column that was given a role.
+struct Use {
+    source: Source,
+    mapped: bool,
+}
+
+struct Assembly<'a> {
+    path: &'a Path,
+    table: &'a Table,
+    headers: Vec<Header>,
+    warnings: Vec<String>,
+}
+
+/// Turns a table into a recording.
+///
+/// # Errors
+/// No usable channel, an ambiguous name, an unknown unit, a time axis that is not uniform, too many missing values.
+pub fn assemble(path: &Path, table: &Table, mapping: &Mapping, sha256: String) -> Result<Recording> {
+    let headers = table.columns.iter().map(|c| names::header(&c.label)).collect();
+    Assembly { path, table, headers, warnings: table.warnings.clone() }.run(mapping, sha256)
+}
+
+impl Assembly<'_> {
+    fn whole(&self, what: impl Into<String>, remedy: impl Into<String>) -> Error {
+        Error::input(Place::file(self.path), what, remedy)
+    }
+
+    /// An error at a row of a column: line and column in a text file, else the row's number in words.
+    fn at(&self, row: usize, column: Option<usize>, what: &str, remedy: impl Into<String>) -> Error {
+        let (line, position) = (self.table.line(row), column.map_or(0, |c| self.table.columns[c].position));
+        let name = column.map(|c| format!("column {}, ", self.table.columns[c].name)).unwrap_or_default();
+        if line > 0 {
+            let name = name.replace(", ", ": ");
+            Error::input(Place::at(self.path, line, position), format!("{name}{what}"), remedy)
+        } else {
+            self.whole(format!("{name}row {}: {what}", row + 1), remedy)
+        }
+    }
+
+    fn run(mut self, mapping: &Mapping, sha256: String) -> Result<Recording> {
+        let mut mapped: BTreeMap<Role, Source> = BTreeMap::new();
+        for rule in &mapping.rules {
+            let source = rule.resolve(&self.table.columns, &self.table.text_columns);
+            mapped.insert(rule.role, source.map_err(|(what, remedy)| self.whole(what, remedy))?);
+        }
+        let raster = self.main_raster(&mapped);
+        let uses = self.choose(raster, mapped)?;
+        let rows = self.rows(raster);
+        if rows == 0 {
+            return Err(self.whole("there are no samples", "record at least two samples"));
+        }
+        self.refuse_phase_currents(&uses)?;
+
+        let mut motion_seen: Vec<(Channel, Motion)> = Vec::new();
+        let mut channels = BTreeMap::new();
+        let mut valid = vec![true; rows];
+        for channel in Channel::ALL {
+            let Some(found) = uses.get(&Role::Channel(channel)) else { continue };
+            let (mut values, quantity) = self.si(Role::Channel(channel), found)?;
+            match quantity {
+                Some(Quantity::LinearSpeed | Quantity::Length | Quantity::Force) => {
+                    motion_seen.push((channel, Motion::Linear));
+                }
+                Some(Quantity::AngularSpeed | Quantity::Frequency | Quantity::Angle | Quantity::Torque) => {
+                    motion_seen.push((channel, Motion::Rotary));
+                }
+                _ => {}
+            }
+            self.fill_gaps(found.source.column, &mut values, &mut valid)?;
+            channels.insert(channel, values);
+        }
+        if channels.is_empty() {
+            return Err(self.nothing_recognised());
+        }
+        let motion = self.motion(&motion_seen)?;
+        let axis = self.time(raster, rows, &uses, mapping)?;
+
+        let mut recording = Recording {
+            path: self.path.to_owned(),
+            sha256,
+            start_s: axis.start_s,
+            sample_time_s: axis.interval_s,
+            motion,
+            valid,
+            metadata: self.table.metadata.clone(),
+            ..Recording::default()
+        };
+        for (&channel, values) in &channels {
+            for clipped in clipping::find(channel, values) {
+                self.warnings.push(format!(
+                    "{} is clipped at {} {}: {} samples are masked",
+                    channel.column(),
+                    time_axis::short(clipped.level),
+                    channel.unit(motion),
+                    clipped.samples.len()
+                ));
+                for k in clipped.samples {
+                    recording.valid[k] = false;
+                }
+            }
+        }
+        recording.channels = channels;
+        self.masks(&uses, &mut recording);
+        self.extras(raster, &uses, axis, &mut recording);
+        // These are fields of the recording from here on; a stale copy would contradict them.
+        recording.metadata.retain(|key, _| key != "motion" && !time_axis::is_interval_key(key));
+        if axis.interval_s > 0.1 && mapping.sample_time_s.is_none() {
+            self.warnings.push(format!(
+                "the sampling interval is {} s; if the time is in ms, write --map 't_s={}[ms]'",
+                time_axis::short(axis.interval_s),
+                uses.get(&Role::Time).map_or("time", |u| self.table.columns[u.source.column].name.as_str())
+            ));
+        }
+        recording.warnings = self.warnings;
+        Ok(recording)
+    }
+
+    fn rows(&self, raster: usize) -> usize {
+        self.table.columns.iter().filter(|c| c.raster == raster).map(|c| c.values.len()).next().unwrap_or(0)
+    }
+
+    fn motion(&self, seen: &[(Channel, Motion)]) -> Result<Motion> {
+        let linear = seen.iter().find(|s| s.1 == Motion::Linear);
+        let rotary = seen.iter().find(|s| s.1 == Motion::Rotary);
+        match (linear, rotary) {
+            (Some(l), Some(r)) => Err(self.whole(
+                format!("{} is in units of a linear drive and {} in units of a rotary one", l.0.column(), r.0.column()),
+                "map both with gains to one kind of motion, for example --map 'omega_rad_s=v*628.3[rad/s]'",
+            )),
+            (Some(_), None) => Ok(Motion::Linear),
+            (None, Some(_)) => Ok(Motion::Rotary),
+            (None, None) => match self.table.metadata.get("motion").map(|m| m.trim()) {
+                Some("linear") => Ok(Motion::Linear),
+                _ => Ok(Motion::Rotary),
+            },
+        }
+    }
+
+    fn column_list(&self) -> String {
+        let mut names: Vec<&str> = self.table.columns.iter().map(|c| c.name.as_str()).collect();
+        let more = if names.len() > 16 { format!(" and {} more", names.len() - 16) } else { String::new() };
+        names.truncate(16);
+        if names.is_empty() { "no columns".into() } else { format!("{}{more}", names.join(", ")) }
+    }
+
+    fn nothing_recognised(&self) -> Error {
+        let free =
+            (0..self.headers.len()).filter(|&k| self.headers[k].role.is_none() && !self.table.columns[k].is_time);
+        let names = free.map(|k| self.table.columns[k].name.as_str());
+        let example = names.take(3).zip(["u_v", "i_a", "omega_rad_s"]);
+        let example: Vec<String> = example.map(|(name, target)| mapping::example_for(target, name)).collect();
+        if example.is_empty() {
+            return self
+                .whole("there is no column of numbers", "give a file with columns such as t_s, u_v, i_a, omega_rad_s");
+        }
+        self.whole(
+            format!(
+                "no voltage, current, speed, angle or torque is recognised among the columns {}",
+                self.column_list()
+            ),
+            format!("name them, for example {}", example.join(" ")),
+        )
+    }
+
+    fn masks(&mut self, uses: &BTreeMap<Role, Use>, recording: &mut Recording) {
+        let marks = |role: Role| -> Option<Vec<bool>> {
+            let found = uses.get(&role)?;
+            Some(self.table.columns[found.source.column].values.iter().map(|&x| x != 0.0 && !x.is_nan()).collect())
+        };
+        if let Some(valid) = marks(Role::Valid) {
+            for (ok, mark) in recording.valid.iter_mut().zip(valid) {
+                *ok &= mark;
+            }
+        }
+        recording.rotor_locked = marks(Role::RotorLocked).unwrap_or_default();
+        recording.supply_open = marks(Role::SupplyOpen).unwrap_or_default();
+        let rows = recording.valid.len();
+        let state = |key: &str| self.table.metadata.get(key).map(|v| v.trim().to_lowercase());
+        let mut odd = Vec::new();
+        for (key, on, off, mask) in [
+            ("rotor", "locked", "free", &mut recording.rotor_locked),
+            ("supply", "open", "connected", &mut recording.supply_open),
+        ] {
+            match state(key) {
+                Some(value) if value == on => *mask = vec![true; rows],
+                Some(value) if value != off && key == "rotor" => {
+                    odd.push(format!("'# {key}: {value}' is not understood; '# {key}: {on}' or '# {key}: {off}' are"));
+                }
+                _ => {}
+            }
+        }
+        self.warnings.extend(odd);
+    }
+}
