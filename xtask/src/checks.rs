@@ -173,8 +173,8 @@ fn tests(length: Length) -> Result<Tally, String> {
     let mut command = cargo_command(&["test", "--release", "--workspace", "--features", "greyrig-host/full"]);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
-    // Optimising each of the test programs as a whole takes longer than running them.
-    command.env("CARGO_PROFILE_RELEASE_LTO", "off");
+    // Optimising each of the test programs as a whole takes longer than running them, and nobody debugs them here.
+    command.env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_DEBUG", "false");
     if length == Length::Long {
         command.env("GREYRIG_LONG", "1");
     }

@@ -27,6 +27,9 @@ pub fn error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> 
 }
 
 /// Start values of the base model, and what these recordings cannot hold taken out of it.
+///
+/// # Errors
+/// A channel is missing without which a parameter that is to be identified cannot be.
 pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
     if full.iter().all(|e| e.drive == Drive::Torque) {
         space.hold(&["R", "L", "K"], Freedom::Absent);
