@@ -27,7 +27,7 @@ use crate::identify::minimise::Refined;
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::identify::{self, Settings, identifiability};
-use crate::model::{Kind, Model, unit};
+use crate::model::{Kind, Model, catalogue, unit};
 use crate::output;
 use crate::recording::{Motion, Recording};
 
@@ -147,9 +147,7 @@ fn fits(d: &Description, kind: Kind) -> bool {
 
 fn check_names(model: &Model, effects: &[String]) -> Result<()> {
     for id in effects {
-        if Description::of(id).is_none() {
-            return Err(Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"));
-        }
+        catalogue::effect(id)?;
         if model.effects.iter().any(|e| e.id == *id) {
             return Err(Error::usage(format!("the model has {id} already"), "challenge it with another effect"));
         }

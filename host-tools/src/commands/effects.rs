@@ -8,7 +8,8 @@ use serde_json::json;
 
 use super::words;
 use crate::diagnose::classes;
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::model::catalogue;
 use crate::output;
 
 /// The catalogue of physical effects, explained.
@@ -30,13 +31,9 @@ pub struct Args {
 /// # Errors
 /// An effect that is not in the catalogue.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let catalogue = Effect::<f64>::CATALOGUE;
     let chosen: Vec<&Description> = match &args.id {
-        None => catalogue.iter().collect(),
-        Some(id) => vec![catalogue.iter().find(|d| d.id == id).ok_or_else(|| {
-            let ids: Vec<&str> = catalogue.iter().map(|d| d.id).collect();
-            Error::usage(format!("there is no effect {id}"), format!("known are {}", ids.join(", ")))
-        })?],
+        None => Effect::<f64>::CATALOGUE.iter().collect(),
+        Some(id) => vec![catalogue::effect(id)?],
     };
     if args.markdown {
         output::print_line(&page(&chosen))?;

@@ -30,13 +30,14 @@ pub mod shape;
 pub mod sizes;
 mod verdict;
 
-use greyrig::effects::{Description, MAX_EFFECTS};
+use greyrig::effects::MAX_EFFECTS;
 
 use crate::compare::PerSignal;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::minimise::Refined;
 use crate::identify::{self, Settings, identifiability};
+use crate::model::catalogue;
 use crate::recording::Recording;
 use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
@@ -109,12 +110,6 @@ impl Options {
     fn excludes(&self, id: &str) -> bool {
         self.exclude.iter().any(|excluded| excluded == id)
     }
-
-    fn check(&self) -> Result<()> {
-        let unknown = self.exclude.iter().find(|id| Description::of(id).is_none());
-        unknown
-            .map_or(Ok(()), |id| Err(Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them")))
-    }
 }
 
 /// Diagnoses a model on recordings.
@@ -122,7 +117,7 @@ impl Options {
 /// # Errors
 /// Recordings that cannot be used, an unknown effect in `exclude`, an interrupt.
 pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
-    options.check()?;
+    options.exclude.iter().try_for_each(|id| catalogue::effect(id).map(drop))?;
     let settings = &options.settings;
     progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);

@@ -1,11 +1,10 @@
 //! What the user chooses, and the parameters that this leaves free.
 
-use greyrig::effects::{Description, Effect};
 use greyrig::motor::MAX_TERMS;
 
 use super::space::{Freedom, Space};
 use crate::error::{Error, Result};
-use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
+use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status, catalogue};
 use crate::term::Formula;
 
 /// How far the estimation goes.
@@ -82,14 +81,8 @@ impl Settings {
 /// # Errors
 /// An effect or a parameter that there is not, or an impossible value.
 pub fn build_space(settings: &Settings) -> Result<Space> {
-    let mut ids = Vec::new();
-    for id in &settings.effects {
-        let found = Description::of(id);
-        let known = || Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect::<Vec<_>>().join(", ");
-        ids.push(
-            found.ok_or_else(|| Error::usage(format!("there is no effect {id}"), format!("known are {}", known())))?.id,
-        );
-    }
+    let ids: Vec<&'static str> =
+        settings.effects.iter().map(|id| Ok(catalogue::effect(id)?.id)).collect::<Result<_>>()?;
     if settings.terms.len() > MAX_TERMS {
         return Err(Error::usage(
             format!("{} terms are too many", settings.terms.len()),

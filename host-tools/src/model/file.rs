@@ -5,7 +5,7 @@ use std::path::Path;
 use greyrig::butterworth;
 use greyrig::effects::Effect;
 
-use super::{BASE_PARAMETERS, Model, SCHEMA, unit};
+use super::{BASE_PARAMETERS, Model, SCHEMA, catalogue, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
@@ -96,11 +96,10 @@ impl Model {
         for entry in &self.effects {
             let place = || at(&format!("id = {:?}", entry.id));
             let Some(effect) = Effect::<f64>::from_id(&entry.id, &[]) else {
-                let known: Vec<_> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
                 return Err(Error::input(
                     place(),
                     format!("there is no effect {}", entry.id),
-                    format!("known are {}", known.join(", ")),
+                    catalogue::known_effects(),
                 ));
             };
             let names: Vec<_> = effect.description().parameters.iter().map(|p| p.name).collect();

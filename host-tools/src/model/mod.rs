@@ -12,6 +12,7 @@
 //! ```
 
 mod assignment;
+pub mod catalogue;
 mod file;
 mod kind;
 mod units;

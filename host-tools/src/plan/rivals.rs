@@ -4,7 +4,7 @@ use greyrig::effects::{Description, Motors, Seen};
 
 use crate::diagnose::classes;
 use crate::error::{Error, Result};
-use crate::model::Kind;
+use crate::model::{Kind, catalogue};
 
 /// Rivals that are known of old.
 const CLASSIC: [[&str; 2]; 5] = [
@@ -38,8 +38,7 @@ pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
 pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description; 2]>> {
     let mut named = Vec::new();
     for id in rivals {
-        let d = Description::of(id)
-            .ok_or_else(|| Error::usage(format!("there is no effect {id}"), "`greyrig effects` lists them"))?;
+        let d = catalogue::effect(id)?;
         match d.seen_with(kind.flux_law()) {
             Seen::FreeRun if fits(d, kind) => named.push(d),
             Seen::FreeRun => return Err(Error::usage(format!("a {kind} motor cannot have {id}"), "leave it out")),

@@ -23,10 +23,8 @@ impl Data {
     /// Of a motor that hides something.
     pub fn of(hidden: &[&str], seed: u64) -> Result<Self> {
         let record = |profile: &str, name: &str, seed: u64| -> Result<Vec<Recording>> {
-            let mut setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
-            for effect in hidden {
-                setup = setup.effect(effect)?;
-            }
+            let setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
+            let setup = hidden.iter().try_fold(setup, |setup, effect| setup.effect(effect))?;
             let mut recording = setup.run()?.recording;
             recording.path = name.into();
             Ok(vec![recording])

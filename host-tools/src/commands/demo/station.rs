@@ -37,9 +37,7 @@ impl Station {
     pub fn run(model: &Model, hidden: &[&str]) -> Result<Self> {
         let recorded = |motor: Motor, seed: u64, fault: Option<&str>| -> Result<Recording> {
             let mut setup = Setup::new(Kind::Universal).profile("steady")?.seconds(TEST_S).seed(seed).motor(motor);
-            for effect in hidden {
-                setup = setup.effect(effect)?;
-            }
+            setup = hidden.iter().try_fold(setup, |setup, effect| setup.effect(effect))?;
             if let Some(fault) = fault {
                 setup = setup.fault(fault)?;
             }
