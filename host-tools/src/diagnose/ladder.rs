@@ -128,6 +128,11 @@ impl Ladder {
             (None, false) => self.after.explains(&self.before),
         }
     }
+
+    /// Whether effects that explain nearly all leave more in the free run than any healthy motor does.
+    pub fn leaves_more_than_healthy(&self) -> bool {
+        !self.found.is_empty() && self.is_explained() && self.free_run.is_some_and(|(_, with)| !with.may_be_healthy())
+    }
 }
 
 fn lags_in_the_chain(id: &str) -> bool {

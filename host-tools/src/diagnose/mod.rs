@@ -7,7 +7,7 @@
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back.
 //! 5. All that was found once more in the free run, where each effect has to earn its place ([`audit`]).
-//! 6. A second look at what single steps miss; then rivals, by swapping ([`second_look`]).
+//! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals ([`second_look`]).
 //! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
 pub mod audit;

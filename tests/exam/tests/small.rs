@@ -80,6 +80,13 @@ fn three_effects_are_found_where_the_balances_mislead() {
 }
 
 #[test]
+fn a_dead_zone_named_for_what_a_brush_drop_leaves_is_given_for_it() {
+    // Of five effects the first ones are chosen while the others are missing.
+    let o = run(&Case::new(Question::Five, Excitation::Ac, 1.0, 11)).unwrap();
+    assert!(o.exact(), "{:?}: {:?} {:?}", o.effects, o.kind, o.named);
+}
+
+#[test]
 fn wilson_intervals_are_those_of_the_tables() {
     // R. G. Newcombe, Statistics in Medicine 17 (1998) 857-872, table I, method 3: 81/263 and 0/20.
     let [low, high] = Share { hits: 81, cases: 263 }.wilson();

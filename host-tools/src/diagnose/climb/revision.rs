@@ -14,8 +14,18 @@ use crate::identify::space::Freedom;
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
+/// Exchanges that are worth climbing on from.
+const EXCHANGES: usize = 2;
 /// An effect without which the error would rise by more than this, by linearisation, is not superfluous.
 const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
+
+/// An effect that was found given for another one.
+pub struct Exchange {
+    given: &'static str,
+    taken: &'static str,
+    /// The balances with the other one, roughly.
+    fit: Refined,
+}
 
 impl Climb<'_> {
     /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
@@ -102,7 +112,7 @@ impl Climb<'_> {
                 let bends = parameters_of(rival.id) > parameters_of(id);
                 let swapped = match found.len() {
                     1 if !bends => (*rival.fit).clone(),
-                    _ => self.swapped(fit, id, rival, bends)?,
+                    _ => self.swapped(fit, id, rival, bends, Effort::USUAL)?,
                 };
                 Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
             };
@@ -114,8 +124,48 @@ impl Climb<'_> {
         Ok(())
     }
 
+    /// Exchanges of an effect found for a candidate that gained something in a step and was not added: the two after which the error
+    /// on data held out is the smallest.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn exchanges(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Vec<Exchange>> {
+        let kind = ladder.fit.space.kind();
+        let mut others: Vec<&Tried> = ladder.steps.iter().flat_map(|s| &s.tried).collect();
+        others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
+        others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
+        others.dedup_by_key(|t| t.id);
+        let pairs: Vec<_> = ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect();
+        let fit = |(given, other): (&'static str, &Tried)| {
+            progress(Progress::Doing(other.id));
+            let fit = self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?;
+            Ok((self.held_out(&fit).log_error(), Exchange { given, taken: other.id, fit }))
+        };
+        let mut fits: Vec<_> = pairs.into_par_iter().map(fit).collect::<Result<_>>()?;
+        fits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(fits.into_iter().map(|(_, exchange)| exchange).take(EXCHANGES).collect())
+    }
+
+    /// Climbs on from an exchange in what was found beside `base`.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb_on_from(
+        &self,
+        exchange: &Exchange,
+        base: &Refined,
+        ladder: &Ladder,
+        progress: &Watch<'_>,
+    ) -> Result<Ladder> {
+        let (mut found, mut steps) = (ladder.found.clone(), ladder.steps.clone());
+        let winners = steps.iter_mut().flat_map(|step| &mut step.winners);
+        winners.chain(&mut found).filter(|id| **id == exchange.given).for_each(|id| *id = exchange.taken);
+        let fit = resume(&exchange.fit, &self.problem, THOROUGH)?;
+        self.climb_on(base, fit, found, steps, progress)
+    }
+
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
-    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool) -> Result<Refined> {
+    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool, effort: Effort) -> Result<Refined> {
         let scales = Scales::of(&fit.space, self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
@@ -125,6 +175,6 @@ impl Climb<'_> {
             let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
             space.hold(&shapes, Freedom::Pinned);
         }
-        minimise(&space, &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())
+        minimise(&space, &self.problem, effort, Some(fit.rms), &mut || ())
     }
 }

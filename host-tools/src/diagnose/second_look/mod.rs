@@ -68,6 +68,9 @@ impl<'a> SecondLook<'a> {
                 }
             }
         }
+        if best.0.leaves_more_than_healthy() {
+            best = self.exchanged(best, progress)?;
+        }
         self.climb.find_rivals(&mut best.0, progress)?;
         self.confirm_rivals(&mut best, progress)?;
         Ok(best)
@@ -133,6 +136,19 @@ impl<'a> SecondLook<'a> {
         let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
         let again = self.climb.climb_on(self.base, fit, found, steps, progress)?;
         Ok((again.found != ladder.found).then_some(again))
+    }
+
+    /// Exchanges an effect for another one that was passed over, where the free run comes clearly closer by that: the first effects of
+    /// several are chosen while the others are missing, and a later one may be named for what a wrong one of them leaves.
+    fn exchanged(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+        for exchange in self.climb.exchanges(&judged.0, progress)? {
+            let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
+            let other = self.judged(other)?;
+            if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1) > SMALLEST_FALL {
+                return Ok(other);
+            }
+        }
+        Ok(judged)
     }
 
     /// Climbs once more, by two effects at first.

@@ -140,6 +140,9 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
         }
         None => {}
     }
+    if ladder.leaves_more_than_healthy() {
+        text.extend(ladder.free_run.map(|(_, left)| words::left_over(&left)));
+    }
     let mut classes: Vec<Vec<&'static str>> =
         ladder.found.iter().filter_map(|id| class_of(kind, id)).map(<[_]>::to_vec).collect();
     classes.dedup();

@@ -2,6 +2,7 @@
 
 use greyrig::effects::{Acts, Description};
 
+use crate::diagnose::completeness::Completeness;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
 use crate::report::numbers::with_interval;
@@ -47,6 +48,18 @@ fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
         }
     }
     text
+}
+
+/// What effects that explain nearly all leave in the free run.
+pub fn left_over(left: &Completeness) -> String {
+    let (signal, times) = match left.electrical > left.mechanical {
+        true => ("current", left.electrical),
+        false => ("speed", left.mechanical),
+    };
+    format!(
+        "the free run's error of the {signal} is still {times:.1} times what does not repeat, more than that of any healthy motor: \
+         the laws of this motor have another form, or something small is missing besides"
+    )
 }
 
 /// Whether a size is that of an effect.
