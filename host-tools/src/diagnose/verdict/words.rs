@@ -2,6 +2,7 @@
 
 use greyrig::effects::{Acts, Description};
 
+use crate::diagnose::climb::SAME_ERROR;
 use crate::diagnose::completeness::Completeness;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
@@ -40,11 +41,12 @@ fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
         text +=
             &format!("; {with}the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
         if let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) {
-            text += &format!(
-                ", with the next best, {}, by {:.0} %",
-                name(next.id),
-                100.0 * (1.0 - (-0.5 * next.gain).exp()).max(0.0)
-            );
+            let (other, share) = (name(next.id), 100.0 * (1.0 - (-0.5 * next.gain).exp()).max(0.0));
+            // Only an exchange takes what gained less.
+            text += &match next.objection.is_none() && next.gain > own.gain + SAME_ERROR {
+                true => format!(", less than with {other} at first ({share:.0} %), but more beside the other effects"),
+                false => format!(", with the next best, {other}, by {share:.0} %"),
+            };
         }
     }
     text
