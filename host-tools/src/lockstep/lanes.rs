@@ -184,3 +184,24 @@ impl Scalar for Lanes {
         self.0.iter().all(|x| x.is_finite())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Roots are computed by other instructions than the core's.
+    #[test]
+    fn roots_have_the_bits_of_the_core() {
+        let mut x = f64::from_bits(1);
+        while x.is_finite() {
+            let four = [x, x * 1.1, x * 1.7, x * 0.3];
+            let (root, fourth) = (Lanes(four).sqrt(), Lanes(four).inverse_fourth_root());
+            for k in 0..LANES {
+                assert_eq!(root.0[k].to_bits(), Scalar::sqrt(four[k]).to_bits(), "{:e}", four[k]);
+                assert_eq!(fourth.0[k].to_bits(), Scalar::inverse_fourth_root(four[k]).to_bits(), "{:e}", four[k]);
+            }
+            x *= 1.37;
+            x = if x < f64::MIN_POSITIVE { x + f64::MIN_POSITIVE / 64.0 } else { x };
+        }
+    }
+}
