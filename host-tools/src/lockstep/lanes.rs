@@ -196,9 +196,9 @@ mod tests {
         while x.is_finite() {
             let four = [x, x * 1.1, x * 1.7, x * 0.3];
             let (root, fourth) = (Lanes(four).sqrt(), Lanes(four).inverse_fourth_root());
-            for k in 0..LANES {
-                assert_eq!(root.0[k].to_bits(), Scalar::sqrt(four[k]).to_bits(), "{:e}", four[k]);
-                assert_eq!(fourth.0[k].to_bits(), Scalar::inverse_fourth_root(four[k]).to_bits(), "{:e}", four[k]);
+            for (k, one) in four.into_iter().enumerate() {
+                assert_eq!(root.0[k].to_bits(), Scalar::sqrt(one).to_bits(), "{one:e}");
+                assert_eq!(fourth.0[k].to_bits(), Scalar::inverse_fourth_root(one).to_bits(), "{one:e}");
             }
             x *= 1.37;
             x = if x < f64::MIN_POSITIVE { x + f64::MIN_POSITIVE / 64.0 } else { x };
