@@ -129,9 +129,15 @@ impl Ladder {
         }
     }
 
-    /// Whether effects that explain nearly all leave more in the free run than any healthy motor does.
+    /// Whether what was found leaves more in the free run than any healthy motor does.
     pub fn leaves_more_than_healthy(&self) -> bool {
-        !self.found.is_empty() && self.is_explained() && self.free_run.is_some_and(|(_, with)| !with.may_be_healthy())
+        !self.found.is_empty() && self.free_run.is_some_and(|(_, with)| !with.may_be_healthy())
+    }
+
+    /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy motor, or one
+    /// that explains nearly all. One that leaves much is more often all that the catalogue has to say.
+    pub fn may_have_chosen_too_early(&self) -> bool {
+        self.leaves_more_than_healthy() && (self.found.len() > 1 || self.is_explained())
     }
 }
 

@@ -68,7 +68,7 @@ impl<'a> SecondLook<'a> {
                 }
             }
         }
-        if best.0.leaves_more_than_healthy() {
+        if best.0.may_have_chosen_too_early() {
             best = self.exchanged(best, progress)?;
         }
         self.climb.find_rivals(&mut best.0, progress)?;
