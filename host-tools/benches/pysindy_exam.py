@@ -3,7 +3,7 @@
     python3 -m venv venv
     venv/bin/pip install pysindy numpy scipy
     greyrig-exam --cases 100 --only none-ac,one-ac,withheld-ac,two-ac,three-ac --export cases
-    venv/bin/python pysindy_exam.py cases --out pysindy.json
+    OMP_NUM_THREADS=1 venv/bin/python pysindy_exam.py cases --out pysindy.json
 
 What an expert adds to PySINDy, so that it can do as well as it can:
 

@@ -135,7 +135,7 @@ impl Ladder {
     }
 
     /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy motor, or one
-    /// that explains nearly all. One that leaves much is more often all that the catalogue has to say.
+    /// that explains nearly all. In the place of one that leaves much two at a time have been tried by then.
     pub fn may_have_chosen_too_early(&self) -> bool {
         self.leaves_more_than_healthy() && (self.found.len() > 1 || self.is_explained())
     }
