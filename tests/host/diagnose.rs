@@ -52,6 +52,30 @@ fn names_two_effects() {
 }
 
 #[test]
+fn a_direct_start_does_not_hide_what_is_missing() {
+    // Ten times the usual current, deep in saturation, which no other part of the data tells anything of. The base model, which the
+    // start alone decides, is far off everywhere.
+    let ask = |profiles: &[(&str, f64)], effects: &[&str]| {
+        let recordings: Vec<Recording> =
+            profiles.iter().map(|(p, s)| record(Kind::Universal, p, *s, effects)).collect();
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+    };
+    for (profiles, effects) in [
+        (&[("start", 6.0)][..], &["saturation"][..]),
+        (&[("start", 6.0), ("staircase", 8.0)], &["saturation"]),
+        (&[("start", 6.0), ("staircase", 8.0)], &["saturation", "hysteresis"]),
+    ] {
+        let d = ask(profiles, effects);
+        assert_eq!(
+            (d.verdict.kind, d.verdict.effects.as_slice()),
+            (VerdictKind::MissingEffect, effects),
+            "{}",
+            d.verdict.text
+        );
+    }
+}
+
+#[test]
 fn a_shape_that_the_data_leave_open_has_no_interval() {
     let d = universal(&["windage_exponent=2.6"], &[]);
     assert_eq!(d.verdict.effects, ["windage_exponent"], "{}", d.verdict.text);

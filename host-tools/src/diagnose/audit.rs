@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 
 use greyrig::effects::Description;
 
-use super::blocks::{self, HeldOut, held_out, p_value};
+use super::blocks::{self, HeldOut, p_value};
 use super::climb::SMALLEST_GAIN;
 use super::completeness::{Completeness, Floor};
+use super::refitted::held_out_refitted;
 use super::screening::{self, Pair, Promise};
 use crate::compare::PerSignal;
 use crate::error::Result;
@@ -78,7 +79,15 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn finish(&self, rough: &Refined) -> Result<Refined> {
-        resume(rough, &self.problem, Effort::USUAL)
+        self.finish_with(rough, Effort::USUAL)
+    }
+
+    /// The same with another effort.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Refined> {
+        resume(rough, &self.problem, effort)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves structure in the current, or is no
@@ -167,7 +176,7 @@ impl<'a> Audit<'a> {
 
     /// The errors of a fit on blocks of time held out.
     pub fn held_out(&self, fit: &Refined) -> HeldOut {
-        held_out(fit, self.problem.groups(), &self.blocks)
+        held_out_refitted(fit, &self.problem, &self.blocks)
     }
 
     /// p-value of what a fit gains on another one by `parameters` more.

@@ -83,6 +83,16 @@ pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
     HeldOut { squares, rows: counts }
 }
 
+/// Squared errors of the two groups in each block, of residuals that were divided by `unit`.
+pub fn squares_of(residuals: &DVector<f64>, unit: [f64; 2], groups: &[u8], blocks: &[usize]) -> Vec<[f64; 2]> {
+    let mut squares = vec![[0.0; 2]; blocks.iter().max().map_or(0, |b| b + 1)];
+    for ((error, group), block) in residuals.iter().zip(groups).zip(blocks) {
+        let g = usize::from(*group);
+        squares[*block][g] += (error * unit[g]).powi(2);
+    }
+    squares
+}
+
 impl HeldOut {
     /// RMS of the two groups over all blocks.
     pub fn rms(&self) -> [f64; 2] {

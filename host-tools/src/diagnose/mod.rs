@@ -22,6 +22,7 @@ pub mod dither;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
+pub mod refitted;
 mod remarks;
 pub mod samples;
 pub mod screening;

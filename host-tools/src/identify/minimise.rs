@@ -75,6 +75,8 @@ impl Effort {
     pub const FULL: Self = Self { steps: 60, tolerance: 1e-7, carried_on: 0, confirmed: true };
     /// To where fits can be compared.
     pub const USUAL: Self = Self { steps: 12, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
+    /// The same along a valley that winds.
+    pub const PATIENT: Self = Self { steps: 36, ..Self::USUAL };
     /// To where something else has to be done next.
     pub const ROUGH: Self = Self { steps: 8, tolerance: 1e-3, carried_on: CARRIED_ON, confirmed: true };
     /// To an error that is known to a hundredth.
@@ -92,6 +94,8 @@ pub struct Refined {
     pub jacobian: DMatrix<f64>,
     /// RMS of the residuals of the two groups, in their units: what they are weighted by.
     pub rms: [f64; 2],
+    /// Whether the search came to an end before its steps did.
+    pub ended: bool,
 }
 
 impl Refined {
@@ -268,12 +272,13 @@ fn search(
             known = Some((jacobian, age + 1));
         }
     }
+    let ended = ended_on.is_some();
     let carried_on = || known.filter(|_| !effort.confirmed).map(|(jacobian, _)| jacobian);
     let jacobian =
         ended_on.or_else(carried_on).unwrap_or_else(|| jacobian_at(space, problem, &theta, &residuals, DIFFERENCE));
     let mut space = space.clone();
     space.set_coordinates(&theta);
-    Ok(weighted(space, problem, residuals, jacobian))
+    Ok(weighted(space, problem, residuals, jacobian, ended))
 }
 
 /// The residuals and their derivatives at the present values, without a step.
@@ -281,7 +286,7 @@ pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Refined {
     let theta = space.coordinates();
     let residuals = problem.at(space, &theta);
     let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
-    weighted(space.clone(), problem, residuals, jacobian)
+    weighted(space.clone(), problem, residuals, jacobian, false)
 }
 
 /// RMS of the two groups; 1 for one without rows.
@@ -353,10 +358,11 @@ fn weighted(
     problem: &impl Residuals,
     mut residuals: DVector<f64>,
     mut jacobian: DMatrix<f64>,
+    ended: bool,
 ) -> Refined {
     let rms = weights_of(&residuals, problem);
     weigh(&mut residuals, &mut jacobian, problem.groups(), rms.map(|w| 1.0 / w));
-    Refined { space, residuals, jacobian, rms }
+    Refined { space, residuals, jacobian, rms, ended }
 }
 
 /// Multiplies the rows of each group by a weight.

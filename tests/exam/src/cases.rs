@@ -113,6 +113,8 @@ const FIVE: [&str; 5] = ["saturation", "hysteresis", "eddy_current", "brush_drop
 pub enum Excitation {
     /// AC alone.
     Ac,
+    /// AC, and a direct start: an inrush of ten times the usual current.
+    Start,
     /// AC, DC steps, a locked rotor and a coast-down.
     Set,
     /// DC steps and a ramp in both directions, and coast-downs: of a magnet motor.
@@ -124,17 +126,31 @@ const ALIKE_ON_AC: [&str; 2] = ["eddy_current", "transformer_emf"];
 
 /// An effect and those that cannot be told from it: the class, and on AC alone its like.
 fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> {
-    if excitation == Excitation::Ac && ALIKE_ON_AC.contains(&id) {
+    if matches!(excitation, Excitation::Ac | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
     greyrig_host::diagnose::classes::class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
 }
 
 impl Excitation {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Ac, Self::Start, Self::Set, Self::Magnet];
+
+    /// How figures name it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ac => "ac",
+            Self::Start => "start",
+            Self::Set => "set",
+            Self::Magnet => "magnet",
+        }
+    }
+
     /// Profiles and their lengths, s.
     pub fn profiles(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Ac => &[("staircase", 12.0)],
+            Self::Start => &[("start", 3.0), ("staircase", 9.0)],
             Self::Set => &[("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
             Self::Magnet => &[("dc-steps", 8.0), ("dc-ramp", 6.0), ("coast-down", 9.0)],
         }
@@ -143,7 +159,7 @@ impl Excitation {
     /// The motor.
     pub const fn kind(self) -> Kind {
         match self {
-            Self::Ac | Self::Set => Kind::Universal,
+            Self::Ac | Self::Start | Self::Set => Kind::Universal,
             Self::Magnet => Kind::PmDc,
         }
     }

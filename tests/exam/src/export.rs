@@ -7,7 +7,7 @@ use greyrig_host::error::{Error, Place, Result};
 use greyrig_host::identify::Settings;
 use greyrig_host::recording::write;
 
-use crate::cases::{Case, Excitation};
+use crate::cases::Case;
 
 /// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording, `held-out.csv` and `truth.json`,
 /// which has the base model's free-run error-to-signal ratios too: they say whether the effects stand out.
@@ -30,7 +30,7 @@ pub fn export(case: &Case, folder: &Path) -> Result<()> {
         "truth": case.truth,
         "effects": case.effects,
         "withheld": case.exclude,
-        "excitation": if case.excitation == Excitation::Ac { "ac" } else { "set" },
+        "excitation": case.excitation.name(),
         "noise": case.noise,
         "base_error": base::error(&recordings, &Settings::new(case.excitation.kind()))?,
         "recordings": names,

@@ -61,13 +61,11 @@ const QUESTIONS: &[(&str, Question)] = &[
     ("five", Question::Five),
 ];
 
-const EXCITATIONS: [(Excitation, &str); 3] =
-    [(Excitation::Ac, "ac"), (Excitation::Set, "set"), (Excitation::Magnet, "magnet")];
-
 fn main() -> ExitCode {
     let args = Args::parse();
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
-        for (excitation, suffix) in EXCITATIONS {
+        for excitation in Excitation::ALL {
+            let suffix = excitation.name();
             let mut healthy = [0.0; 2];
             for (name, question) in QUESTIONS.iter().filter(|(_, question)| excitation.has(*question)) {
                 let id = format!("{name}-{suffix}{label}");

@@ -1,5 +1,6 @@
 //! Effects found one after the other, each judged on data held out, with a look back at every step.
 
+mod fits;
 mod revision;
 mod step;
 
@@ -9,11 +10,12 @@ use std::sync::Arc;
 use greyrig::effects::Description;
 use rayon::prelude::*;
 
-use super::blocks::{self, HeldOut, held_out, p_value};
+use super::blocks::{self, HeldOut, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
+use super::refitted::held_out_refitted;
 use super::screening::{self, Pair, Promise};
 use super::shape::{self, Shape};
 use super::{Progress, Watch};
@@ -184,9 +186,8 @@ impl<'a> Climb<'a> {
         };
         let (fit, other) = rayon::join(|| fitted(&free.space), present);
         let (fit, other) = (fit?, other?);
-        let error = |fit: &Refined| fit.log_error(self.problem.groups());
         ladder.fit = match other {
-            Some(other) if error(&other) <= error(&fit) => other,
+            Some(other) if self.error(&other) <= self.error(&fit) => other,
             _ => fit,
         };
         ladder.found = kept.to_vec();
@@ -231,7 +232,12 @@ impl<'a> Climb<'a> {
         Floor::of_balances(fit, &self.problem, self.problem.times(), self.period_s)
     }
 
+    /// The logarithm of a fit's error on the data that it was fitted to.
+    fn error(&self, fit: &Refined) -> f64 {
+        fit.log_error(self.problem.groups())
+    }
+
     fn held_out(&self, fit: &Refined) -> HeldOut {
-        held_out(fit, self.problem.groups(), &self.blocks)
+        held_out_refitted(fit, &self.problem, &self.blocks)
     }
 }

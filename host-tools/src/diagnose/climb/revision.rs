@@ -53,7 +53,9 @@ impl Climb<'_> {
                     continue;
                 }
                 let exchanged = resume(&begun, &self.problem, THOROUGH)?;
-                if self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN {
+                // A soft curve may reach farther beyond the data than the right one does, and still be the wrong one.
+                let gains = self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN;
+                if gains && self.error(&exchanged) < self.error(fit) {
                     step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
                     *fit = exchanged;
                     *present = other;

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
-use crate::diagnose::blocks::{HeldOut, p_value};
+use crate::diagnose::blocks::p_value;
 use crate::diagnose::decoys;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::sizes::parameters_of;
-use crate::diagnose::{Progress, Watch, screening};
+use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume};
+use crate::identify::minimise::{Refined, Residuals};
 use crate::identify::space::Space;
 
 /// Candidates that are fitted after the screening.
@@ -37,13 +37,6 @@ const LARGEST_SHIFT: f64 = 3.0;
 const BEYOND_DOUBT: f64 = 1.0;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 const SMALLEST_SHARE: f64 = 0.02;
-/// How hard each candidate is fitted at first.
-const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, confirmed: false };
-/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once more, from
-/// a small size.
-const KEPT_PROMISE: f64 = 0.5;
-/// A candidate that then gains less than this share of what the best one gains is not fitted any further.
-const WORTH_FINISHING: f64 = 0.3;
 
 impl Climb<'_> {
     /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little.
@@ -83,18 +76,8 @@ impl Climb<'_> {
             .map(|(_, promise)| promise)
             .take(FITTED)
             .collect();
-        let begun: Vec<(&Promise, Refined, f64)> = worthy
-            .into_par_iter()
-            .map(|promise| {
-                progress(Progress::Doing(promise.id));
-                let (refined, gain) = self.begin(fit, &before, promise, smallest)?;
-                Ok((promise, refined, gain))
-            })
-            .collect::<Result<_>>()?;
-        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
-        let finish = |(promise, refined, gain): (&Promise, Refined, f64)| {
-            let refined =
-                if gain > WORTH_FINISHING * most { resume(&refined, &self.problem, Effort::USUAL)? } else { refined };
+        let fits = self.fits(fit, &before, &worthy, smallest, progress)?;
+        let judge = |(promise, refined): (&Promise, Refined)| {
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
@@ -113,9 +96,9 @@ impl Climb<'_> {
             } else {
                 None
             };
-            Ok(Tried { id: promise.id, fit: Arc::new(refined), held_out, gain, p_value, objection })
+            Tried { id: promise.id, fit: Arc::new(refined), held_out, gain, p_value, objection }
         };
-        let mut tried: Vec<Tried> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
+        let mut tried: Vec<Tried> = fits.into_par_iter().map(judge).collect();
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(Step {
             promises: ranking,
@@ -127,25 +110,6 @@ impl Climb<'_> {
             decoy_gain,
             decoys: accepted,
         })
-    }
-
-    /// The first steps of a candidate's fit, and what they gain.
-    fn begin(&self, fit: &Refined, before: &HeldOut, promise: &Promise, smallest: f64) -> Result<(Refined, f64)> {
-        let from = |space: &Space| -> Result<(Refined, f64)> {
-            let refined = minimise(space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
-            let gain = self.gain(before, &refined);
-            Ok((refined, gain))
-        };
-        let first = from(&promise.space)?;
-        if promise.gain <= smallest || first.1 >= KEPT_PROMISE * promise.gain {
-            return Ok(first);
-        }
-        let again = from(&screening::at_small_size(&promise.space, promise.id))?;
-        Ok(if again.1 > first.1 { again } else { first })
-    }
-
-    fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {
-        before.log_error() - self.held_out(fit).log_error()
     }
 }
 

@@ -17,7 +17,7 @@ use super::completeness::Completeness;
 use super::ladder::Ladder;
 use super::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::minimise::Refined;
+use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
 
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
@@ -98,6 +98,11 @@ impl<'a> SecondLook<'a> {
         let mut kept = ladder.found.clone();
         let fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
         self.climb.narrow(&mut ladder, &kept, &fit)?;
+        ladder.free_run = Some(self.completeness(&fit));
+        if fit.ended || ladder.is_explained() {
+            return Ok((ladder, fit));
+        }
+        let fit = self.audit.finish_with(&fit, Effort::PATIENT)?;
         ladder.free_run = Some(self.completeness(&fit));
         Ok((ladder, fit))
     }

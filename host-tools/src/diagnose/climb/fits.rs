@@ -1,0 +1,94 @@
+//! The fits of the candidates of a step: begun, and finished where they lead.
+
+use rayon::prelude::*;
+
+use super::{Climb, SMALLEST_GAIN};
+use crate::diagnose::blocks::HeldOut;
+use crate::diagnose::screening::Promise;
+use crate::diagnose::{Progress, Watch, classes, screening};
+use crate::error::Result;
+use crate::identify::minimise::{Effort, Refined, minimise, resume};
+use crate::identify::scales::Scales;
+use crate::identify::space::Space;
+
+/// How hard each candidate is fitted at first.
+const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, confirmed: false };
+/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once more, from
+/// a small size.
+const KEPT_PROMISE: f64 = 0.5;
+/// A candidate that then gains less than this share of what the best one gains is not fitted any further.
+const WORTH_FINISHING: f64 = 0.3;
+
+/// A candidate and the model with it.
+type Fitted<'p> = (&'p Promise, Refined);
+
+impl Climb<'_> {
+    /// Fits the candidates that are worth it.
+    pub(super) fn fits<'p>(
+        &self,
+        fit: &Refined,
+        before: &HeldOut,
+        worthy: &[&'p Promise],
+        smallest: f64,
+        progress: &Watch<'_>,
+    ) -> Result<Vec<Fitted<'p>>> {
+        let begin = |promise: &&'p Promise| {
+            progress(Progress::Doing(promise.id));
+            let (refined, gain) = self.begin(fit, before, promise, smallest)?;
+            Ok((*promise, refined, gain))
+        };
+        let begun: Vec<(&Promise, Refined, f64)> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
+        // Of a fit that is still far from its end, data held out say little where one block reaches beyond all others.
+        let fall = |refined: &Refined| self.error(fit) - self.error(refined);
+        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
+        let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
+        let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
+            let leads = gain > WORTH_FINISHING * most || fall(&refined) > WORTH_FINISHING * farthest;
+            Ok((promise, if leads { self.finish(&refined)? } else { refined }))
+        };
+        let finished: Vec<Fitted<'p>> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
+        let again = |fitted: &Fitted<'p>| Ok((fitted.0, self.begun_in_its_class(fitted, &finished)?));
+        finished.par_iter().map(again).collect()
+    }
+
+    /// The first steps of a candidate's fit, and what they gain.
+    fn begin(&self, fit: &Refined, before: &HeldOut, promise: &Promise, smallest: f64) -> Result<(Refined, f64)> {
+        let from = |space: &Space| -> Result<(Refined, f64)> {
+            let refined = minimise(space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
+            let gain = self.gain(before, &refined);
+            Ok((refined, gain))
+        };
+        let first = from(&promise.space)?;
+        if promise.gain <= smallest || first.1 >= KEPT_PROMISE * promise.gain {
+            return Ok(first);
+        }
+        let again = from(&screening::at_small_size(&promise.space, promise.id))?;
+        Ok(if again.1 > first.1 { again } else { first })
+    }
+
+    /// The rest of a candidate's fit. A base that is far off, as by a direct start, is a long way from the minimum.
+    fn finish(&self, begun: &Refined) -> Result<Refined> {
+        let fit = resume(begun, &self.problem, Effort::USUAL)?;
+        if fit.ended { Ok(fit) } else { resume(&fit, &self.problem, Effort::PATIENT) }
+    }
+
+    /// A candidate's fit, or a better one from where another law of its class has ended, if that has come to a better valley.
+    fn begun_in_its_class(&self, (promise, refined): &Fitted<'_>, fits: &[Fitted<'_>]) -> Result<Refined> {
+        let kind = refined.space.kind();
+        let leads = |(other, fit): &&Fitted<'_>| {
+            other.id != promise.id
+                && classes::same(kind, other.id, promise.id)
+                && self.error(fit) < self.error(refined) - SMALLEST_GAIN
+        };
+        let leader = fits.iter().filter(leads).min_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
+        let Some((other, there)) = leader else { return Ok(refined.clone()) };
+        let scales = Scales::of(&there.space, self.experiments);
+        let space = there.space.without_effect(other.id).with_effect(promise.id, &scales);
+        let again = minimise(&space, &self.problem, Effort::PATIENT, Some(there.rms), &mut || ())?;
+        Ok(if self.error(&again) < self.error(refined) { again } else { refined.clone() })
+    }
+
+    fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {
+        before.log_error() - self.held_out(fit).log_error()
+    }
+}
