@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Climb, SMALLEST_GAIN};
+use super::{Climb, SMALLEST_GAIN, THOROUGH};
 use crate::diagnose::blocks::HeldOut;
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, classes, screening};
@@ -18,6 +18,9 @@ const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, con
 const KEPT_PROMISE: f64 = 0.5;
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
+
+/// Fall of the error, as a logarithm, from which a fit has come a long way.
+const FAR: f64 = 1.0;
 
 /// A candidate and the model with it.
 type Fitted<'p> = (&'p Promise, Refined);
@@ -44,7 +47,7 @@ impl Climb<'_> {
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
         let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
             let leads = gain > WORTH_FINISHING * most || fall(&refined) > WORTH_FINISHING * farthest;
-            Ok((promise, if leads { self.finish(&refined)? } else { refined }))
+            Ok((promise, if leads { self.finish(fit, promise, &refined)? } else { refined }))
         };
         let finished: Vec<Fitted<'p>> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
         let again = |fitted: &Fitted<'p>| Ok((fitted.0, self.begun_in_its_class(fitted, &finished)?));
@@ -66,10 +69,16 @@ impl Climb<'_> {
         Ok(if again.1 > first.1 { again } else { first })
     }
 
-    /// The rest of a candidate's fit. A base that is far off, as by a direct start, is a long way from the minimum.
-    fn finish(&self, begun: &Refined) -> Result<Refined> {
-        let fit = resume(begun, &self.problem, Effort::USUAL)?;
-        if fit.ended { Ok(fit) } else { resume(&fit, &self.problem, Effort::PATIENT) }
+    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
+    /// then once more, with care, from where the screening suggests.
+    fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Refined> {
+        let usual = resume(begun, &self.problem, Effort::USUAL)?;
+        let quick = if usual.ended { usual } else { resume(&usual, &self.problem, Effort::PATIENT)? };
+        if self.error(fit) - self.error(&quick) < FAR {
+            return Ok(quick);
+        }
+        let careful = minimise(&promise.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+        Ok(if self.error(&careful) < self.error(&quick) { careful } else { quick })
     }
 
     /// A candidate's fit, or a better one from where another law of its class has ended, if that has come to a better valley.

@@ -133,9 +133,9 @@ impl<'a> SecondLook<'a> {
         self.audit.held_out(fit).log_error()
     }
 
-    /// Climbs on from what is left of a climb that began with a wrong effect, which the free run has dropped.
+    /// Climbs on from what is left, if anything is, of a climb that began with a wrong effect, which the free run has dropped.
     fn again(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
-        if !ladder.has_dropped() || ladder.found.is_empty() {
+        if !ladder.has_dropped() {
             return Ok(None);
         }
         let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
