@@ -10,7 +10,7 @@ use std::sync::Arc;
 use greyrig::effects::Description;
 use rayon::prelude::*;
 
-use super::blocks::{self, HeldOut, p_value};
+use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::ladder::{Ladder, Step, Tried, left_out};
@@ -238,6 +238,11 @@ impl<'a> Climb<'a> {
     }
 
     fn held_out(&self, fit: &Refined) -> HeldOut {
-        held_out_refitted(fit, &self.problem, &self.blocks)
+        // Without a current there is no inrush, and little that a single block does not tell all by itself.
+        if self.problem.is_of_whole_motor() {
+            held_out_refitted(fit, &self.problem, &self.blocks)
+        } else {
+            held_out(fit, self.problem.groups(), &self.blocks)
+        }
     }
 }

@@ -10,15 +10,6 @@ use crate::identify::space::{Entry, Freedom};
 /// Distance from a limit, in the optimiser's coordinates, at which a shape is at it.
 const AT_LIMIT: f64 = 1e-4;
 
-/// Factor from one window of means to the next.
-const COARSER: usize = 4;
-
-/// Means below which nothing is said of their correlation.
-const FEWEST_MEANS: usize = 48;
-
-/// By how much the correlation time of n means of white noise exceeds one by chance, times the root of n.
-const CHANCE: f64 = 4.0;
-
 /// Half a 95 % interval of the normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
@@ -41,25 +32,8 @@ fn slowest_correlation_s(rows: &[Rows<'_>], residuals: &[f64], interval_s: f64) 
     let mut from = 0;
     while from < flags.len() {
         let to = (from..flags.len()).find(|k| flags[*k] != flags[from]).unwrap_or(flags.len());
-        slowest = slowest.max(slow_correlation_s(&residuals[from..to], interval_s));
+        slowest = slowest.max(correlation_time_s(&residuals[from..to], interval_s));
         from = to;
-    }
-    slowest
-}
-
-/// The longest correlation time of a series and of its means over longer and longer windows: what is slow and small is what parameters
-/// answer to, and beneath white noise only the means show it.
-fn slow_correlation_s(series: &[f64], interval_s: f64) -> f64 {
-    let mut slowest = correlation_time_s(series, interval_s);
-    let mut window = COARSER;
-    while series.len() / window >= FEWEST_MEANS {
-        let means: Vec<f64> = series.chunks_exact(window).map(|c| c.iter().sum::<f64>() / window as f64).collect();
-        let time = correlation_time_s(&means, 1.0);
-        // Means of white noise are white.
-        if time > 1.0 + CHANCE / (means.len() as f64).sqrt() {
-            slowest = slowest.max(time * window as f64 * interval_s);
-        }
-        window *= COARSER;
     }
     slowest
 }
@@ -141,47 +115,4 @@ pub fn interval(entry: &Entry, theta: f64, half: f64) -> [f64; 2] {
 /// Half a 95 % interval with what the computation itself adds.
 pub fn half_width(half: f64, value: f64) -> f64 {
     half.hypot(NORMAL_95 * SYSTEMATIC * value)
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
-
-    /// White noise, and beneath it a first-order process of a correlation time in rows.
-    fn series(white: f64, rows: f64, seed: u64) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let keep = (-1.0 / rows).exp();
-        let mut slow = 0.0;
-        let mut next = || -> f64 { StandardNormal.sample(&mut random) };
-        (0..12_000)
-            .map(|_| {
-                slow = keep * slow + (1.0 - keep * keep).sqrt() * next();
-                slow + white * next()
-            })
-            .collect()
-    }
-
-    #[test]
-    fn a_slow_process_is_seen_beneath_white_noise() {
-        // The integrated correlation time of such a process is (1 + k)/(1 - k), about twice its time constant: 200 rows. White noise of
-        // five times its size hides it from the correlation of single rows.
-        for seed in 0..8 {
-            let hidden = series(5.0, 100.0, seed);
-            assert!(correlation_time_s(&hidden, 1.0) < 10.0);
-            let time = slow_correlation_s(&hidden, 1.0);
-            // Of 12,000 rows, sixty such times: what is found scatters by a third, and noise that is left in the means takes a part.
-            assert!((60.0..500.0).contains(&time), "{time}");
-        }
-    }
-
-    #[test]
-    fn white_noise_has_no_correlation() {
-        // Chance makes means look correlated now and then, of windows that are short against a block.
-        let long = (0..40).filter(|seed| slow_correlation_s(&series(1e6, 100.0, *seed), 1.0) > 40.0).count();
-        assert!(long <= 4, "{long} of 40");
-    }
 }
