@@ -46,7 +46,8 @@ impl Climb<'_> {
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
         let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
-            let leads = gain > WORTH_FINISHING * most || fall(&refined) > WORTH_FINISHING * farthest;
+            let leads_inside = self.problem.is_of_whole_motor() && fall(&refined) > WORTH_FINISHING * farthest;
+            let leads = gain > WORTH_FINISHING * most || leads_inside;
             Ok((promise, if leads { self.finish(fit, promise, &refined)? } else { refined }))
         };
         let finished: Vec<Fitted<'p>> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
@@ -70,9 +71,13 @@ impl Climb<'_> {
     }
 
     /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
-    /// then once more, with care, from where the screening suggests.
+    /// then once more, with care, from where the screening suggests. Not without a current: no inrush puts the model far off there, and
+    /// friction that is bent with care enough fits any single step.
     fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Refined> {
         let usual = resume(begun, &self.problem, Effort::USUAL)?;
+        if !self.problem.is_of_whole_motor() {
+            return Ok(usual);
+        }
         let quick = if usual.ended { usual } else { resume(&usual, &self.problem, Effort::PATIENT)? };
         if self.error(fit) - self.error(&quick) < FAR {
             return Ok(quick);
