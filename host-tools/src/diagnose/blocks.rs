@@ -68,19 +68,17 @@ pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
         // What a single block tells all by itself stays where it is, and a shape keeps its prior.
         whole[(k, k)] += SMALLEST_CURVATURE + if entry.is_shape() { PRIOR / lengths[k].powi(2) } else { 0.0 };
     }
-    let mut squares = vec![[0.0; 2]; count];
-    let mut counts = vec![[0.0; 2]; count];
+    let mut predicted = fit.residuals.clone();
     for (b, (j, r)) in parts.iter().enumerate() {
         let gradient = j.tr_mul(r);
-        let change = (&whole - &normals[b]).cholesky().map(|c| c.solve(&gradient));
-        let predicted = change.map_or_else(|| r.clone(), |d| r + j * d);
-        for (row, error) in rows_of[b].iter().zip(predicted.iter()) {
-            let g = usize::from(groups[*row]);
-            squares[b][g] += (error * fit.rms[g]).powi(2);
-            counts[b][g] += 1.0;
+        if let Some(change) = (&whole - &normals[b]).cholesky().map(|c| c.solve(&gradient)) {
+            let errors = r + j * change;
+            rows_of[b].iter().zip(errors.iter()).for_each(|(row, error)| predicted[*row] = *error);
         }
     }
-    HeldOut { squares, rows: counts }
+    let mut rows = vec![[0.0; 2]; count];
+    groups.iter().zip(blocks).for_each(|(group, block)| rows[*block][usize::from(*group)] += 1.0);
+    HeldOut { squares: squares_of(&predicted, fit.rms, groups, blocks), rows }
 }
 
 /// Squared errors of the two groups in each block, of residuals that were divided by `unit`.

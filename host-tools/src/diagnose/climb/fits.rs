@@ -46,13 +46,14 @@ impl Climb<'_> {
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
         let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
-            let leads_inside = self.problem.is_of_whole_motor() && fall(&refined) > WORTH_FINISHING * farthest;
-            let leads = gain > WORTH_FINISHING * most || leads_inside;
+            let leads = gain > WORTH_FINISHING * most
+                || self.may_hold_an_inrush() && fall(&refined) > WORTH_FINISHING * farthest;
             Ok((promise, if leads { self.finish(fit, promise, &refined)? } else { refined }))
         };
         let finished: Vec<Fitted<'p>> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
-        let again = |fitted: &Fitted<'p>| Ok((fitted.0, self.begun_in_its_class(fitted, &finished)?));
-        finished.par_iter().map(again).collect()
+        let again = |fitted: &Fitted<'p>| self.begun_in_its_class(fitted, &finished);
+        let again: Vec<Option<Refined>> = finished.par_iter().map(again).collect::<Result<_>>()?;
+        Ok(finished.into_iter().zip(again).map(|((promise, fit), better)| (promise, better.unwrap_or(fit))).collect())
     }
 
     /// The first steps of a candidate's fit, and what they gain.
@@ -71,11 +72,11 @@ impl Climb<'_> {
     }
 
     /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
-    /// then once more, with care, from where the screening suggests. Not without a current: no inrush puts the model far off there, and
-    /// friction that is bent with care enough fits any single step.
+    /// then once more, with care, from where the screening suggests. (Without an inrush that put it far off, friction that is bent with
+    /// care enough fits any single step.)
     fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Refined> {
         let usual = resume(begun, &self.problem, Effort::USUAL)?;
-        if !self.problem.is_of_whole_motor() {
+        if !self.may_hold_an_inrush() {
             return Ok(usual);
         }
         let quick = if usual.ended { usual } else { resume(&usual, &self.problem, Effort::PATIENT)? };
@@ -86,8 +87,8 @@ impl Climb<'_> {
         Ok(if self.error(&careful) < self.error(&quick) { careful } else { quick })
     }
 
-    /// A candidate's fit, or a better one from where another law of its class has ended, if that has come to a better valley.
-    fn begun_in_its_class(&self, (promise, refined): &Fitted<'_>, fits: &[Fitted<'_>]) -> Result<Refined> {
+    /// A better fit of a candidate from where another law of its class has ended, if that has come to a better valley.
+    fn begun_in_its_class(&self, (promise, refined): &Fitted<'_>, fits: &[Fitted<'_>]) -> Result<Option<Refined>> {
         let kind = refined.space.kind();
         let leads = |(other, fit): &&Fitted<'_>| {
             other.id != promise.id
@@ -95,11 +96,11 @@ impl Climb<'_> {
                 && self.error(fit) < self.error(refined) - SMALLEST_GAIN
         };
         let leader = fits.iter().filter(leads).min_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
-        let Some((other, there)) = leader else { return Ok(refined.clone()) };
+        let Some((other, there)) = leader else { return Ok(None) };
         let scales = Scales::of(&there.space, self.experiments);
         let space = there.space.without_effect(other.id).with_effect(promise.id, &scales);
         let again = minimise(&space, &self.problem, Effort::PATIENT, Some(there.rms), &mut || ())?;
-        Ok(if self.error(&again) < self.error(refined) { again } else { refined.clone() })
+        Ok((self.error(&again) < self.error(refined)).then_some(again))
     }
 
     fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {

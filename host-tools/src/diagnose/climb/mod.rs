@@ -237,9 +237,14 @@ impl<'a> Climb<'a> {
         fit.log_error(self.problem.groups())
     }
 
+    /// Whether a block may reach far beyond all others, which tell of it all the same. Without a current a step does so, but of that
+    /// the others tell next to nothing.
+    fn may_hold_an_inrush(&self) -> bool {
+        self.is_of_whole_motor()
+    }
+
     fn held_out(&self, fit: &Refined) -> HeldOut {
-        // Without a current there is no inrush, and little that a single block does not tell all by itself.
-        if self.problem.is_of_whole_motor() {
+        if self.may_hold_an_inrush() {
             held_out_refitted(fit, &self.problem, &self.blocks)
         } else {
             held_out(fit, self.problem.groups(), &self.blocks)

@@ -96,14 +96,13 @@ impl<'a> SecondLook<'a> {
     /// Drops what does not earn its place in a fit of the free run.
     fn narrowed(&self, mut ladder: Ladder, all: Refined) -> Result<Judged> {
         let mut kept = ladder.found.clone();
-        let fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
+        let mut fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
         self.climb.narrow(&mut ladder, &kept, &fit)?;
         ladder.free_run = Some(self.completeness(&fit));
-        if fit.ended || ladder.is_explained() {
-            return Ok((ladder, fit));
+        if !fit.ended && !ladder.is_explained() {
+            fit = self.audit.finish_with(&fit, Effort::PATIENT)?;
+            ladder.free_run = Some(self.completeness(&fit));
         }
-        let fit = self.audit.finish_with(&fit, Effort::PATIENT)?;
-        ladder.free_run = Some(self.completeness(&fit));
         Ok((ladder, fit))
     }
 

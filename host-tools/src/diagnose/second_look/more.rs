@@ -141,13 +141,14 @@ impl SecondLook<'_> {
     fn fitted(&self, attempts: Vec<Attempt>, progress: &Watch<'_>) -> Result<Vec<Model>> {
         let fit = |(ids, space): Attempt| {
             progress(Progress::Doing(ids[0]));
-            Ok((ids, self.audit.fit_with(&space, Effort::ROUGH)?))
+            let fit = self.audit.fit_with(&space, Effort::ROUGH)?;
+            Ok((self.error(&fit), (ids, fit)))
         };
-        let mut fits: Vec<Model> = attempts.into_par_iter().map(fit).collect::<Result<_>>()?;
-        fits.sort_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
+        let mut fits: Vec<(f64, Model)> = attempts.into_par_iter().map(fit).collect::<Result<_>>()?;
+        fits.sort_by(|a, b| a.0.total_cmp(&b.0));
         let alike = |a: &Model, b: &Model| a.0.iter().all(|id| b.0.contains(id));
         let mut best: Vec<Model> = Vec::new();
-        for fit in fits {
+        for (_, fit) in fits {
             if best.iter().all(|other| !alike(&fit, other)) {
                 best.push(fit);
             }
