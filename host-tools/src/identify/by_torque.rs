@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 use super::identification::Outcome;
 use super::intervals::of_fit::numbered;
-use super::intervals::{block_length_s, correlation_time_s, covariance};
+use super::intervals::{block_length_s, covariance, slowest_correlation_time_s};
 use super::space::Space;
 use super::{identifiability, inverse_dynamics};
 use crate::error::{Error, Result};
@@ -54,7 +54,7 @@ pub fn fit(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Resu
         let residuals: DVector<f64> = &scaled * &solution - &columns.target;
         let interval = columns.times.windows(2).map(|t| t[1].1 - t[0].1).find(|d| *d > 0.0).unwrap_or(1.0);
         let total = columns.target.len() as f64 * interval;
-        let correlation = correlation_time_s(residuals.as_slice(), interval);
+        let correlation = slowest_correlation_time_s(residuals.as_slice(), interval);
         let block = block_length_s(correlation, total, p);
         let blocks = numbered(columns.times.iter().map(|(r, t)| (*r, (t / block) as usize)));
         let covariance = covariance(&columns.matrix, &residuals, &blocks);

@@ -18,8 +18,9 @@ pub(super) mod of_fit;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Blocks are this many correlation times long.
-const CORRELATION_TIMES: f64 = 8.0;
+/// Blocks are this many integrated correlation times long: six time constants of noise of the first order, whose variance they show to
+/// five sixths.
+const CORRELATION_TIMES: f64 = 3.0;
 
 /// No fewer blocks than this are made; with fewer, the blocks' own scatter is not known. More would be too short for what the noise
 /// of a measured voltage does to a free run, which lasts for seconds: with 16 in 12 s of data, one interval of J in ten misses it.
@@ -28,8 +29,21 @@ const FEWEST_BLOCKS: f64 = 12.0;
 /// Nor fewer than this many times the parameters: without a block the others have to determine them all.
 const BLOCKS_PER_PARAMETER: f64 = 1.5;
 
-/// More blocks than this bring nothing.
-const MOST_BLOCKS: f64 = 120.0;
+/// More blocks than this bring little (Student's t of 13 degrees of freedom is a tenth wider than of many), and would be too short where
+/// the slow part of the residuals is hidden.
+const MOST_BLOCKS: f64 = 16.0;
+
+/// A correlation below this ends the sum.
+const NEGLIGIBLE: f64 = 0.05;
+
+/// Correlations of as many values as count are told from none at this many standard deviations, 1/√n.
+const SIGNIFICANT: f64 = 2.0;
+
+/// Means are taken over windows, each this many times as long as the one before …
+const COARSER: usize = 4;
+
+/// … as long as there are this many of them: with fewer, a chance correlation looks like a long one.
+const FEWEST_MEANS: usize = 200;
 
 /// Fewer degrees of freedom are not reckoned with: at 2, an interval is 2.2 times as wide as with many.
 const FEWEST_DEGREES: f64 = 2.0;
@@ -84,11 +98,37 @@ impl Covariance {
 
 /// Integrated correlation time of a series, s: the time that one independent value is worth.
 pub fn correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
+    integrated_correlation(series, NEGLIGIBLE) * interval_s
+}
+
+/// Integrated correlation time of the slowest part of a series, s.
+///
+/// White noise hides a slow part from the correlation of neighbours: turbulence of the load, which decides about the mechanical
+/// parameters, may be a hundredth of the variance. Means over ever longer windows show it.
+pub fn slowest_correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
+    let mut means = series.to_vec();
+    let (mut window_s, mut slowest) = (interval_s, interval_s);
+    loop {
+        let significant = SIGNIFICANT / (means.len() as f64).sqrt();
+        let correlation = integrated_correlation(&means, significant.max(NEGLIGIBLE));
+        if correlation > 1.0 {
+            slowest = slowest.max(correlation * window_s);
+        }
+        if means.len() / COARSER < FEWEST_MEANS {
+            return slowest;
+        }
+        means = means.chunks_exact(COARSER).map(|window| window.iter().sum::<f64>() / COARSER as f64).collect();
+        window_s *= COARSER as f64;
+    }
+}
+
+/// Sum of the correlations of a series at all lags, in values, up to the first below a threshold; 1 of white noise.
+fn integrated_correlation(series: &[f64], threshold: f64) -> f64 {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
     let variance: f64 = series.iter().map(|x| (x - mean).powi(2)).sum();
     if n < 8 || variance == 0.0 {
-        return interval_s;
+        return 1.0;
     }
     let mut sum = 1.0;
     // Lags are spread so that a long correlation is found in few steps; each stands for those up to the next.
@@ -96,20 +136,20 @@ pub fn correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
     while lag < n / 4 {
         let covariance: f64 = (0..n - lag).map(|t| (series[t] - mean) * (series[t + lag] - mean)).sum();
         let rho = covariance / variance;
-        if rho < 0.05 {
+        if rho < threshold {
             break;
         }
         sum += 2.0 * rho * (lag - last) as f64;
         last = lag;
         lag += (lag / 4).max(1);
     }
-    sum * interval_s
+    sum
 }
 
 /// Length of the blocks for a total duration, s, and a number of parameters.
 pub fn block_length_s(correlation_s: f64, total_s: f64, parameters: usize) -> f64 {
-    let fewest = FEWEST_BLOCKS.max(BLOCKS_PER_PARAMETER * parameters as f64).min(MOST_BLOCKS);
-    (CORRELATION_TIMES * correlation_s).clamp(total_s / MOST_BLOCKS, total_s / fewest)
+    let fewest = FEWEST_BLOCKS.max(BLOCKS_PER_PARAMETER * parameters as f64);
+    (CORRELATION_TIMES * correlation_s).clamp(total_s / MOST_BLOCKS.max(fewest), total_s / fewest)
 }
 
 /// Covariance from the Jacobian, the residuals and the block of each row. `None` where a direction is not determined at all

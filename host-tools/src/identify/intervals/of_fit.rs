@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{SYSTEMATIC, block_length_s, correlation_time_s, covariance};
+use super::{SYSTEMATIC, block_length_s, covariance, slowest_correlation_time_s};
 use crate::identify::minimise::Refined;
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::space::{Entry, Freedom};
@@ -32,7 +32,7 @@ fn slowest_correlation_s(rows: &[Rows<'_>], residuals: &[f64], interval_s: f64) 
     let mut from = 0;
     while from < flags.len() {
         let to = (from..flags.len()).find(|k| flags[*k] != flags[from]).unwrap_or(flags.len());
-        slowest = slowest.max(correlation_time_s(&residuals[from..to], interval_s));
+        slowest = slowest.max(slowest_correlation_time_s(&residuals[from..to], interval_s));
         from = to;
     }
     slowest
