@@ -22,6 +22,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         name: "dry friction",
         equation: "J dω/dt = … − T sign(ω)",
         acts: Acts::Mechanical,
+        stands_for: Some("mu0"),
         parameters: &[EffectParameter {
             name: "coulomb_friction",
             unit: "N m",

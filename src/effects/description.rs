@@ -123,6 +123,8 @@ pub struct Description {
     pub seen: Seen,
     /// Which motors can have it.
     pub motors: Motors,
+    /// The base model's friction term (`mu0`, `mu1`, `mu2`) that it is, where the base is without it or has it fixed.
+    pub stands_for: Option<&'static str>,
     /// Whether it makes the flux lag.
     pub lags_flux: bool,
     /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
@@ -168,6 +170,7 @@ impl Description {
         acts: Acts::Both,
         seen: Seen::FreeRun,
         motors: Motors::All,
+        stands_for: None,
         lags_flux: false,
         bends_supply: false,
         of_supply: false,

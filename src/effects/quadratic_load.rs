@@ -22,6 +22,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
         name: "load that grows with the square of the speed",
         equation: "J dω/dt = … − c ω|ω|",
         acts: Acts::Mechanical,
+        stands_for: Some("mu2"),
         parameters: &[EffectParameter {
             name: "quadratic_load",
             unit: "N m s²/rad²",

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use greyrig::effects::Effect;
+use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::Settings;
 use greyrig_host::model::{Base, Kind};
@@ -226,6 +228,73 @@ fn a_direct_current_in_one_direction_cannot_tell_constant_voltages() {
     assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{}", d.verdict.text);
     for id in ["brush_drop", "supply_dead_zone", "voltage_offset"] {
         assert!(d.verdict.effects.contains(&id), "{:?}", d.verdict.effects);
+    }
+}
+
+/// A vacuum cleaner's motor on a staircase from a quarter of the mains on, whose load fluctuates by 0.3 % (a first-order process of
+/// 20 ms), with so much Stribeck friction, N m, that fades over so many rad/s.
+fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording {
+    const SHARES: [f64; 12] = [0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2];
+    const H: f64 = 1e-4;
+    const HELD: usize = 100;
+    let base = [2.9, 0.026, 0.0115, 2.6e-4, 0.02, 1.2e-5, 3.5e-8];
+    let friction = Effect::from_id("stribeck", &[torque, speed, 1.0]).expect("an effect");
+    let mut recording = record(Kind::Universal, "staircase", 12.0, &[]);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let voltage = |n: usize| {
+        let share = SHARES[(n / 10_000).min(SHARES.len() - 1)];
+        325.0 * share * (std::f64::consts::TAU * 50.0 * n as f64 * H + 0.3).sin()
+    };
+    let (mut state, mut gust) = (State::default(), 0.0f64);
+    let mut stepper = None;
+    for n in 0..recording.len() {
+        let noise = [0.3, 0.013, 1.2].map(|size| size * normal());
+        let measured = [voltage(n), state.current, state.speed];
+        for (channel, k) in [(Channel::Voltage, 0), (Channel::Current, 1), (Channel::Speed, 2)] {
+            recording.channels.get_mut(&channel).expect("a channel")[n] = measured[k] + noise[k];
+        }
+        if n % HELD == 0 {
+            let kept = (-(HELD as f64) * H / 0.02).exp();
+            gust = kept * gust + (1.0 - kept * kept).sqrt() * 0.003 * normal();
+            let mut now = base;
+            now[6] *= 1.0 + gust;
+            let motor = Motor::build(Parameters::from_values(FluxLaw::Series, now), &[friction]).expect("a motor");
+            let mut next = Stepper::build(motor, H).expect("a stepper");
+            next.set_state(state);
+            stepper = Some(next);
+        }
+        state = stepper.as_mut().expect("a stepper").step(voltage(n), voltage(n + 1), Constraints::default());
+    }
+    recording
+}
+
+#[test]
+fn friction_of_the_run_up_is_not_taken_for_windage() {
+    // The blocks of the run-up tell its size all by themselves: by data held out windage with another exponent does better. Of 56 such
+    // motors one was called that and four were outside the catalogue; here are three of the five.
+    for (torque, speed, seed) in [(0.02, 180.0, 12), (0.035, 200.0, 6), (0.035, 200.0, 8)] {
+        let recordings = [with_friction_of_the_run_up(torque, speed, seed)];
+        let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+        assert_eq!(d.verdict.effects, ["stribeck"], "{}", d.verdict.text);
+    }
+}
+
+#[test]
+fn what_the_base_model_has_is_no_candidate() {
+    // A fan's motor has a load that grows with the square of the speed; a servo motor has none, and lacks it.
+    let tried = |kind| {
+        let recordings = [record(kind, if kind == Kind::Universal { "staircase" } else { "dc-steps" }, 6.0, &[])];
+        let d = diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis");
+        d.screening.iter().map(|(id, _)| *id).collect::<Vec<_>>()
+    };
+    for (kind, load) in [(Kind::Universal, false), (Kind::PmDc, true)] {
+        let tried = tried(kind);
+        assert_eq!(
+            (tried.contains(&"quadratic_load"), tried.contains(&"coulomb_friction")),
+            (load, false),
+            "{tried:?}"
+        );
     }
 }
 

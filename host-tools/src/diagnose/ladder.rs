@@ -5,7 +5,7 @@ use std::sync::Arc;
 use greyrig::effects::{Acts, Description};
 
 use super::blocks::HeldOut;
-use super::classes;
+use super::classes::{self, OFFSETS};
 use super::completeness::{Completeness, Floor};
 use crate::identify::minimise::Refined;
 use crate::model::Kind;
@@ -113,16 +113,16 @@ impl Ladder {
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
-    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. It does not where a lag
-    /// of the measuring chain was found and the free run is complete, as balances undo a lag to first order only. Without a
-    /// finding the balances judge, but not against a free run that is far off.
+    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. It does not where the free
+    /// run is complete with a lag or a compression of the measuring chain, which balances undo to first order, or with the noise of
+    /// an inrush enlarged. Without a finding the balances judge, but not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
         match (&self.free_run, self.found.is_empty()) {
             (free_run, true) => {
                 self.after.is_complete() && free_run.as_ref().is_none_or(|(without, _)| without.may_be_healthy())
             }
             (Some((without, with)), false) => {
-                let roughly_undone = with.is_complete() && self.found.iter().any(|id| lags_in_the_chain(id));
+                let roughly_undone = with.is_complete() && self.found.iter().any(|id| bends_in_the_chain(id));
                 with.explains(without) && (roughly_undone || !self.after.leaves_most(&self.before))
             }
             (None, false) => self.after.explains(&self.before),
@@ -141,8 +141,9 @@ impl Ladder {
     }
 }
 
-fn lags_in_the_chain(id: &str) -> bool {
-    Description::of(id).is_some_and(|d| d.acts == Acts::Measuring && d.remembers)
+/// Whether an effect makes a channel another function of time or size than the signal plus a constant.
+fn bends_in_the_chain(id: &str) -> bool {
+    Description::of(id).is_some_and(|d| d.acts == Acts::Measuring) && !OFFSETS.contains(&id)
 }
 
 /// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that

@@ -76,7 +76,10 @@ impl<'a> Climb<'a> {
     pub fn candidates_beside(&self, space: &Space, left_out: &[&'static str]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
         let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), id, d.id));
-        self.candidates.iter().copied().filter(|d| !present(d) && !left_out.contains(&d.id)).collect()
+        // What the base model has by another name differs from it by rounding alone, of which two at a time make something.
+        let in_base = |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.name == term));
+        let candidates = self.candidates.iter().copied();
+        candidates.filter(|d| !present(d) && !in_base(d) && !left_out.contains(&d.id)).collect()
     }
 
     /// One step from a fitted model: all candidates, and the one that would be added.

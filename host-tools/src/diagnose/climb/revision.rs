@@ -148,6 +148,32 @@ impl Climb<'_> {
         Ok(fits.into_iter().map(|(_, exchange)| exchange).take(EXCHANGES).collect())
     }
 
+    /// Candidates that another one was preferred to for its error on data held out, though they fit the balances better: with the
+    /// effect found in their place, and the candidate.
+    pub fn passed_over<'l>(&self, ladder: &'l Ladder) -> Vec<[&'l Tried; 2]> {
+        let kind = ladder.fit.space.kind();
+        let of_one = |id: &&'static str| {
+            let step = ladder.steps.iter().find(|s| !s.together && !s.in_free_run && s.winners.contains(id))?;
+            let own = step.tried.iter().find(|t| t.id == *id)?;
+            let fits_better = |t: &&Tried| self.error(&t.fit) < self.error(&own.fit);
+            let others = step.tried.iter().filter(|t| !ladder.found.iter().any(|id| classes::same(kind, id, t.id)));
+            Some(others.filter(fits_better).map(move |other| [own, other]).collect::<Vec<_>>())
+        };
+        ladder.found.iter().filter_map(of_one).flatten().collect()
+    }
+
+    /// What was found, with one effect given for another one.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn exchange(&self, ladder: &Ladder, given: &'static str, other: &Tried) -> Result<Exchange> {
+        let fit = match ladder.found.len() {
+            1 => (*other.fit).clone(),
+            _ => self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?,
+        };
+        Ok(Exchange { given, taken: other.id, fit })
+    }
+
     /// Climbs on from an exchange in what was found beside `base`.
     ///
     /// # Errors

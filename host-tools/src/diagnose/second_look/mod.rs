@@ -8,6 +8,7 @@
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
 mod more;
+mod reconsidered;
 
 use rayon::prelude::*;
 
@@ -55,7 +56,7 @@ impl<'a> SecondLook<'a> {
     /// # Errors
     /// An interrupt.
     pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
-        let judged = self.judged(ladder)?;
+        let judged = self.reconsidered(self.judged(ladder)?, progress)?;
         let mut best = self.with_more(judged, progress)?;
         for look in [Self::again, Self::by_two] {
             if best.0.is_explained() {

@@ -1,0 +1,51 @@
+//! What was passed over though it fits better.
+//!
+//! Stribeck friction shows in the run-up, where nearly all that tells its size is in a block or two. Data held out say nothing for it:
+//! without those blocks it is not known. Another effect that bends the torque over the whole range, such as windage with another
+//! exponent, is preferred then, though it fits worse. The free run adds weak torques up, and tells.
+
+use super::{Judged, SecondLook};
+use crate::diagnose::climb::SMALLEST_GAIN;
+use crate::diagnose::ladder::Tried;
+use crate::diagnose::{Progress, Watch};
+use crate::error::Result;
+use crate::identify::minimise::Refined;
+use crate::identify::scales::Scales;
+
+impl SecondLook<'_> {
+    /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.
+    pub(super) fn reconsidered(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+        for [own, other] in self.climb.passed_over(&judged.0) {
+            progress(Progress::Doing(other.id));
+            if self.log_error_at(own) - self.log_error_at(other) < SMALLEST_GAIN
+                || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?)
+            {
+                continue;
+            }
+            let exchange = self.climb.exchange(&judged.0, own.id, other)?;
+            let anew = self.judged(self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?)?;
+            if self.is_closer(&judged.1, &anew.1) && (anew.0.is_explained() || !judged.0.is_explained()) {
+                return Ok(anew);
+            }
+        }
+        Ok(judged)
+    }
+
+    /// Logarithm of the free run's error at the fit of a candidate by the balances, sum over the signals.
+    fn log_error_at(&self, tried: &Tried) -> f64 {
+        self.audit.error_at(&tried.fit.space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
+    }
+
+    /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
+    fn in_place_of(&self, id: &str, other: &Tried, kept: &Refined) -> Result<Refined> {
+        let scales = Scales::of(&kept.space, self.climb.experiments());
+        let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
+        space.start_from(&other.fit.space, other.id);
+        self.audit.fit(&space)
+    }
+
+    /// Whether a fit comes closer to the data, those held out too.
+    fn is_closer(&self, one: &Refined, other: &Refined) -> bool {
+        self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other) > SMALLEST_GAIN
+    }
+}
