@@ -161,7 +161,9 @@ impl<'a> Audit<'a> {
     }
 
     fn floor(&self, best: &Refined) -> Floor {
-        Floor::of_free_run(best, &self.problem, &self.times, self.period_s, self.time_constant_s)
+        let through_the_speed = self.problem.through_the_speed(&best.space);
+        let (period_s, time_constant_s) = (self.period_s, self.time_constant_s);
+        Floor::of_free_run(best, &self.problem, &through_the_speed, &self.times, period_s, time_constant_s)
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.

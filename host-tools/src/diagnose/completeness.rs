@@ -8,7 +8,9 @@
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor, most of
 //! which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 − e^(−D/τ)), with w
 //! of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow from D = T, 2T, 4T and 8T
-//! by least squares; the floor is √(w + σ²).
+//! by least squares; the floor is √(w + σ²). The error of the speed passes on to the current, where it is slow as well: of what it
+//! makes there (the free run less the model at the measured speed) that part is no structure which the speed's floor is of the speed's
+//! error.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -65,20 +67,25 @@ impl Floor {
     /// Of both balances from a fit by equation error; `times` are recording and time of each row, `period_s` that of the
     /// mains. Structure that grows or fades counts to some degree, so the floor of the best fit is that of all.
     pub fn of_balances(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
-        let [voltage, torque] = [0, 1].map(|group| Signal::of(fit, problem, times, group));
+        let [voltage, torque] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
         Self::new(fit, [voltage.apart(period_s), torque.bent()])
     }
 
-    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
+    /// Of current and speed from a fit in the free run; `through_the_speed` is what the error of the speed makes of each row, and
+    /// `time_constant_s` is that of the rotor.
     pub fn of_free_run(
         fit: &Refined,
         problem: &impl Residuals,
+        through_the_speed: &DVector<f64>,
         times: &[(usize, f64)],
         period_s: f64,
         time_constant_s: f64,
     ) -> Self {
-        let [current, speed] = [0, 1].map(|group| Signal::of(fit, problem, times, group));
-        Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
+        let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
+        let turbulence = speed.with_turbulence(period_s, time_constant_s);
+        let passed_on = Signal::of(&(through_the_speed / fit.rms[0]), problem, times, 0).slow(period_s);
+        // Weighted by their RMS, the errors of the speed have the variance 1.
+        Self::new(fit, [current.usually_apart(period_s) + turbulence.min(1.0) * passed_on, turbulence])
     }
 
     fn new(fit: &Refined, variances: [f64; 2]) -> Self {
@@ -86,7 +93,7 @@ impl Floor {
     }
 }
 
-/// Weighted residuals of one group of rows.
+/// Residuals, or a part of them, weighted, of one group of rows.
 struct Signal {
     residuals: Vec<f64>,
     /// Recording and time, s.
@@ -96,12 +103,12 @@ struct Signal {
 }
 
 impl Signal {
-    fn of(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], group: u8) -> Self {
+    fn of(residuals: &DVector<f64>, problem: &impl Residuals, times: &[(usize, f64)], group: u8) -> Self {
         let groups = problem.groups();
         let rows: Vec<usize> = (0..groups.len()).filter(|k| groups[*k] == group).collect();
         let times: Vec<(usize, f64)> = rows.iter().map(|k| times[*k]).collect();
         let step_s = times.windows(2).map(|w| w[1].1 - w[0].1).find(|d| *d > 0.0).unwrap_or(1e-3);
-        Self { residuals: rows.iter().map(|k| fit.residuals[*k]).collect(), times, step_s }
+        Self { residuals: rows.iter().map(|k| residuals[*k]).collect(), times, step_s }
     }
 
     /// Half the mean square of what lies `lag_s` apart; 0: not known.
@@ -115,6 +122,11 @@ impl Signal {
         let usual = median(self.differences(lag_s).collect()) / MEDIAN_OF_SQUARE;
         let mean = self.apart(lag_s);
         if usual > 0.0 { mean.min(RARE * RARE * usual) } else { mean }
+    }
+
+    /// The part of the mean square that does not differ from one period to the next.
+    fn slow(&self, period_s: f64) -> f64 {
+        (mean(self.residuals.iter().map(|e| e * e)) - self.apart(period_s)).max(0.0)
     }
 
     /// Half the squares of what lies `lag_s` apart.

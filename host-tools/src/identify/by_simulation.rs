@@ -1,14 +1,15 @@
 //! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the data do not tell.
 
+use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
 use super::identification::Outcome;
-use super::intervals::of_fit::{blocks_of_rows, pin_shapes_at_limits};
+use super::intervals::of_fit::blocks_of_rows;
 use super::minimise::{Effort, Refined, Residuals as _, as_it_is, minimise};
 use super::output_error::{OutputError, Rows};
 use super::scales::Scales;
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
-use super::{identifiability, intervals, regression};
+use super::{identifiability, regression};
 use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 use crate::output;
@@ -76,18 +77,8 @@ pub fn fit(mut space: Space, experiments: &[Experiment], method: Method, notes: 
         }
         let blocks = blocks_of_rows(&problem, &refined);
         let mut refined = refined;
-        pin_shapes_at_limits(&mut refined);
-        let mut covariance = intervals::covariance(&refined.jacobian, &refined.residuals, &blocks);
-        let mut weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
-        while let Some(held) = weakness.as_ref().map(|w| w.held.clone()) {
-            let place = refined.space.free().position(|e| e.name == held && e.is_shape());
-            let Some(place) = place else { break };
-            // The shape of an effect has a prior: it stays where the fit has left it, and nothing else has to move.
-            refined.space.hold(&[&held], Freedom::Pinned);
-            refined.jacobian = refined.jacobian.remove_column(place);
-            covariance = intervals::covariance(&refined.jacobian, &refined.residuals, &blocks);
-            weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
-        }
+        let covariance = covariance_without_open_shapes(&mut refined, &blocks);
+        let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
         // An effect that was asked for stays, however little the data say about its size.
         let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
         match weakness {

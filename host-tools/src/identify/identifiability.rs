@@ -143,12 +143,23 @@ fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {
 /// The weakest direction of an output-error fit, if it is too weak.
 pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
     let entries: Vec<&Entry> = refined.space.free().collect();
-    let direction = match covariance {
-        Some(c) => too_wide(&c.matrix)?,
-        None => null_direction(&refined.jacobian)?,
-    };
+    let direction = open_direction(refined, covariance)?;
     let has_current = experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some());
     Some(describe(&entries, &direction, has_current))
+}
+
+/// The shape of an effect that takes part in the weakest direction of an output-error fit, if that is too weak.
+pub fn open_shape(refined: &Refined, covariance: Option<&Covariance>) -> Option<String> {
+    let entries: Vec<&Entry> = refined.space.free().collect();
+    let direction = open_direction(refined, covariance)?;
+    involved(&entries, &direction).into_iter().find(|e| e.of_effect() && e.is_shape()).map(|e| e.name.clone())
+}
+
+fn open_direction(refined: &Refined, covariance: Option<&Covariance>) -> Option<Vec<f64>> {
+    match covariance {
+        Some(c) => too_wide(&c.matrix),
+        None => null_direction(&refined.jacobian),
+    }
 }
 
 /// The weakest direction of a regression on torque, if it is too weak.
@@ -188,15 +199,18 @@ fn null_direction(jacobian: &DMatrix<f64>) -> Option<Vec<f64>> {
     Some(eigen.eigenvectors.column(least).iter().copied().collect())
 }
 
-fn describe(entries: &[&Entry], direction: &[f64], has_current: bool) -> Weakness {
+/// The parameters that take part in a direction.
+fn involved<'e>(entries: &[&'e Entry], direction: &[f64]) -> Vec<&'e Entry> {
     let largest = direction.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let takes_part = |e: &Entry, x: f64| x.abs() > largest * if e.is_shape() { SHAPE_LOADING } else { LOADING };
-    let involved: Vec<&str> =
-        entries.iter().zip(direction).filter(|(e, x)| takes_part(e, **x)).map(|(e, _)| e.name.as_str()).collect();
-    let of_effect = |shape: bool| {
-        let mut of = entries.iter().filter(|e| e.of_effect() && e.is_shape() == shape).map(|e| e.name.as_str());
-        of.find(|n| involved.contains(n))
-    };
+    entries.iter().zip(direction).filter(|(e, x)| takes_part(e, **x)).map(|(e, _)| *e).collect()
+}
+
+fn describe(entries: &[&Entry], direction: &[f64], has_current: bool) -> Weakness {
+    let taking_part = involved(entries, direction);
+    let of_effect =
+        |shape: bool| taking_part.iter().find(|e| e.of_effect() && e.is_shape() == shape).map(|e| e.name.as_str());
+    let involved: Vec<&str> = taking_part.iter().map(|e| e.name.as_str()).collect();
     // Shapes of effects have a usual value; friction terms are the ones that a motor can do without.
     let held = of_effect(true)
         .or_else(|| of_effect(false))

@@ -9,6 +9,7 @@
 
 mod by_simulation;
 mod by_torque;
+mod determined;
 pub mod equation_error;
 pub mod flux;
 pub mod identifiability;
@@ -29,8 +30,8 @@ use crate::recording::Recording;
 use flux::FluxAtPeak;
 use space::Freedom;
 
+pub(crate) use determined::{intervals_of, intervals_of_fit};
 pub use identification::{Estimate, Identification};
-pub(crate) use intervals::of_fit::{intervals_of, intervals_of_fit};
 pub use settings::{Method, Settings, build_space};
 
 /// Identifies a model from recordings of one motor type.

@@ -96,11 +96,11 @@ impl<'a> Rows<'a> {
     }
 
     /// Modelled signals at the rows.
-    fn modelled(&self, space: &Space, theta: &[f64]) -> Vec<f64> {
+    fn modelled(&self, space: &Space, theta: &[f64], imposed: Imposed) -> Vec<f64> {
         let attempt = || {
             let motor = space.motor_at(theta).ok()?;
             let stepper = Stepper::with_substeps(motor, self.experiment.interval_s, self.substeps).ok()?;
-            let [modelled] = self.free_run(stepper, |x| [x]);
+            let [modelled] = self.run(stepper, imposed, |x| [x]);
             Some(modelled)
         };
         attempt().unwrap_or_else(|| self.hopeless())
@@ -112,24 +112,25 @@ impl<'a> Rows<'a> {
             let motors = thetas.iter().map(|theta| space.motor_at(theta).ok()).collect::<Option<Vec<_>>>()?;
             let motors = lockstep::as_many_as_lanes(&motors)?;
             let lockstep = Lockstep::build(&motors, self.experiment.interval_s, self.substeps)?;
-            let modelled = self.free_run(lockstep, |lanes: Lanes| lanes.0);
+            let modelled = self.run(lockstep, Imposed::Nothing, |lanes: Lanes| lanes.0);
             Some(modelled.into_iter().take(thetas.len()).collect())
         };
-        let alone = || thetas.iter().map(|theta| self.modelled(space, theta)).collect();
+        let alone = || thetas.iter().map(|theta| self.modelled(space, theta, Imposed::Nothing)).collect();
         together().unwrap_or_else(alone)
     }
 
     /// The rows of what `each` makes motors of.
-    fn free_run<S: Scalar<Base = S>, const MOTORS: usize>(
+    fn run<S: Scalar<Base = S>, const MOTORS: usize>(
         &self,
         stepper: impl Stepped<S>,
+        imposed: Imposed,
         each: impl Fn(S) -> [f64; MOTORS],
     ) -> [Vec<f64>; MOTORS] {
         let coefficients = self.experiment.coefficients::<f64>();
         let mut filters = [Bank::<f64, MOTORS>::default(), Bank::default()];
         let mut outputs: Vec<Vec<[f64; MOTORS]>> =
             self.observations.iter().map(|o| Vec::with_capacity(o.samples.len())).collect();
-        self.experiment.step_through(stepper, Imposed::Nothing, |n, state| {
+        self.experiment.step_through(stepper, imposed, |n, state| {
             let signals = [each(state.current), each(state.speed)];
             if n == 0 {
                 filters[0].reset_to(signals[0]);
@@ -194,6 +195,17 @@ impl<'a> OutputError<'a> {
         self.rows.iter().enumerate().flat_map(of).collect()
     }
 
+    /// What the error of the speed makes of the rows: the free run of a model less what it does at the measured speed.
+    pub fn through_the_speed(&self, space: &Space) -> DVector<f64> {
+        let theta = space.coordinates();
+        let of = |rows: &Rows<'_>| {
+            let modelled = |imposed| rows.modelled(space, &theta, imposed);
+            let (free, driven) = rayon::join(|| modelled(Imposed::Nothing), || modelled(Imposed::Speed));
+            free.iter().zip(driven).map(|(free, driven)| free - driven).collect::<Vec<_>>()
+        };
+        DVector::from_vec(self.rows.par_iter().map(of).collect::<Vec<_>>().concat())
+    }
+
     /// The rows of each recording.
     pub fn rows(&self) -> &[Rows<'a>] {
         &self.rows
@@ -202,7 +214,8 @@ impl<'a> OutputError<'a> {
 
 impl Residuals for OutputError<'_> {
     fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64> {
-        let parts: Vec<Vec<f64>> = self.rows.par_iter().map(|rows| rows.off(&rows.modelled(space, theta))).collect();
+        let parts: Vec<Vec<f64>> =
+            self.rows.par_iter().map(|rows| rows.off(&rows.modelled(space, theta, Imposed::Nothing))).collect();
         DVector::from_vec(parts.concat())
     }
     fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {

@@ -1,8 +1,9 @@
-//! Intervals of a fit: which rows make a block, what a limit does, and from the optimiser's coordinates to the parameters.
+//! What the intervals of a fit need: which rows make a block, what a limit does, and the way from the optimiser's coordinates to the
+//! parameters.
 
 use std::collections::BTreeMap;
 
-use super::{SYSTEMATIC, block_length_s, covariance, slowest_correlation_time_s};
+use super::{SYSTEMATIC, block_length_s, slowest_correlation_time_s};
 use crate::identify::minimise::Refined;
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::space::{Entry, Freedom};
@@ -12,9 +13,6 @@ const AT_LIMIT: f64 = 1e-4;
 
 /// Half a 95 % interval of the normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
-
-/// A shape whose interval covers more than this share of its physical range is open.
-const OPEN: f64 = 0.9;
 
 /// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
 pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
@@ -48,27 +46,6 @@ pub fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
     .collect()
 }
 
-/// 95 % intervals of the free parameters of a fit by output error, by name. Parameters at a limit have none.
-pub fn intervals_of_fit(problem: &OutputError<'_>, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
-    intervals_of(fit, &blocks_of_rows(problem, fit))
-}
-
-/// 95 % intervals of the free parameters of a fit, by name, from the block of each of its rows. A shape that the data leave open
-/// over its physical range has none.
-pub fn intervals_of(fit: &Refined, blocks: &[usize]) -> BTreeMap<String, [f64; 2]> {
-    let mut fit = fit.clone();
-    pin_shapes_at_limits(&mut fit);
-    let Some(covariance) = covariance(&fit.jacobian, &fit.residuals, blocks) else { return BTreeMap::new() };
-    let theta = fit.space.coordinates();
-    fit.space
-        .free()
-        .enumerate()
-        .map(|(k, entry)| (entry, interval(entry, theta[k], covariance.half_width_95_of(k))))
-        .filter(|(entry, interval)| !(entry.is_shape() && share_of_range(entry, *interval) > OPEN))
-        .map(|(entry, interval)| (entry.name.clone(), interval))
-        .collect()
-}
-
 /// Shapes of effects that have run into their physical limits no longer answer to the data: they stay there, without an
 /// interval.
 pub fn pin_shapes_at_limits(refined: &mut Refined) {
@@ -87,17 +64,6 @@ pub fn pin_shapes_at_limits(refined: &mut Refined) {
     for (k, name) in at_limit.into_iter().rev() {
         refined.space.hold(&[&name], Freedom::Pinned);
         refined.jacobian = refined.jacobian.clone().remove_column(k);
-    }
-}
-
-/// Share of its physical range that an interval covers; of decades, where the parameter is positive.
-fn share_of_range(entry: &Entry, interval: [f64; 2]) -> f64 {
-    let (low, high) = entry.range;
-    let covered = interval.map(|x| x.clamp(low, high));
-    if entry.positive {
-        (covered[1] / covered[0]).ln() / (high / low).ln()
-    } else {
-        (covered[1] - covered[0]) / (high - low)
     }
 }
 
