@@ -24,6 +24,10 @@ const LEAST_OWN: f64 = 3e-3;
 /// Largest p-value over the number of terms tried.
 const SIGNIFICANCE: f64 = 0.01;
 
+/// Share of the drive K φ i that a term of the torque balance may have. With inertia and friction free, one that takes the drive away
+/// takes the whole balance away, and with it what is left over.
+const LARGEST_SHARE: f64 = 0.5;
+
 /// A generic term: its formula, its balance, its value at current (A), speed (rad/s) and di/dt (A/s).
 type Generic = (&'static str, Balance, fn(f64, f64, f64) -> f64);
 
@@ -102,6 +106,7 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
             column
         })
         .collect();
+    let drive = drive(fit, groups);
     let before = held_out(fit, groups, blocks);
     let (mut present, mut last) = (fit.clone(), before.clone());
     let mut chosen: Vec<usize> = Vec::new();
@@ -111,9 +116,13 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
             .filter(|k| !chosen.contains(k))
             .filter_map(|k| {
                 let orthogonal = complement.project(&columns[k]);
-                let square = orthogonal.norm_squared();
-                (square > LEAST_OWN * LEAST_OWN * columns[k].norm_squared() && square > 0.0)
-                    .then(|| (k, orthogonal.dot(&present.residuals).powi(2) / square, orthogonal))
+                let (square, along) = (orthogonal.norm_squared(), orthogonal.dot(&present.residuals));
+                let is_drive = || {
+                    let size = (along / square).abs() * columns[k].norm();
+                    TERMS[k].1 == Balance::Torque && drive.is_some_and(|drive| size > LARGEST_SHARE * drive)
+                };
+                (square > LEAST_OWN * LEAST_OWN * columns[k].norm_squared() && square > 0.0 && !is_drive())
+                    .then(|| (k, along * along / square, orthogonal))
             })
             .max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((k, _, orthogonal)) = best else { break };
@@ -142,6 +151,13 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
         })
         .collect();
     Lead { terms, held_out_gain: 1.0 - (last.log_error() - before.log_error()).exp().sqrt() }
+}
+
+/// The drive in the torque balance, weighted: the derivative of its rows by the logarithm of K.
+fn drive(fit: &Refined, groups: &[u8]) -> Option<f64> {
+    let column = fit.jacobian.column(fit.space.free().position(|entry| entry.name == "K")?);
+    let squares = column.iter().zip(groups).filter(|(_, group)| **group == 1).map(|(x, _)| x * x);
+    Some(squares.sum::<f64>().sqrt())
 }
 
 /// Coefficients of the chosen columns with all parameters free.

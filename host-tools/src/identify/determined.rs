@@ -7,7 +7,7 @@ use super::intervals::of_fit::{blocks_of_rows, interval, pin_shapes_at_limits};
 use super::intervals::{Covariance, covariance};
 use super::minimise::Refined;
 use super::output_error::OutputError;
-use super::space::{Entry, Freedom};
+use super::space::Entry;
 
 /// A shape whose interval covers more than this share of its physical range is open.
 const OPEN: f64 = 0.9;
@@ -39,9 +39,7 @@ pub fn covariance_without_open_shapes(fit: &mut Refined, blocks: &[usize]) -> Op
     loop {
         let covariance = covariance(&fit.jacobian, &fit.residuals, blocks);
         let Some(held) = identifiability::open_shape(fit, covariance.as_ref()) else { return covariance };
-        let place = fit.space.free().position(|entry| entry.name == held)?;
-        fit.space.hold(&[&held], Freedom::Pinned);
-        fit.jacobian = fit.jacobian.clone().remove_column(place);
+        fit.hold(&held);
     }
 }
 

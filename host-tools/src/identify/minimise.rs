@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::space::{Entry, Space};
+use super::space::{Entry, Freedom, Space};
 use crate::error::Result;
 use crate::output;
 
@@ -99,6 +99,15 @@ pub struct Refined {
 }
 
 impl Refined {
+    /// Holds a free parameter where it is.
+    pub fn hold(&mut self, name: &str) {
+        let place = self.space.free().position(|entry| entry.name == name);
+        if let Some(place) = place {
+            self.space.hold(&[name], Freedom::Pinned);
+            self.jacobian = std::mem::take(&mut self.jacobian).remove_column(place);
+        }
+    }
+
     /// The logarithm of the geometric mean of the two groups' RMS residuals, up to a constant: what the likelihood goes by.
     pub fn log_error(&self, groups: &[u8]) -> f64 {
         let count = [0u8, 1].map(|g| groups.iter().filter(|x| **x == g).count() as f64);

@@ -50,21 +50,13 @@ pub fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
 /// interval.
 pub fn pin_shapes_at_limits(refined: &mut Refined) {
     let theta = refined.space.coordinates();
-    let at_limit: Vec<(usize, String)> = refined
-        .space
-        .free()
-        .zip(&theta)
-        .enumerate()
-        .filter(|(_, (entry, theta))| {
-            let (low, high) = entry.limits();
-            entry.is_shape() && (**theta - low < AT_LIMIT || high - **theta < AT_LIMIT)
-        })
-        .map(|(k, (entry, _))| (k, entry.name.clone()))
-        .collect();
-    for (k, name) in at_limit.into_iter().rev() {
-        refined.space.hold(&[&name], Freedom::Pinned);
-        refined.jacobian = refined.jacobian.clone().remove_column(k);
-    }
+    let at_limit = |(entry, theta): (&Entry, &f64)| {
+        let (low, high) = entry.limits();
+        let is_there = *theta - low < AT_LIMIT || high - *theta < AT_LIMIT;
+        (entry.is_shape() && is_there).then(|| entry.name.clone())
+    };
+    let at_limit: Vec<String> = refined.space.free().zip(&theta).filter_map(at_limit).collect();
+    at_limit.iter().for_each(|name| refined.hold(name));
 }
 
 /// 95 % interval of a free parameter from half that of its coordinate.
