@@ -154,16 +154,24 @@ impl<'a> Audit<'a> {
         [over.electrical.ln(), over.mechanical.ln()]
     }
 
-    /// The error of a fit without and one with effects over what does not repeat.
+    /// A fit's error over what does not repeat.
+    pub fn left(&self, fit: &Refined) -> Completeness {
+        Completeness::of(fit, &self.floor(fit))
+    }
+
+    /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence makes of the current by
+    /// way of the speed.
     pub fn completeness_of_both(&self, without: &Refined, with: &Refined) -> (Completeness, Completeness) {
+        // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
+        let through_the_speed = self.problem.through_the_speed(&with.space);
         let floor = self.floor(with);
+        let floor =
+            floor.with_turbulence_passed_on(with, &self.problem, &through_the_speed, &self.times, self.period_s);
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
 
     fn floor(&self, best: &Refined) -> Floor {
-        let through_the_speed = self.problem.through_the_speed(&best.space);
-        let (period_s, time_constant_s) = (self.period_s, self.time_constant_s);
-        Floor::of_free_run(best, &self.problem, &through_the_speed, &self.times, period_s, time_constant_s)
+        Floor::of_free_run(best, &self.problem, &self.times, self.period_s, self.time_constant_s)
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.

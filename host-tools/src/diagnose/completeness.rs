@@ -76,21 +76,35 @@ impl Floor {
         )
     }
 
-    /// Of current and speed from a fit in the free run; `through_the_speed` is what the error of the speed makes of each row, and
-    /// `time_constant_s` is that of the rotor.
+    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
     pub fn of_free_run(
         fit: &Refined,
         problem: &impl Residuals,
-        through_the_speed: &DVector<f64>,
         times: &[(usize, f64)],
         period_s: f64,
         time_constant_s: f64,
     ) -> Self {
         let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        let turbulence = speed.with_turbulence(period_s, time_constant_s);
-        let passed_on = Signal::of(&(through_the_speed / fit.rms[0]), problem, times, 0).slow(period_s);
-        // Weighted by their RMS, the errors of the speed have the variance 1.
-        Self::new(fit, [current.usually_apart(period_s) + turbulence.min(1.0) * passed_on, turbulence])
+        Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
+    }
+
+    /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed makes
+    /// of each row.
+    pub fn with_turbulence_passed_on(
+        self,
+        fit: &Refined,
+        problem: &impl Residuals,
+        through_the_speed: &DVector<f64>,
+        times: &[(usize, f64)],
+        period_s: f64,
+    ) -> Self {
+        let passed_on = Signal::of(through_the_speed, problem, times, 0).slow(period_s);
+        let [current, speed] = self.0;
+        if current == 0.0 {
+            return self;
+        }
+        let share = (speed / fit.rms[1]).powi(2).min(1.0);
+        Self([(current * current + share * passed_on).sqrt(), speed])
     }
 
     fn new(fit: &Refined, variances: [f64; 2]) -> Self {

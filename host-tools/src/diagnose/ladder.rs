@@ -135,9 +135,10 @@ impl Ladder {
     }
 
     /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy motor, or one
-    /// that explains nearly all. In the place of one that leaves much two at a time have been tried by then.
-    pub fn may_have_chosen_too_early(&self) -> bool {
-        self.leaves_more_than_healthy() && (self.found.len() > 1 || self.is_explained())
+    /// that explains nearly all; `left` is what they leave in the free run, if nothing of it is turbulence that passes to the current.
+    /// In the place of one that leaves much two at a time have been tried by then.
+    pub fn may_have_chosen_too_early(&self, left: &Completeness) -> bool {
+        !self.found.is_empty() && !left.may_be_healthy() && (self.found.len() > 1 || self.is_explained())
     }
 }
 

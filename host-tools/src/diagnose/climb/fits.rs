@@ -22,8 +22,6 @@ const WORTH_FINISHING: f64 = 0.3;
 /// Fall of the error, as a logarithm, from which a fit has come a long way.
 const FAR: f64 = 1.0;
 
-/// A candidate, the beginning of its fit, and what that gains.
-type Begun<'p> = (&'p Promise, Refined, f64);
 /// A candidate and the model with it.
 type Fitted<'p> = (&'p Promise, Refined);
 
@@ -42,19 +40,12 @@ impl Climb<'_> {
             let (refined, gain) = self.begin(fit, before, promise, smallest)?;
             Ok((*promise, refined, gain))
         };
-        let begun: Vec<Begun<'p>> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
-        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
-        let with_care = |begun: Begun<'p>| {
-            let would_lead = begun.0.gain > smallest.max(most);
-            let lost = self.is_of_whole_motor() && would_lead && begun.2 < KEPT_PROMISE * begun.0.gain;
-            if lost { self.begin_with_care(fit, before, begun) } else { Ok(begun) }
-        };
-        let begun: Vec<Begun<'p>> = begun.into_par_iter().map(with_care).collect::<Result<_>>()?;
-        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
+        let begun: Vec<(&Promise, Refined, f64)> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
         // Of a fit that is still far from its end, data held out say little where one block reaches beyond all others.
         let fall = |refined: &Refined| self.error(fit) - self.error(refined);
+        let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
-        let finish = |(promise, refined, gain): Begun<'p>| {
+        let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
             let leads = gain > WORTH_FINISHING * most
                 || self.may_hold_an_inrush() && fall(&refined) > WORTH_FINISHING * farthest;
             Ok((promise, if leads { self.finish(fit, promise, &refined)? } else { refined }))
@@ -78,14 +69,6 @@ impl Climb<'_> {
         }
         let again = from(&screening::at_small_size(&promise.space, promise.id))?;
         Ok(if again.1 > first.1 { again } else { first })
-    }
-
-    /// A careful fit in place of a quick beginning that has lost its way, if it gains more: friction whose terms make up for each other
-    /// is a valley that derivatives which are carried on do not follow.
-    fn begin_with_care<'p>(&self, fit: &Refined, before: &HeldOut, begun: Begun<'p>) -> Result<Begun<'p>> {
-        let careful = minimise(&begun.0.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
-        let gain = self.gain(before, &careful);
-        Ok(if gain > begun.2 { (begun.0, careful, gain) } else { begun })
     }
 
     /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
