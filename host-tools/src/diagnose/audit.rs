@@ -150,23 +150,22 @@ impl<'a> Audit<'a> {
 
     /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
     pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
-        let over = Completeness::of(fit, &self.floor(best));
+        let over = self.over_floor(fit, best);
         [over.electrical.ln(), over.mechanical.ln()]
     }
 
-    /// A fit's error over what does not repeat.
-    pub fn left(&self, fit: &Refined) -> Completeness {
-        Completeness::of(fit, &self.floor(fit))
+    /// A fit's error over what does not repeat in another fit's.
+    pub fn over_floor(&self, fit: &Refined, best: &Refined) -> Completeness {
+        Completeness::of(fit, &self.floor(best))
     }
 
     /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence makes of the current by
     /// way of the speed.
     pub fn completeness_of_both(&self, without: &Refined, with: &Refined) -> (Completeness, Completeness) {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
-        let through_the_speed = self.problem.through_the_speed(&with.space);
+        let passed_on = self.problem.through_the_speed(with);
         let floor = self.floor(with);
-        let floor =
-            floor.with_turbulence_passed_on(with, &self.problem, &through_the_speed, &self.times, self.period_s);
+        let floor = floor.with_turbulence_passed_on(with, &self.problem, &passed_on, &self.times, self.period_s);
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
 

@@ -2,15 +2,18 @@
 //!
 //! Structure repeats from one mains period T to the next (without mains: from one 20 ms to the next), noise does not. The
 //! floor of the voltage balance, and of the free run's current, is therefore the RMS of `(e(t + T) − e(t))/√2`; that of the
-//! torque balance, which is known once per window, the RMS of the second difference of windows over √6: of neighbours, or, if that is
-//! more, of every second one, since a load that fluctuates for longer than a window hardly differs from one to the next. Both hold turbulence, sparking and every other disturbance that no model of the mean can know.
+//! torque balance, which is known once per window, the RMS of the second difference of windows over √6: of neighbours or, if
+//! that is more, of every second one, since a load that fluctuates for as long as a window hardly differs from one to the next.
+//! Both hold turbulence, sparking and every other disturbance that no model of the mean can know.
 //!
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor, most of
 //! which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 − e^(−D/τ)), with w
 //! of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow from D = T, 2T, 4T and 8T
-//! by least squares; the floor is √(w + σ²). The error of the speed passes on to the current, where it is slow as well: of what it
-//! makes there (the free run less the model at the measured speed) that part is no structure which the speed's floor is of the speed's
-//! error.
+//! by least squares; the floor f is √(w + σ²).
+//!
+//! Turbulence passes to the current by way of the speed, where it is slow as well. With d the free run's current less that at the
+//! measured speed, and e the error of the speed, the square of the current's floor is larger by
+//! `min(1, f²/⟨e²⟩) (⟨d²⟩ − ⟨(d(t + T) − d(t))²⟩/2)` where a verdict is judged.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -70,10 +73,8 @@ impl Floor {
     /// mains. Structure that grows or fades counts to some degree, so the floor of the best fit is that of all.
     pub fn of_balances(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
         let [voltage, torque] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        Self::new(
-            fit,
-            [voltage.apart(period_s), STRIDES.map(|stride| torque.bent(stride)).into_iter().fold(0.0, f64::max)],
-        )
+        let bent = STRIDES.map(|stride| torque.bent(stride));
+        Self::new(fit, [voltage.apart(period_s), bent.into_iter().fold(0.0, f64::max)])
     }
 
     /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
@@ -88,8 +89,8 @@ impl Floor {
         Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
     }
 
-    /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed makes
-    /// of each row.
+    /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
+    /// makes of each row (A, rad/s).
     pub fn with_turbulence_passed_on(
         self,
         fit: &Refined,
@@ -112,7 +113,7 @@ impl Floor {
     }
 }
 
-/// Residuals, or a part of them, weighted, of one group of rows.
+/// Residuals, or a part of them, of one group of rows.
 struct Signal {
     residuals: Vec<f64>,
     /// Recording and time, s.

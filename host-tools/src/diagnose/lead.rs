@@ -14,6 +14,7 @@ use super::blocks::{held_out, p_value};
 use super::screening::Complement;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::minimise::{Refined, Residuals};
+use crate::model::Kind;
 
 /// Terms in a lead at most.
 const MOST_TERMS: usize = 3;
@@ -106,7 +107,7 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
             column
         })
         .collect();
-    let drive = drive(fit, groups);
+    let drive = drive(fit, problem);
     let before = held_out(fit, groups, blocks);
     let (mut present, mut last) = (fit.clone(), before.clone());
     let mut chosen: Vec<usize> = Vec::new();
@@ -119,7 +120,7 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
                 let (square, along) = (orthogonal.norm_squared(), orthogonal.dot(&present.residuals));
                 let is_drive = || {
                     let size = (along / square).abs() * columns[k].norm();
-                    TERMS[k].1 == Balance::Torque && drive.is_some_and(|drive| size > LARGEST_SHARE * drive)
+                    TERMS[k].1 == Balance::Torque && drive > 0.0 && size > LARGEST_SHARE * drive
                 };
                 (square > LEAST_OWN * LEAST_OWN * columns[k].norm_squared() && square > 0.0 && !is_drive())
                     .then(|| (k, along * along / square, orthogonal))
@@ -153,11 +154,13 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
     Lead { terms, held_out_gain: 1.0 - (last.log_error() - before.log_error()).exp().sqrt() }
 }
 
-/// The drive in the torque balance, weighted: the derivative of its rows by the logarithm of K.
-fn drive(fit: &Refined, groups: &[u8]) -> Option<f64> {
-    let column = fit.jacobian.column(fit.space.free().position(|entry| entry.name == "K")?);
-    let squares = column.iter().zip(groups).filter(|(_, group)| **group == 1).map(|(x, _)| x * x);
-    Some(squares.sum::<f64>().sqrt())
+/// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was measured.
+fn drive(fit: &Refined, problem: &EquationError<'_>) -> f64 {
+    let column = match fit.space.kind() {
+        Kind::Universal => problem.column(Balance::Torque, &|i, _, _| i * i),
+        Kind::PmDc => problem.column(Balance::Torque, &|i, _, _| i),
+    };
+    fit.space.value("K") * column.norm() / fit.rms[1]
 }
 
 /// Coefficients of the chosen columns with all parameters free.

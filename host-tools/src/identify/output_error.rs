@@ -11,7 +11,7 @@ use greyrig::scalar::Scalar;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::minimise::{Residuals, rms_of};
+use super::minimise::{Refined, Residuals, rms_of};
 use super::regression::stride;
 use super::space::Space;
 use crate::error::{Error, Result};
@@ -195,15 +195,17 @@ impl<'a> OutputError<'a> {
         self.rows.iter().enumerate().flat_map(of).collect()
     }
 
-    /// What the error of the speed makes of the rows: the free run of a model less what it does at the measured speed.
-    pub fn through_the_speed(&self, space: &Space) -> DVector<f64> {
-        let theta = space.coordinates();
-        let of = |rows: &Rows<'_>| {
-            let modelled = |imposed| rows.modelled(space, &theta, imposed);
-            let (free, driven) = rayon::join(|| modelled(Imposed::Nothing), || modelled(Imposed::Speed));
-            free.iter().zip(driven).map(|(free, driven)| free - driven).collect::<Vec<_>>()
-        };
-        DVector::from_vec(self.rows.par_iter().map(of).collect::<Vec<_>>().concat())
+    /// What the error of the speed makes of the rows at a fit, A and rad/s: the free run less the model at the measured speed.
+    pub fn through_the_speed(&self, fit: &Refined) -> DVector<f64> {
+        let at_the_measured_speed = self.with_imposed(&fit.space, &fit.space.coordinates(), Imposed::Speed);
+        let weights = self.groups.iter().map(|group| fit.rms[usize::from(*group)]);
+        let free = fit.residuals.iter().zip(weights).map(|(residual, weight)| residual * weight);
+        DVector::from_iterator(self.groups.len(), free) - at_the_measured_speed
+    }
+
+    fn with_imposed(&self, space: &Space, theta: &[f64], imposed: Imposed) -> DVector<f64> {
+        let off = |rows: &Rows<'_>| rows.off(&rows.modelled(space, theta, imposed));
+        DVector::from_vec(self.rows.par_iter().map(off).collect::<Vec<_>>().concat())
     }
 
     /// The rows of each recording.
@@ -214,9 +216,7 @@ impl<'a> OutputError<'a> {
 
 impl Residuals for OutputError<'_> {
     fn at(&self, space: &Space, theta: &[f64]) -> DVector<f64> {
-        let parts: Vec<Vec<f64>> =
-            self.rows.par_iter().map(|rows| rows.off(&rows.modelled(space, theta, Imposed::Nothing))).collect();
-        DVector::from_vec(parts.concat())
+        self.with_imposed(space, theta, Imposed::Nothing)
     }
     fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {
         let together = |thetas: &[Vec<f64>]| {

@@ -69,7 +69,7 @@ impl<'a> SecondLook<'a> {
                 }
             }
         }
-        if best.0.may_have_chosen_too_early(&self.audit.left(&best.1)) {
+        if best.0.may_have_chosen_too_early(&self.audit.over_floor(&best.1, &best.1)) {
             best = self.exchanged(best, progress)?;
         }
         self.climb.find_rivals(&mut best.0, progress)?;
