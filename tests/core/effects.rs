@@ -866,6 +866,19 @@ fn air_follows_the_fan_late() {
 }
 
 #[test]
+fn what_is_remembered_comes_to_rest_with_the_motor() {
+    // Two seconds at 50 Hz, then ten at rest: a lag that fades on by itself gets to subnormal numbers within 0.7 s for each
+    // millisecond of its time constant, and from time constants of a few steps on it stays there.
+    let running = |t: f64| State { current: 5.0 * (TAU * 50.0 * t).sin(), speed: 2000.0 };
+    let state = |t: f64| if t < 2.0 { running(t) } else { State { current: 0.0, speed: 0.0 } };
+    for description in catalogue().iter().filter(|d| d.remembers) {
+        let memories = after(&motor(typical::<f64>(description)), moving(2000.0), 120_000, state);
+        let fading = memories.iter().flatten().find(|x| x.is_subnormal());
+        assert_eq!(fading, None, "{}", description.id);
+    }
+}
+
+#[test]
 fn ripples_go_with_the_angle() {
     // A quarter of a turn in 500 steps.
     let speed = 0.5 * PI / 0.05;

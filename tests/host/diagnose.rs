@@ -7,7 +7,7 @@ use greyrig::effects::Effect;
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::Settings;
-use greyrig_host::model::{Base, Kind};
+use greyrig_host::model::{Assignment, Base, Kind};
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::Setup;
 use rand::SeedableRng;
@@ -203,11 +203,10 @@ fn with_noise(recording: &mut Recording, sizes: &[(Channel, f64)]) {
 }
 
 /// What is said about a motor whose load fluctuates by so much, relative.
-fn turbulent(kind: Kind, turbulence: f64, effects: &[&str], exclude: &[&str]) -> Diagnosis {
-    let setup = Setup { turbulence, ..Setup::new(kind) }.seconds(12.0).seed(1);
+fn turbulent(turbulence: f64, effects: &[&str], options: &Options) -> Diagnosis {
+    let setup = Setup { turbulence, ..Setup::new(options.settings.kind) }.seconds(12.0).seed(1);
     let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
-    let recordings = [setup.run().expect("a run").recording];
-    diagnose(&recordings, &options(kind, Base::usual(kind), exclude), &|_| ()).expect("a diagnosis")
+    diagnose(&[setup.run().expect("a run").recording], options, &|_| ()).expect("a diagnosis")
 }
 
 #[test]
@@ -222,7 +221,7 @@ fn turbulence_of_the_load_is_no_structure() {
         (Kind::PmDc, 0.05, "brush_drop=2.5", "brush_drop"),
         (Kind::PmDc, 0.02, "supply_dead_zone=1", "supply_dead_zone"),
     ] {
-        let verdict = turbulent(kind, turbulence, &[effect], &[]).verdict;
+        let verdict = turbulent(turbulence, &[effect], &options(kind, Base::usual(kind), &[])).verdict;
         assert_eq!(
             (verdict.kind, verdict.effects.as_slice()),
             (VerdictKind::MissingEffect, &[named][..]),
@@ -231,7 +230,7 @@ fn turbulence_of_the_load_is_no_structure() {
         );
     }
     for (kind, turbulence) in [(Kind::Universal, 0.05), (Kind::PmDc, 0.01), (Kind::PmDc, 0.05)] {
-        let verdict = turbulent(kind, turbulence, &[], &[]).verdict;
+        let verdict = turbulent(turbulence, &[], &options(kind, Base::usual(kind), &[])).verdict;
         assert_eq!(verdict.kind, VerdictKind::None, "{}", verdict.text);
     }
 }
@@ -239,14 +238,22 @@ fn turbulence_of_the_load_is_no_structure() {
 #[test]
 fn turbulence_of_the_load_does_not_hide_what_the_catalogue_lacks() {
     // 2.5 V at both brushes: the lead is a constant voltage with the sign of the current. (A term that takes the drive away from the
-    // torque balance, -K i², would take all of it away if the inertia and the friction went with it.)
-    let d = turbulent(Kind::Universal, 0.05, &["brush_drop=2.5"], &["brush_drop"]);
-    assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
-    assert!(d.lead.terms.iter().all(|t| t.balance == "voltage"), "{:?}", d.lead);
-    let first = &d.lead.terms[0];
-    // Its transition at small currents is soft, and R and the other terms take a part.
-    assert!(first.formula == "sign(i)" && (first.coefficient / 2.5 - 1.0).abs() < 0.2, "{first:?}");
-    let d = turbulent(Kind::Universal, 0.02, &["hysteresis=0.2"], &["hysteresis"]);
+    // torque balance, -K i², would take all of it away if the inertia and the friction went with it, with K free or not.)
+    let without = |id: &str| options(Kind::Universal, Base::Full, &[id]);
+    let mut with_k_fixed = without("brush_drop");
+    with_k_fixed
+        .settings
+        .fixed
+        .push(Assignment { name: "K".to_owned(), value: greyrig_host::rig::Motor::universal().k });
+    for options in [&without("brush_drop"), &with_k_fixed] {
+        let d = turbulent(0.05, &["brush_drop=2.5"], options);
+        assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
+        assert!(d.lead.terms.iter().all(|t| t.balance == "voltage"), "{:?}", d.lead);
+        let first = &d.lead.terms[0];
+        // Its transition at small currents is soft, and R and the other terms take a part.
+        assert!(first.formula == "sign(i)" && (first.coefficient / 2.5 - 1.0).abs() < 0.2, "{first:?}");
+    }
+    let d = turbulent(0.02, &["hysteresis=0.2"], &without("hysteresis"));
     assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
     assert!(d.lead.terms.iter().all(|t| t.balance == "voltage"), "{:?}", d.lead);
 }

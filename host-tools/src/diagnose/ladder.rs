@@ -117,16 +117,7 @@ impl Ladder {
     /// run is complete with a lag or a compression of the measuring chain, which balances undo to first order, or with the noise of
     /// an inrush enlarged. Without a finding the balances judge, but not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
-        match (&self.free_run, self.found.is_empty()) {
-            (free_run, true) => {
-                self.after.is_complete() && free_run.as_ref().is_none_or(|(without, _)| without.may_be_healthy())
-            }
-            (Some((without, with)), false) => {
-                let roughly_undone = with.is_complete() && self.found.iter().any(|id| bends_in_the_chain(id));
-                with.explains(without) && (roughly_undone || !self.after.leaves_most(&self.before))
-            }
-            (None, false) => self.after.explains(&self.before),
-        }
+        is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
 
     /// Whether what was found leaves more in the free run than any healthy motor does.
@@ -139,6 +130,22 @@ impl Ladder {
     /// In the place of one that leaves much two at a time have been tried by then.
     pub fn may_have_chosen_too_early(&self, left: &Completeness) -> bool {
         !self.found.is_empty() && !left.may_be_healthy() && (self.found.len() > 1 || self.is_explained())
+    }
+}
+
+/// [`Ladder::is_explained`] by the completeness of the balances, at the beginning and at the end, and that of the free run.
+fn is_explained(
+    found: &[&'static str],
+    [before, after]: [Completeness; 2],
+    free_run: Option<&(Completeness, Completeness)>,
+) -> bool {
+    match (free_run, found.is_empty()) {
+        (free_run, true) => after.is_complete() && free_run.is_none_or(|(without, _)| without.may_be_healthy()),
+        (Some((without, with)), false) => {
+            let roughly_undone = with.is_complete() && found.iter().any(|id| bends_in_the_chain(id));
+            with.explains(without) && (roughly_undone || !after.leaves_most(&before))
+        }
+        (None, false) => after.explains(&before),
     }
 }
 
@@ -192,5 +199,32 @@ mod tests {
         assert_eq!(left_out(Kind::Universal, &steps, &["saturation"]), ["speed_lag", "stribeck"]);
         let more = [&steps[..], &[step(&["brush_drop"], false)]].concat();
         assert_eq!(left_out(Kind::Universal, &more, &["saturation", "stribeck"]), ["brush_drop"]);
+    }
+
+    fn left(electrical: f64, mechanical: f64) -> Completeness {
+        Completeness { electrical, mechanical }
+    }
+
+    #[test]
+    fn balances_contradict_a_free_run_but_not_one_that_is_complete_with_what_bends_in_the_chain() {
+        let balances = [left(1.1, 4.2), left(1.1, 3.8)];
+        let free_run = (left(20.0, 9.0), left(1.1, 1.2));
+        let explained = |found: &'static str, free_run| is_explained(&[found], balances, Some(free_run));
+        assert!(explained("current_compression", &free_run) && explained("speed_lag", &free_run));
+        assert!(!explained("saturation", &free_run), "an effect of the motor has to show in its balance");
+        assert!(!explained("current_offset", &free_run), "the balances undo an offset exactly");
+        // Explained, a twentieth of the speed's structure being left, but not complete.
+        let nearly = (left(20.0, 9.0), left(1.1, 1.38));
+        assert!(!explained("current_compression", &nearly));
+        assert!(is_explained(&["saturation"], [left(1.1, 4.2), left(1.1, 1.4)], Some(&nearly)));
+    }
+
+    #[test]
+    fn nothing_found_is_no_acquittal_where_the_free_run_is_far_off() {
+        let balances = [left(1.2, 1.2); 2];
+        let explained = |free_run: Option<Completeness>| is_explained(&[], balances, free_run.map(|c| (c, c)).as_ref());
+        assert!(explained(None) && explained(Some(left(1.1, 1.7))));
+        assert!(!explained(Some(left(1.1, 3.0))));
+        assert!(!is_explained(&[], [left(1.2, 1.6); 2], None), "a balance keeps structure");
     }
 }

@@ -5,7 +5,7 @@
 
 use std::array;
 
-use greyrig::butterworth::Bank;
+use greyrig::butterworth::{Bank, Coefficients};
 use greyrig::motor::Stepper;
 use greyrig::scalar::Scalar;
 use nalgebra::DVector;
@@ -20,6 +20,10 @@ use crate::lockstep::{self, LANES, Lanes, Lockstep};
 
 /// Stands for a residual that cannot be computed, so that the optimiser turns back.
 const HOPELESS: f64 = 1e6;
+
+/// Output of a filter, A or rad/s, below which it is at rest if its input is zero, as the current is while the supply is open. It would
+/// ring on in subnormal numbers, which take a processor a hundred times as long.
+const AT_REST: f64 = 1e-200;
 
 /// One signal of one experiment: its measured values at the rows that count.
 #[derive(Debug, Clone)]
@@ -136,7 +140,7 @@ impl<'a> Rows<'a> {
                 filters[0].reset_to(signals[0]);
                 filters[1].reset_to(signals[1]);
             }
-            let mut filtered = |k: usize| filters[k].process(&coefficients, signals[k]).1;
+            let mut filtered = |k: usize| filter(&mut filters[k], &coefficients, signals[k]);
             let filtered = [filtered(0), filtered(1)];
             for (o, output) in self.observations.iter().zip(&mut outputs) {
                 if o.samples.get(output.len()) == Some(&n) {
@@ -157,6 +161,20 @@ impl<'a> Rows<'a> {
     fn off(&self, modelled: &[f64]) -> Vec<f64> {
         modelled.iter().zip(self.measured()).map(|(model, (measured, _))| model - measured).collect()
     }
+}
+
+/// The next output of a filter, which comes to rest some time after its input.
+#[inline(always)]
+fn filter<const MOTORS: usize>(
+    bank: &mut Bank<f64, MOTORS>,
+    coefficients: &Coefficients<f64>,
+    signal: [f64; MOTORS],
+) -> [f64; MOTORS] {
+    let (_, filtered) = bank.process(coefficients, signal);
+    if signal == [0.0; MOTORS] && filtered != signal && filtered.iter().all(|x| x.abs() < AT_REST) {
+        bank.reset_to(signal);
+    }
+    filtered
 }
 
 /// The free-run simulation against the measurement, all recordings jointly.
@@ -232,5 +250,31 @@ impl Residuals for OutputError<'_> {
     }
     fn sizes(&self) -> [f64; 2] {
         self.sizes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use greyrig::butterworth::Settings;
+
+    use super::*;
+
+    #[test]
+    fn a_filter_comes_to_rest_with_the_bits_that_it_has_without() {
+        let coefficients = Settings::default().build().unwrap();
+        let (mut bank, mut plain) = (Bank::<f64, 2>::default(), Bank::<f64, 2>::default());
+        let current = |n: usize| if n < 100 { [3.0, -0.2] } else { [0.0; 2] };
+        let mut rests = false;
+        for n in 0..20_000 {
+            let (filtered, (_, expected)) =
+                (filter(&mut bank, &coefficients, current(n)), plain.process(&coefficients, current(n)));
+            rests |= expected.iter().all(|x| x.abs() < AT_REST);
+            if rests {
+                assert!(n > 100 && !filtered.iter().any(|x| x.is_subnormal()), "{n}: {filtered:?}");
+            } else {
+                assert_eq!(filtered, expected, "{n}");
+            }
+        }
+        assert_eq!(bank, Bank::default());
     }
 }
