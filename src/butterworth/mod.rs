@@ -89,6 +89,9 @@ pub const MIN_CUTOFF_RATIO: f64 = 1e-4;
 pub const MAX_CUTOFF_RATIO: f64 = 0.49;
 /// The filter counts as settled once the response to a step stays within this fraction of the step.
 pub const SETTLED: f64 = 1e-3;
+/// Output, in the unit of the input, below which a filter in `f64` that a host keeps after its input has become zero counts as at
+/// rest. It would ring on in subnormal numbers, which a desktop's processor is slow with.
+pub const AT_REST: f64 = 1e-200;
 
 /// What the user chooses.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 const SHORT: f64 = 0.02;
 
 /// How far a lag is behind, in the unit of its input (A/s, rad/s), below which it has arrived. It would fade on in subnormal
-/// numbers while the input rests, which take a desktop's processor a hundred times as long.
+/// numbers while the input rests, which a desktop's processor is slow with.
 const ARRIVED: f64 = 1e-30;
 
 /// The memory of [`turn`] at the angle zero.

@@ -5,7 +5,7 @@
 
 use std::array;
 
-use greyrig::butterworth::{Bank, Coefficients};
+use greyrig::butterworth::{AT_REST, Bank, Coefficients};
 use greyrig::motor::Stepper;
 use greyrig::scalar::Scalar;
 use nalgebra::DVector;
@@ -20,10 +20,6 @@ use crate::lockstep::{self, LANES, Lanes, Lockstep};
 
 /// Stands for a residual that cannot be computed, so that the optimiser turns back.
 const HOPELESS: f64 = 1e6;
-
-/// Output of a filter, A or rad/s, below which it is at rest if its input is zero, as the current is while the supply is open. It would
-/// ring on in subnormal numbers, which take a processor a hundred times as long.
-const AT_REST: f64 = 1e-200;
 
 /// One signal of one experiment: its measured values at the rows that count.
 #[derive(Debug, Clone)]
@@ -163,7 +159,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The next output of a filter, which comes to rest some time after its input.
+/// The next output of a filter, which comes to rest some time after its input, as the current does where the supply is opened.
 #[inline(always)]
 fn filter<const MOTORS: usize>(
     bank: &mut Bank<f64, MOTORS>,

@@ -12,6 +12,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
+use greyrig::butterworth::AT_REST;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -82,10 +83,6 @@ impl ChainSetup {
         }
     }
 }
-
-/// Output of a filter, V, A or rad/s, below which it is at rest if its input is zero. It would ring on in subnormal numbers, which take
-/// a processor a hundred times as long.
-const AT_REST: f64 = 1e-200;
 
 /// Second-order Butterworth low-pass, bilinear with the cut-off prewarped, transposed direct form II.
 #[derive(Debug, Clone, Copy)]
