@@ -18,12 +18,12 @@ use serde::Serialize;
 
 use crate::compare::{PerSignal, compare};
 use crate::diagnose::climb::Climb;
+use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening::{self, Holds};
 use crate::diagnose::{self, VerdictKind, classes, dither, samples};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
-use crate::identify::minimise::Refined;
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::identify::{self, Settings, identifiability};
@@ -207,7 +207,7 @@ struct Rig<'a> {
     /// Its free runs, without any challenge.
     runs: Vec<FreeRun>,
     /// The fit from which each diagnosis starts.
-    fit: Refined,
+    fit: Fit,
     candidates: Vec<&'static Description>,
     /// Effects that the balances show without any challenge, and that the free run has not confirmed.
     unconfirmed: Vec<&'static str>,

@@ -10,6 +10,7 @@ use greyrig::effects::Description;
 use super::blocks::{self, HeldOut, p_value};
 use super::climb::SMALLEST_GAIN;
 use super::completeness::{Completeness, Floor};
+use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::screening::{self, Pair, Promise};
 use crate::compare::PerSignal;
@@ -62,7 +63,7 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit(&self, space: &Space) -> Result<Refined> {
+    pub fn fit(&self, space: &Space) -> Result<Fit> {
         self.fit_with(space, Effort::USUAL)
     }
 
@@ -70,15 +71,15 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Refined> {
-        minimise(space, &self.problem, effort, None, &mut || ())
+    pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Fit> {
+        minimise(space, &self.problem, effort, None, &mut || ()).map(Fit::from)
     }
 
     /// Goes on from a rough fit.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish(&self, rough: &Refined) -> Result<Refined> {
+    pub fn finish(&self, rough: &Refined) -> Result<Fit> {
         self.finish_with(rough, Effort::USUAL)
     }
 
@@ -86,8 +87,8 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Refined> {
-        resume(rough, &self.problem, effort)
+    pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Fit> {
+        resume(rough, &self.problem, effort).map(Fit::from)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves structure in the current, or is no
@@ -96,7 +97,7 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit_with_effects(&self, space: &Space, base: &Refined, scales: &Scales) -> Result<Refined> {
+    pub fn fit_with_effects(&self, space: &Space, base: &Refined, scales: &Scales) -> Result<Fit> {
         let fit = self.fit(space)?;
         if self.excess(&fit, &fit)[0] < STRUCTURE && self.fall(base, &fit) > 0.0 {
             return Ok(fit);
@@ -116,7 +117,7 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn keep_earners(&self, base: &Refined, fit: Refined, found: &mut Vec<&'static str>) -> Result<Refined> {
+    pub fn keep_earners(&self, base: &Refined, fit: Fit, found: &mut Vec<&'static str>) -> Result<Fit> {
         let mut fit = fit;
         let mut proved: Vec<&'static str> = Vec::new();
         loop {
@@ -179,18 +180,18 @@ impl<'a> Audit<'a> {
     }
 
     /// Fall of the error on blocks of time held out, from one fit to another: sum of the logarithms of both signals.
-    pub fn held_out_fall(&self, before: &Refined, after: &Refined) -> f64 {
+    pub fn held_out_fall(&self, before: &Fit, after: &Fit) -> f64 {
         self.held_out(before).log_error() - self.held_out(after).log_error()
     }
 
     /// The errors of a fit on blocks of time held out.
-    pub fn held_out(&self, fit: &Refined) -> HeldOut {
-        held_out_refitted(fit, &self.problem, &self.blocks)
+    pub fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
+        fit.held_out(|fit| held_out_refitted(fit, &self.problem, &self.blocks))
     }
 
     /// p-value of what a fit gains on another one by `parameters` more.
-    pub fn p_value(&self, before: &Refined, after: &Refined, parameters: usize) -> f64 {
-        p_value(&self.held_out(before), &self.held_out(after), after, self.problem.groups(), parameters)
+    pub fn p_value(&self, before: &Fit, after: &Fit, parameters: usize) -> f64 {
+        p_value(self.held_out(before), self.held_out(after), after, self.problem.groups(), parameters)
     }
 
     /// 95 % intervals of the free parameters of a fit, by name.

@@ -4,9 +4,9 @@ use greyrig::effects::Description;
 
 use super::audit::Audit;
 use super::climb::Climb;
+use super::fit::Fit;
 use crate::error::Result;
 use crate::experiment::{Drive, Experiment};
-use crate::identify::minimise::Refined;
 use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression};
@@ -59,7 +59,7 @@ pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> R
 const VISIBLE_FRICTION: f64 = 0.05;
 
 /// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot acquit.
-pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Refined, space: &Space) -> Option<String> {
+pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Option<String> {
     if space.get("mu0").is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;
     }

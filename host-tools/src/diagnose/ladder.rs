@@ -4,10 +4,9 @@ use std::sync::Arc;
 
 use greyrig::effects::{Acts, Description};
 
-use super::blocks::HeldOut;
 use super::classes::{self, OFFSETS};
 use super::completeness::{Completeness, Floor};
-use crate::identify::minimise::Refined;
+use super::fit::Fit;
 use crate::model::Kind;
 
 /// Why a candidate does not count.
@@ -46,9 +45,7 @@ pub struct Tried {
     /// The effect.
     pub id: &'static str,
     /// The model with it.
-    pub fit: Arc<Refined>,
-    /// Its errors on data held out.
-    pub held_out: HeldOut,
+    pub fit: Arc<Fit>,
     /// Fall of the held-out error, sum of the logarithms of both balances.
     pub gain: f64,
     /// p-value of its size, corrected for the number of candidates.
@@ -88,7 +85,7 @@ pub struct Ladder {
     /// For each of them, effects that would do as well in its place and are no class with it; looked for at the end.
     pub rivals: Vec<Vec<&'static str>>,
     /// The fit with all of them.
-    pub fit: Refined,
+    pub fit: Fit,
     /// Completeness at the beginning.
     pub before: Completeness,
     /// And at the end.

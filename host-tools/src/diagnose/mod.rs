@@ -19,6 +19,7 @@ pub mod climb;
 pub mod completeness;
 pub mod decoys;
 pub mod dither;
+pub mod fit;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
@@ -36,7 +37,6 @@ use greyrig::effects::MAX_EFFECTS;
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
-use crate::identify::minimise::Refined;
 use crate::identify::{self, Settings, identifiability};
 use crate::model::catalogue;
 use crate::recording::Recording;
@@ -44,6 +44,7 @@ use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use climb::Climb;
 use completeness::Completeness;
+use fit::Fit;
 use ladder::Ladder;
 use lead::Lead;
 use samples::Finding;
@@ -192,7 +193,7 @@ struct Found {
     /// Error-to-signal ratios of the free run, without and with all effects.
     esr: [PerSignal; 2],
     /// The fit of the free run, if it holds any effect.
-    fitted: Option<Refined>,
+    fitted: Option<Fit>,
     /// Errors of candidates, as far as they are known.
     errors: Vec<InFreeRun>,
 }
@@ -201,7 +202,7 @@ struct Found {
 fn search(
     climb: &Climb<'_>,
     free_run: Option<&Audit<'_>>,
-    base: &Refined,
+    base: &Fit,
     options: &Options,
     progress: &Watch<'_>,
 ) -> Result<Found> {

@@ -4,6 +4,7 @@
 //! bent; by the derivatives at a fit that has seen the inrush the parameters would run away, and the right law would be judged by that.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::blocks::{HeldOut, held_out, squares_of};
 use crate::error::Result;
@@ -20,9 +21,11 @@ const MUCH: f64 = 0.1;
 pub fn held_out_refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize]) -> HeldOut {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
-    for block in far_off(&held_out.squares, &inside) {
+    let anew = |block: usize| (block, refitted(fit, problem, blocks, block));
+    let anew: Vec<_> = far_off(&held_out.squares, &inside).into_par_iter().map(anew).collect();
+    for (block, squares) in anew {
         // An interrupt is reported by the next step of whoever called.
-        if let Ok(squares) = refitted(fit, problem, blocks, block) {
+        if let Ok(squares) = squares {
             held_out.squares[block] = squares;
         }
     }

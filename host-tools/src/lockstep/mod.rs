@@ -7,6 +7,7 @@
 mod lanes;
 
 use std::array;
+use std::borrow::Borrow;
 
 use greyrig::effects::Effect;
 use greyrig::motor::{Constraints, Motor, Parameters, Snapshot, State, Stepper};
@@ -19,9 +20,9 @@ use crate::experiment::Stepped;
 const WORTH: usize = 3;
 
 /// A few motors, if it is worth while to treat them as one; lanes that are left over go along with the first.
-pub fn as_many_as_lanes(motors: &[Motor<f64>]) -> Option<[Motor<f64>; LANES]> {
+pub fn as_many_as_lanes(motors: &[impl Borrow<Motor<f64>>]) -> Option<[Motor<f64>; LANES]> {
     let worth = (WORTH..=LANES).contains(&motors.len());
-    worth.then(|| array::from_fn(|k| motors.get(k).unwrap_or(&motors[0]).clone()))
+    worth.then(|| array::from_fn(|k| motors.get(k).unwrap_or(&motors[0]).borrow().clone()))
 }
 
 /// What comes out if motors are treated as one; `None` where their branches part, their effects differ or they have terms of the

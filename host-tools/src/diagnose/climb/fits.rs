@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 
 use super::{Climb, SMALLEST_GAIN, THOROUGH};
-use crate::diagnose::blocks::HeldOut;
+use crate::diagnose::fit::Fit;
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, minimise, resume};
+use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
@@ -23,44 +23,43 @@ const WORTH_FINISHING: f64 = 0.3;
 const FAR: f64 = 1.0;
 
 /// A candidate and the model with it.
-type Fitted<'p> = (&'p Promise, Refined);
+type Fitted<'p> = (&'p Promise, Fit);
 
 impl Climb<'_> {
     /// Fits the candidates that are worth it.
     pub(super) fn fits<'p>(
         &self,
-        fit: &Refined,
-        before: &HeldOut,
+        fit: &Fit,
         worthy: &[&'p Promise],
         smallest: f64,
         progress: &Watch<'_>,
     ) -> Result<Vec<Fitted<'p>>> {
         let begin = |promise: &&'p Promise| {
             progress(Progress::Doing(promise.id));
-            let (refined, gain) = self.begin(fit, before, promise, smallest)?;
+            let (refined, gain) = self.begin(fit, promise, smallest)?;
             Ok((*promise, refined, gain))
         };
-        let begun: Vec<(&Promise, Refined, f64)> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
+        let begun: Vec<(&Promise, Fit, f64)> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
         // Of a fit that is still far from its end, data held out say little where one block reaches beyond all others.
         let fall = |refined: &Refined| self.error(fit) - self.error(refined);
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
-        let finish = |(promise, refined, gain): (&'p Promise, Refined, f64)| {
+        let finish = |(promise, refined, gain): (&'p Promise, Fit, f64)| {
             let leads = gain > WORTH_FINISHING * most
                 || self.may_hold_an_inrush() && fall(&refined) > WORTH_FINISHING * farthest;
             Ok((promise, if leads { self.finish(fit, promise, &refined)? } else { refined }))
         };
         let finished: Vec<Fitted<'p>> = begun.into_par_iter().map(finish).collect::<Result<_>>()?;
         let again = |fitted: &Fitted<'p>| self.begun_in_its_class(fitted, &finished);
-        let again: Vec<Option<Refined>> = finished.par_iter().map(again).collect::<Result<_>>()?;
+        let again: Vec<Option<Fit>> = finished.par_iter().map(again).collect::<Result<_>>()?;
         Ok(finished.into_iter().zip(again).map(|((promise, fit), better)| (promise, better.unwrap_or(fit))).collect())
     }
 
     /// The first steps of a candidate's fit, and what they gain.
-    fn begin(&self, fit: &Refined, before: &HeldOut, promise: &Promise, smallest: f64) -> Result<(Refined, f64)> {
-        let from = |space: &Space| -> Result<(Refined, f64)> {
-            let refined = minimise(space, &self.problem, BEGINNING, Some(fit.rms), &mut || ())?;
-            let gain = self.gain(before, &refined);
+    fn begin(&self, fit: &Fit, promise: &Promise, smallest: f64) -> Result<(Fit, f64)> {
+        let from = |space: &Space| -> Result<(Fit, f64)> {
+            let refined = self.fit_from(Some(fit.rms), space, BEGINNING)?;
+            let gain = self.gain(fit, &refined);
             Ok((refined, gain))
         };
         let first = from(&promise.space)?;
@@ -74,21 +73,21 @@ impl Climb<'_> {
     /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
     /// then once more, with care, from where the screening suggests. (Without an inrush that put it far off, friction that is bent with
     /// care enough fits any single step.)
-    fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Refined> {
-        let usual = resume(begun, &self.problem, Effort::USUAL)?;
+    fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Fit> {
+        let usual = self.go_on(begun, Effort::USUAL)?;
         if !self.may_hold_an_inrush() {
             return Ok(usual);
         }
-        let quick = if usual.ended { usual } else { resume(&usual, &self.problem, Effort::PATIENT)? };
+        let quick = if usual.ended { usual } else { self.go_on(&usual, Effort::PATIENT)? };
         if self.error(fit) - self.error(&quick) < FAR {
             return Ok(quick);
         }
-        let careful = minimise(&promise.space, &self.problem, THOROUGH, Some(fit.rms), &mut || ())?;
+        let careful = self.fit_from(Some(fit.rms), &promise.space, THOROUGH)?;
         Ok(if self.error(&careful) < self.error(&quick) { careful } else { quick })
     }
 
     /// A better fit of a candidate from where another law of its class has ended, if that has come to a better valley.
-    fn begun_in_its_class(&self, (promise, refined): &Fitted<'_>, fits: &[Fitted<'_>]) -> Result<Option<Refined>> {
+    fn begun_in_its_class(&self, (promise, refined): &Fitted<'_>, fits: &[Fitted<'_>]) -> Result<Option<Fit>> {
         let kind = refined.space.kind();
         let leads = |(other, fit): &&Fitted<'_>| {
             other.id != promise.id
@@ -99,11 +98,11 @@ impl Climb<'_> {
         let Some((other, there)) = leader else { return Ok(None) };
         let scales = Scales::of(&there.space, self.experiments);
         let space = there.space.without_effect(other.id).with_effect(promise.id, &scales);
-        let again = minimise(&space, &self.problem, Effort::PATIENT, Some(there.rms), &mut || ())?;
+        let again = self.fit_from(Some(there.rms), &space, Effort::PATIENT)?;
         Ok((self.error(&again) < self.error(refined)).then_some(again))
     }
 
-    fn gain(&self, before: &HeldOut, fit: &Refined) -> f64 {
-        before.log_error() - self.held_out(fit).log_error()
+    fn gain(&self, before: &Fit, fit: &Fit) -> f64 {
+        self.held_out(before).log_error() - self.held_out(fit).log_error()
     }
 }

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Floor};
+use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::refitted::held_out_refitted;
@@ -62,8 +63,23 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit(&self, space: &Space) -> Result<Refined> {
-        minimise(space, &self.problem, THOROUGH, None, &mut || ())
+    pub fn fit(&self, space: &Space) -> Result<Fit> {
+        self.fit_from(None, space, THOROUGH)
+    }
+
+    /// Fits a model, from the weights that another fit has ended on.
+    fn fit_from(&self, weights: Option<[f64; 2]>, space: &Space, effort: Effort) -> Result<Fit> {
+        minimise(space, &self.problem, effort, weights, &mut || ()).map(Fit::from)
+    }
+
+    /// Fits a model that is that of a fit and a few parameters more.
+    fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Fit> {
+        minimise_beside(fit, space, &self.problem, effort).map(Fit::from)
+    }
+
+    /// Goes on from where a fit has ended.
+    fn go_on(&self, fit: &Refined, effort: Effort) -> Result<Fit> {
+        resume(fit, &self.problem, effort).map(Fit::from)
     }
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
@@ -86,7 +102,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn first_step(&self, fit: &Refined) -> Result<Step> {
+    pub fn first_step(&self, fit: &Fit) -> Result<Step> {
         let mut step = self.step(fit, &[], 0.0, &|_| ())?;
         step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
@@ -96,15 +112,15 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Refined, progress: &Watch<'_>) -> Result<Ladder> {
+    pub fn climb(&self, base: &Fit, progress: &Watch<'_>) -> Result<Ladder> {
         self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
     }
 
     /// Climbs on from a fit that holds the effects found in earlier steps, without those that have been dropped since.
     pub(super) fn climb_on(
         &self,
-        base: &Refined,
-        mut fit: Refined,
+        base: &Fit,
+        mut fit: Fit,
         mut found: Vec<&'static str>,
         mut steps: Vec<Step>,
         progress: &Watch<'_>,
@@ -119,7 +135,7 @@ impl<'a> Climb<'a> {
             let Some((id, next)) = winner else { break };
             found.push(id);
             // To its end, or the next candidates would be praised for what more steps alone bring.
-            fit = resume(&next, &self.problem, THOROUGH)?;
+            fit = self.go_on(&next, THOROUGH)?;
             if found.len() > 1 {
                 self.better_forms(&mut fit, &mut found, &mut steps, progress)?;
             }
@@ -135,30 +151,29 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_by_two(&self, base: &Refined, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+    pub fn climb_by_two(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
         let promises = self.screen(base, &[]);
         let scales = Scales::of(&base.space, self.experiments);
         let mut pairs = screening::pairs(base, &self.problem, &scales, &promises);
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
             progress(Progress::Doing(pair.ids[0]));
-            let fit = minimise_beside(base, &pair.space, &self.problem, Effort::USUAL)?;
-            Ok((self.held_out(&fit), pair.ids, fit))
+            Ok((pair.ids, self.fit_beside(base, &pair.space, Effort::USUAL)?))
         };
         let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
-        let best = begun.into_iter().min_by(|a, b| a.0.log_error().total_cmp(&b.0.log_error()));
+        let held_out = |begun: &(_, Fit)| self.held_out(&begun.1).log_error();
+        let best = begun.into_iter().min_by(|a, b| held_out(a).total_cmp(&held_out(b)));
         let error = self.held_out(&earlier.fit).log_error();
-        let Some((held_out, winners, fit)) = best.filter(|b| b.0.log_error() < error) else { return Ok(None) };
+        let Some((winners, fit)) = best.filter(|b| held_out(b) < error) else { return Ok(None) };
         if winners.iter().all(|id| earlier.has_added(id)) {
             return Ok(None);
         }
-        let gain = self.held_out(base).log_error() - held_out.log_error();
+        let gain = self.held_out(base).log_error() - self.held_out(&fit).log_error();
         let parameters = fit.space.free().count() - base.space.free().count();
-        let p = p_value(&self.held_out(base), &held_out, &fit, self.problem.groups(), parameters);
+        let p = p_value(self.held_out(base), self.held_out(&fit), &fit, self.problem.groups(), parameters);
         let p_value = (p * (self.candidates.len() * self.candidates.len()) as f64).min(1.0);
         let begun = Arc::new(fit);
-        let tried =
-            |id| Tried { id, fit: Arc::clone(&begun), held_out: held_out.clone(), gain, p_value, objection: None };
+        let tried = |id| Tried { id, fit: Arc::clone(&begun), gain, p_value, objection: None };
         let step = Step {
             promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
             tried: winners.map(tried).to_vec(),
@@ -169,7 +184,7 @@ impl<'a> Climb<'a> {
             decoy_gain: 0.0,
             decoys: [0, 0],
         };
-        let fit = resume(&begun, &self.problem, THOROUGH)?;
+        let fit = self.go_on(&begun, THOROUGH)?;
         self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
     }
 
@@ -181,7 +196,7 @@ impl<'a> Climb<'a> {
     pub fn narrow(&self, ladder: &mut Ladder, kept: &[&'static str], free: &Refined) -> Result<()> {
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
         let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
-        let fitted = |space: &Space| minimise(space, &self.problem, Effort::USUAL, Some(ladder.fit.rms), &mut || ());
+        let fitted = |space: &Space| self.fit_from(Some(ladder.fit.rms), space, Effort::USUAL);
         let present = || match space.effects() == free.space.effects() {
             true if dropped.is_empty() => Ok(Some(ladder.fit.clone())),
             true => fitted(&space).map(Some),
@@ -246,11 +261,10 @@ impl<'a> Climb<'a> {
         self.is_of_whole_motor()
     }
 
-    fn held_out(&self, fit: &Refined) -> HeldOut {
-        if self.may_hold_an_inrush() {
-            held_out_refitted(fit, &self.problem, &self.blocks)
-        } else {
-            held_out(fit, self.problem.groups(), &self.blocks)
-        }
+    fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
+        fit.held_out(|fit| match self.may_hold_an_inrush() {
+            true => held_out_refitted(fit, &self.problem, &self.blocks),
+            false => held_out(fit, self.problem.groups(), &self.blocks),
+        })
     }
 }

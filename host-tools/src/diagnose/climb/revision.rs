@@ -4,11 +4,12 @@ use greyrig::effects::Description;
 use rayon::prelude::*;
 
 use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
+use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::{parameters_of, size_of};
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise, minimise_beside, resume};
+use crate::identify::minimise::{Effort, Refined, Residuals};
 use crate::identify::scales::Scales;
 use crate::identify::space::Freedom;
 
@@ -24,7 +25,7 @@ pub struct Exchange {
     given: &'static str,
     taken: &'static str,
     /// The balances with the other one, roughly.
-    fit: Refined,
+    fit: Fit,
 }
 
 impl Climb<'_> {
@@ -32,7 +33,7 @@ impl Climb<'_> {
     /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
     pub(super) fn better_forms(
         &self,
-        fit: &mut Refined,
+        fit: &mut Fit,
         found: &mut [&'static str],
         steps: &mut [Step],
         progress: &Watch<'_>,
@@ -48,11 +49,11 @@ impl Climb<'_> {
                 let scales = Scales::of(&fit.space, self.experiments);
                 let mut space = fit.space.without_effect(present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
-                let begun = minimise_beside(fit, &space, &self.problem, Effort::ESTIMATE)?;
+                let begun = self.fit_beside(fit, &space, Effort::ESTIMATE)?;
                 if self.held_out(&begun).log_error() - self.held_out(fit).log_error() > SMALLEST_GAIN {
                     continue;
                 }
-                let exchanged = resume(&begun, &self.problem, THOROUGH)?;
+                let exchanged = self.go_on(&begun, THOROUGH)?;
                 // A soft curve may reach farther beyond the data than the right one does, and still be the wrong one.
                 let gains = self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN;
                 if gains && self.error(&exchanged) < self.error(fit) {
@@ -66,12 +67,7 @@ impl Climb<'_> {
     }
 
     /// Drops effects that the later ones have made superfluous.
-    pub(super) fn look_back(
-        &self,
-        fit: &mut Refined,
-        found: &mut Vec<&'static str>,
-        progress: &Watch<'_>,
-    ) -> Result<()> {
+    pub(super) fn look_back(&self, fit: &mut Fit, found: &mut Vec<&'static str>, progress: &Watch<'_>) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
             progress(Progress::Doing(found[k]));
@@ -80,8 +76,7 @@ impl Climb<'_> {
                 k += 1;
                 continue;
             }
-            let less =
-                minimise(&fit.space.without_effect(found[k]), &self.problem, Effort::USUAL, Some(fit.rms), &mut || ())?;
+            let less = self.fit_from(Some(fit.rms), &fit.space.without_effect(found[k]), Effort::USUAL)?;
             if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
                 found.remove(k);
                 *fit = less;
@@ -181,19 +176,19 @@ impl Climb<'_> {
     pub fn climb_on_from(
         &self,
         exchange: &Exchange,
-        base: &Refined,
+        base: &Fit,
         ladder: &Ladder,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
         let (mut found, mut steps) = (ladder.found.clone(), ladder.steps.clone());
         let winners = steps.iter_mut().flat_map(|step| &mut step.winners);
         winners.chain(&mut found).filter(|id| **id == exchange.given).for_each(|id| *id = exchange.taken);
-        let fit = resume(&exchange.fit, &self.problem, THOROUGH)?;
+        let fit = self.go_on(&exchange.fit, THOROUGH)?;
         self.climb_on(base, fit, found, steps, progress)
     }
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
-    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool, effort: Effort) -> Result<Refined> {
+    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
         let scales = Scales::of(&fit.space, self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
@@ -203,6 +198,6 @@ impl Climb<'_> {
             let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
             space.hold(&shapes, Freedom::Pinned);
         }
-        minimise(&space, &self.problem, effort, Some(fit.rms), &mut || ())
+        self.fit_from(Some(fit.rms), &space, effort)
     }
 }

@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::blocks::p_value;
 use crate::diagnose::decoys;
+use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::Residuals;
 use crate::identify::space::Space;
 
 /// Candidates that are fitted after the screening.
@@ -40,13 +41,7 @@ const SMALLEST_SHARE: f64 = 0.02;
 
 impl Climb<'_> {
     /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little.
-    pub(super) fn step(
-        &self,
-        fit: &Refined,
-        left_out: &[&'static str],
-        gained: f64,
-        progress: &Watch<'_>,
-    ) -> Result<Step> {
+    pub(super) fn step(&self, fit: &Fit, left_out: &[&'static str], gained: f64, progress: &Watch<'_>) -> Result<Step> {
         let before = self.held_out(fit);
         progress(Progress::Doing("screening"));
         let promises = self.screen(fit, left_out);
@@ -64,7 +59,7 @@ impl Climb<'_> {
         let smallest = SMALLEST_GAIN.max(SMALLEST_SHARE * gained);
         let decoy_gain = decoys.iter().map(|d| before.log_error() - d.log_error()).fold(0.0, f64::max);
         let accepted = decoys.iter().filter(|d| {
-            let p = p_value(&before, d, fit, self.problem.groups(), 1) * self.candidates.len() as f64;
+            let p = p_value(before, d, fit, self.problem.groups(), 1) * self.candidates.len() as f64;
             before.log_error() - d.log_error() >= smallest && p <= SIGNIFICANCE
         });
         let accepted = [decoys.len(), accepted.count()];
@@ -76,12 +71,12 @@ impl Climb<'_> {
             .map(|(_, promise)| promise)
             .take(FITTED)
             .collect();
-        let fits = self.fits(fit, &before, &worthy, smallest, progress)?;
-        let judge = |(promise, refined): (&Promise, Refined)| {
+        let fits = self.fits(fit, &worthy, smallest, progress)?;
+        let judge = |(promise, refined): (&Promise, Fit)| {
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
-            let single = p_value(&before, &held_out, &refined, self.problem.groups(), parameters);
+            let single = p_value(before, held_out, &refined, self.problem.groups(), parameters);
             let p_value = (single * self.candidates.len() as f64).min(1.0);
             let objection = if gain < smallest {
                 Some(Objection::TooSmall)
@@ -96,7 +91,7 @@ impl Climb<'_> {
             } else {
                 None
             };
-            Tried { id: promise.id, fit: Arc::new(refined), held_out, gain, p_value, objection }
+            Tried { id: promise.id, fit: Arc::new(refined), gain, p_value, objection }
         };
         let mut tried: Vec<Tried> = fits.into_par_iter().map(judge).collect();
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));

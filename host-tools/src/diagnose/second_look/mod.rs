@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::audit::Audit;
 use super::climb::{Climb, SAME_ERROR};
 use super::completeness::Completeness;
+use super::fit::Fit;
 use super::ladder::Ladder;
 use super::{Progress, Watch};
 use crate::error::Result;
@@ -29,25 +30,25 @@ pub struct SecondLook<'a> {
     climb: &'a Climb<'a>,
     audit: &'a Audit<'a>,
     /// The model as it was, fitted to the balances.
-    base: &'a Refined,
+    base: &'a Fit,
     /// And to the free run.
-    free: Refined,
+    free: Fit,
 }
 
 /// A climb, and what it found fitted in the free run.
-type Judged = (Ladder, Refined);
+type Judged = (Ladder, Fit);
 
 impl<'a> SecondLook<'a> {
     /// Fits the model as it was, `base` by the balances, in the free run.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn new(climb: &'a Climb<'a>, audit: &'a Audit<'a>, base: &'a Refined) -> Result<Self> {
+    pub fn new(climb: &'a Climb<'a>, audit: &'a Audit<'a>, base: &'a Fit) -> Result<Self> {
         Ok(Self { climb, audit, base, free: audit.fit(&base.space)? })
     }
 
     /// The free run of the model as it was.
-    pub fn free(&self) -> &Refined {
+    pub fn free(&self) -> &Fit {
         &self.free
     }
 
@@ -95,7 +96,7 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Drops what does not earn its place in a fit of the free run.
-    fn narrowed(&self, mut ladder: Ladder, all: Refined) -> Result<Judged> {
+    fn narrowed(&self, mut ladder: Ladder, all: Fit) -> Result<Judged> {
         let mut kept = ladder.found.clone();
         let mut fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
         self.climb.narrow(&mut ladder, &kept, &fit)?;
@@ -129,7 +130,7 @@ impl<'a> SecondLook<'a> {
         Ok(())
     }
 
-    pub(super) fn error(&self, fit: &Refined) -> f64 {
+    pub(super) fn error(&self, fit: &Fit) -> f64 {
         self.audit.held_out(fit).log_error()
     }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
 use crate::diagnose::climb::{LEAST_INDEPENDENT, SAME_ERROR};
+use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, classes};
@@ -36,9 +37,9 @@ const ADDED: usize = 2;
 /// Effects that are to be tried, and where to begin.
 type Attempt = (Vec<&'static str>, Space);
 /// Effects, and a fit with them.
-type Model = (Vec<&'static str>, Refined);
+type Model = (Vec<&'static str>, Fit);
 /// The same, and those that may do as well.
-type Found = (Vec<&'static str>, Refined, Vec<&'static str>);
+type Found = (Vec<&'static str>, Fit, Vec<&'static str>);
 
 impl SecondLook<'_> {
     /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
@@ -82,8 +83,8 @@ impl SecondLook<'_> {
     /// What was found in the free run, as a step of the ladder.
     fn step(
         &self,
-        kept: &Refined,
-        fit: &Refined,
+        kept: &Fit,
+        fit: &Fit,
         ids: Vec<&'static str>,
         as_well: Vec<&'static str>,
         promises: &[Promise],
@@ -95,7 +96,6 @@ impl SecondLook<'_> {
         let tried = |id: &&'static str| Tried {
             id,
             fit: Arc::clone(&shared),
-            held_out: self.audit.held_out(fit),
             gain: self.audit.held_out_fall(kept, fit),
             p_value: (self.audit.p_value(kept, fit, parameters) * tries).min(1.0),
             objection: None,
@@ -123,7 +123,7 @@ impl SecondLook<'_> {
     /// may gain together what the linearisation of neither shows.
     fn partners(
         &self,
-        kept: &Refined,
+        kept: &Fit,
         singles: &[Model],
         scales: &Scales,
         candidates: &[&'static Description],
@@ -157,7 +157,7 @@ impl SecondLook<'_> {
     }
 
     /// The first of these models that suffices, and the effects of those that do as well.
-    fn sufficient(&self, kept: &Refined, models: &[Model]) -> Result<Option<Found>> {
+    fn sufficient(&self, kept: &Fit, models: &[Model]) -> Result<Option<Found>> {
         for (k, (ids, rough)) in models.iter().enumerate().take(FINISHED) {
             if !self.takes_all_but(LEFT_ROUGHLY, kept, rough) {
                 continue;
@@ -176,7 +176,7 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit takes most of what an earlier one exceeds the floor by, on data held out too.
-    pub(super) fn suffices(&self, before: &Refined, after: &Refined) -> bool {
+    pub(super) fn suffices(&self, before: &Fit, after: &Fit) -> bool {
         self.takes_all_but(LEFT, before, after) && self.audit.held_out_fall(before, after) > SMALLEST_FALL
     }
 

@@ -6,10 +6,10 @@
 
 use super::{Judged, SecondLook};
 use crate::diagnose::climb::SMALLEST_GAIN;
+use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::Tried;
 use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::minimise::Refined;
 use crate::identify::scales::Scales;
 
 impl SecondLook<'_> {
@@ -37,7 +37,7 @@ impl SecondLook<'_> {
     }
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
-    fn in_place_of(&self, id: &str, other: &Tried, kept: &Refined) -> Result<Refined> {
+    fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
         let scales = Scales::of(&kept.space, self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         space.start_from(&other.fit.space, other.id);
@@ -45,7 +45,7 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit comes closer to the data, those held out too.
-    fn is_closer(&self, one: &Refined, other: &Refined) -> bool {
+    fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
         self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other) > SMALLEST_GAIN
     }
 }

@@ -24,8 +24,10 @@
 //! ASME 79 (1957) 547–552.
 
 mod motion;
+mod signals;
 mod whole_motor;
 
+use greyrig::effects::Effect;
 use greyrig::motor::Motor;
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -111,14 +113,20 @@ impl Residuals for EquationError<'_> {
         finite(self.parts.par_iter().map(|part| part.residuals(&motor)).collect())
     }
     fn at_each(&self, space: &Space, thetas: &[Vec<f64>]) -> Vec<DVector<f64>> {
-        let together = |thetas: &[Vec<f64>]| {
-            let motors: Result<Vec<_>, _> = thetas.iter().map(|theta| space.motor_at(theta)).collect();
-            let Ok(motors) = motors else { return thetas.iter().map(|theta| self.at(space, theta)).collect() };
+        let motors: Result<Vec<_>, _> = thetas.iter().map(|theta| space.motor_at(theta)).collect();
+        let Ok(motors) = motors else { return thetas.par_iter().map(|theta| self.at(space, theta)).collect() };
+        let together = |places: &[usize]| {
+            let motors: Vec<_> = places.iter().map(|k| &motors[*k]).collect();
             let mut parts: Vec<_> = self.parts.par_iter().map(|part| part.residuals_of_each(&motors)).collect();
             let of = |k: usize| finite(parts.iter_mut().map(|part| std::mem::take(&mut part[k])).collect());
             (0..motors.len()).map(of).collect::<Vec<_>>()
         };
-        thetas.par_chunks(LANES).flat_map_iter(together).collect()
+        let alike = by_chain(&motors);
+        let places: Vec<&[usize]> = alike.iter().flat_map(|places| places.chunks(LANES)).collect();
+        let mut all: Vec<_> =
+            places.par_iter().flat_map_iter(|places| places.iter().copied().zip(together(places))).collect();
+        all.sort_by_key(|(place, _)| *place);
+        all.into_iter().map(|(_, residuals)| residuals).collect()
     }
     fn groups(&self) -> &[u8] {
         &self.groups
@@ -126,6 +134,19 @@ impl Residuals for EquationError<'_> {
     fn sizes(&self) -> [f64; 2] {
         self.sizes
     }
+}
+
+/// Places of motors that share their measuring chain.
+fn by_chain(motors: &[Motor<f64>]) -> Vec<Vec<usize>> {
+    let mut alike: Vec<(Vec<Effect<f64>>, Vec<usize>)> = Vec::new();
+    for (place, motor) in motors.iter().enumerate() {
+        let chain = whole_motor::chain_of(motor);
+        match alike.iter_mut().find(|(other, _)| *other == chain) {
+            Some((_, places)) => places.push(place),
+            None => alike.push((chain, vec![place])),
+        }
+    }
+    alike.into_iter().map(|(_, places)| places).collect()
 }
 
 /// The rows of all recordings, one below the other.
@@ -169,7 +190,8 @@ impl<'a> Part<'a> {
         }
     }
 
-    fn residuals_of_each(&self, motors: &[Motor<f64>]) -> Vec<Vec<f64>> {
+    /// The same of motors that share their measuring chain.
+    fn residuals_of_each(&self, motors: &[&Motor<f64>]) -> Vec<Vec<f64>> {
         match self {
             Self::Motor(part) => part.residuals_of_each(motors),
             Self::Motion(part) => motors.iter().map(|motor| part.residuals(motor)).collect(),

@@ -1,12 +1,15 @@
 //! Voltage, current and speed: both balances.
 
+use std::borrow::Cow;
+
 use greyrig::effects::{Acts, Effect, Passed};
 use greyrig::motor::{Gradient, Motor, OperatingPoint, Slopes, State};
 use greyrig::scalar::Scalar;
 
 use super::Balance;
-use crate::experiment::{Experiment, derivative};
-use crate::identify::regression::{SlidingMean, directions, stride};
+use super::signals::{Signals, View};
+use crate::experiment::Experiment;
+use crate::identify::regression::{directions, stride};
 use crate::lockstep::{self, Lanes};
 use crate::noise::white_noise;
 
@@ -26,22 +29,11 @@ const BLOCK_OF_LANES: usize = 8;
 #[derive(Debug)]
 pub struct WholeMotor<'a> {
     experiment: &'a Experiment,
-    current: Vec<f64>,
-    /// The current without its noise's small reversals, which would wear a hysteresis loop down.
-    turning: Vec<f64>,
-    /// Least reversal that is none of noise, A.
-    least_reversal: f64,
-    speed: Vec<f64>,
-    current_rate: Vec<f64>,
+    view: View,
+    measured: Signals,
     directions: Vec<f64>,
     /// Samples at which the filtered voltage balance is looked at.
     samples: Vec<usize>,
-    /// First and last sample of each window of the torque balance.
-    windows: Vec<(usize, usize)>,
-    /// Samples over which the speed at a window's end is averaged.
-    period: usize,
-    /// Change of the speed over each window, rad/s.
-    speed_changes: Vec<f64>,
 }
 
 impl<'a> WholeMotor<'a> {
@@ -75,77 +67,57 @@ impl<'a> WholeMotor<'a> {
             from = to;
         }
         let least_reversal = NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0);
+        let view = View { interval_s: e.interval_s, least_reversal, windows, period };
         let counted = e.counted_in_balances();
         Some(Self {
             experiment: e,
-            current_rate: derivative(&current, e.interval_s),
-            turning: without_small_reversals(&current, least_reversal),
-            speed_changes: changes(&speed, &windows, period),
-            least_reversal,
-            current,
-            samples: (0..e.len()).step_by(stride(e)).filter(|n| counted[*n]).collect(),
-            speed,
+            measured: view.of(current, speed),
+            view,
             directions,
-            windows,
-            period,
+            samples: (0..e.len()).step_by(stride(e)).filter(|n| counted[*n]).collect(),
         })
-    }
-
-    /// Change of a signal over each window. That of the torque's integral is taken as that of the speed, which is averaged
-    /// against its noise: where the torque jumps near a window's end the two would differ.
-    fn changes<S: Scalar>(&self, signal: &[S]) -> Vec<S> {
-        changes(signal, &self.windows, self.period)
     }
 
     /// Group and samples of the rows.
     pub fn rows(&self) -> [(u8, Vec<usize>); 2] {
-        [(0, self.samples.clone()), (1, self.windows.iter().map(|(from, _)| *from).collect())]
+        [(0, self.samples.clone()), (1, self.view.windows.iter().map(|(from, _)| *from).collect())]
     }
 
     /// What the rows are compared with: the voltage, and the change of speed (of unknown inertia, so of a typical one).
     pub fn signals(&self) -> Vec<f64> {
         let voltage = self.experiment.filtered(&self.experiment.input);
         let mut all: Vec<f64> = self.samples.iter().map(|n| voltage[*n]).collect();
-        all.extend(self.windows.iter().map(|_| 1.0));
+        all.extend(self.view.windows.iter().map(|_| 1.0));
         all
     }
 
     /// What both balances leave over.
     pub fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
-        let undone = has_chain(motor).then(|| self.undo_chain(motor));
-        match &undone {
-            Some(signals) => {
-                let speed_changes = self.changes(&signals[1]);
-                self.left_over::<_, BLOCK>(motor, signals.each_ref().map(Vec::as_slice), &speed_changes)
-            }
-            None => self.left_over::<_, BLOCK>(motor, self.as_measured(), &self.speed_changes),
-        }
+        self.left_over::<_, BLOCK>(motor, &self.before(&chain_of(motor)))
     }
 
-    /// The same of several motors that hardly differ.
-    pub fn residuals_of_each(&self, motors: &[Motor<f64>]) -> Vec<Vec<f64>> {
+    /// The same of several motors that hardly differ and share their measuring chain.
+    pub fn residuals_of_each(&self, motors: &[&Motor<f64>]) -> Vec<Vec<f64>> {
+        let chain = motors.first().map_or_else(Vec::new, |motor| chain_of(motor));
+        let signals = self.before(&chain);
         let together = || {
-            let measured = !motors.iter().any(has_chain);
-            let lanes = measured.then(|| lockstep::as_many_as_lanes(motors)).flatten()?;
-            let rows = lockstep::in_agreement(&lanes, |motor| {
-                self.left_over::<Lanes, BLOCK_OF_LANES>(motor, self.as_measured(), &self.speed_changes)
-            })?;
+            let lanes = lockstep::as_many_as_lanes(motors)?;
+            let rows =
+                lockstep::in_agreement(&lanes, |motor| self.left_over::<Lanes, BLOCK_OF_LANES>(motor, &signals))?;
             Some((0..motors.len()).map(|k| rows.iter().map(|lanes| lanes.0[k]).collect()).collect())
         };
-        together().unwrap_or_else(|| motors.iter().map(|motor| self.residuals(motor)).collect())
+        let one_by_one = || motors.iter().map(|motor| self.left_over::<_, BLOCK>(motor, &signals)).collect();
+        together().unwrap_or_else(one_by_one)
     }
 
-    fn as_measured(&self) -> [&[f64]; 4] {
-        [&self.current, &self.speed, &self.current_rate, &self.turning]
+    /// The signals as they were before a measuring chain.
+    fn before(&self, chain: &[Effect<f64>]) -> Cow<'_, Signals> {
+        if chain.is_empty() { Cow::Borrowed(&self.measured) } else { Cow::Owned(self.undone(chain)) }
     }
 
-    /// What both balances leave over at signals, [`Self::as_measured`], and the changes of their speed over the windows.
-    fn left_over<S: Scalar<Base = S>, const BLOCK: usize>(
-        &self,
-        motor: &Motor<S>,
-        [current, speed, current_rate, turning]: [&[f64]; 4],
-        speed_changes: &[f64],
-    ) -> Vec<S> {
+    /// What both balances leave over at signals before the measuring chain.
+    fn left_over<S: Scalar<Base = S>, const BLOCK: usize>(&self, motor: &Motor<S>, signals: &Signals) -> Vec<S> {
+        let Signals { current, speed, current_rate, turning, speed_changes } = signals;
         let e = self.experiment;
         let inertia = motor.parameters().inertia;
         let [mut inductances, mut rates, mut torques] = [(); 3].map(|()| Vec::with_capacity(e.len()));
@@ -163,10 +135,10 @@ impl<'a> WholeMotor<'a> {
         }
         let filtered = e.filtered(&left);
         let mut rows: Vec<S> = self.samples.iter().map(|n| filtered[*n]).collect();
-        if self.windows.is_empty() {
+        if self.view.windows.is_empty() {
             return rows;
         }
-        let impulses = self.changes(&self.impulse(motor, &torques, current, speed));
+        let impulses = self.view.changes(&self.impulse(motor, &torques, current, speed));
         rows.extend(impulses.iter().zip(speed_changes).map(|(impulse, x)| *impulse - inertia * S::constant(*x)));
         rows
     }
@@ -251,72 +223,50 @@ impl<'a> WholeMotor<'a> {
     /// The rows of a term of current (A), speed (rad/s) and di/dt (A/s).
     pub fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
         let e = self.experiment;
-        let values: Vec<f64> =
-            (0..e.len()).map(|n| term(self.current[n], self.speed[n], self.current_rate[n])).collect();
+        let Signals { current, speed, current_rate, .. } = &self.measured;
+        let values: Vec<f64> = (0..e.len()).map(|n| term(current[n], speed[n], current_rate[n])).collect();
         match balance {
             Balance::Voltage => {
                 let filtered = e.filtered(&means(&values));
                 let rows = self.samples.iter().map(|n| filtered[*n]);
-                rows.chain(self.windows.iter().map(|_| 0.0)).collect()
+                rows.chain(self.view.windows.iter().map(|_| 0.0)).collect()
             }
             Balance::Torque => {
                 let mut sums = vec![0.0];
                 for pair in values.windows(2) {
                     sums.push(sums[sums.len() - 1] - 0.5 * (pair[0] + pair[1]) * e.interval_s);
                 }
-                self.samples.iter().map(|_| 0.0).chain(self.changes(&sums)).collect()
+                self.samples.iter().map(|_| 0.0).chain(self.view.changes(&sums)).collect()
             }
         }
     }
 
-    /// Current, speed, rate of the current and current without small reversals as they were before the measuring chain.
-    fn undo_chain(&self, motor: &Motor<f64>) -> [Vec<f64>; 4] {
+    /// The signals as they were before a measuring chain.
+    fn undone(&self, chain: &[Effect<f64>]) -> Signals {
         let e = self.experiment;
-        let measured = |n: usize| State { current: self.current[n], speed: self.speed[n] };
-        let mut memories = motor.memories_at_start(measured(0));
+        let measured = |n: usize| State { current: self.measured.current[n], speed: self.measured.speed[n] };
+        let mut memories: Vec<_> = chain.iter().map(|effect| effect.at_start(measured(0))).collect();
         let (mut current, mut speed) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
         for n in 0..e.len() {
-            if n > 0 {
-                let passed = Passed { interval: e.interval_s, before: measured(n - 1), after: measured(n) };
-                motor.advance(&passed, &mut memories);
+            let mut shown = measured(n);
+            for (effect, memory) in chain.iter().zip(&mut memories) {
+                if n > 0 {
+                    let passed = Passed { interval: e.interval_s, before: measured(n - 1), after: measured(n) };
+                    effect.advance(&passed, memory);
+                }
+                effect.measure(memory, &mut shown);
             }
-            let shown = motor.measure(&memories, measured(n));
             // Without a supply there is no current, whatever the chain would make of it.
-            current.push(if e.is_open(n) { 0.0 } else { 2.0 * self.current[n] - shown.current });
-            speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * self.speed[n] - shown.speed });
+            current.push(if e.is_open(n) { 0.0 } else { 2.0 * measured(n).current - shown.current });
+            speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * measured(n).speed - shown.speed });
         }
-        let rate = derivative(&current, e.interval_s);
-        let turning = without_small_reversals(&current, self.least_reversal);
-        [current, speed, rate, turning]
+        self.view.of(current, speed)
     }
 }
 
-/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
-/// (A play of that width would do the same and lag, as hysteresis does.)
-fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
-    let mut held = signal.first().copied().unwrap_or(0.0);
-    let mut direction = 0.0;
-    signal
-        .iter()
-        .map(|x| {
-            let further = x - held;
-            if further * direction > 0.0 || further.abs() > least {
-                (held, direction) = (*x, further.signum());
-            }
-            held
-        })
-        .collect()
-}
-
-/// Change of a signal over windows, from the means over a period around their ends.
-fn changes<S: Scalar>(signal: &[S], windows: &[(usize, usize)], period: usize) -> Vec<S> {
-    let smooth = SlidingMean::new(signal, period);
-    windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
-}
-
-/// Whether a motor has effects of the measuring chain.
-fn has_chain(motor: &Motor<f64>) -> bool {
-    motor.effects().iter().any(|effect| effect.description().acts == Acts::Measuring)
+/// The effects of a motor's measuring chain.
+pub fn chain_of(motor: &Motor<f64>) -> Vec<Effect<f64>> {
+    motor.effects().iter().filter(|effect| effect.description().acts == Acts::Measuring).copied().collect()
 }
 
 /// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
@@ -491,11 +441,5 @@ mod tests {
         // Exact but for rounding; a window that ends just before would lack K times 1.1 A for up to 2.5 ms, 1e-4 N m s.
         let worst = torques.iter().fold(0.0f64, |m, x| m.max(*x));
         assert!(worst < 1e-9, "{worst} N m s");
-    }
-
-    #[test]
-    fn small_reversals_are_left_out_and_nothing_lags() {
-        let signal = [0.0, 1.0, 2.0, 1.9, 2.1, 2.0, 1.6, 1.0, 1.1, 0.5];
-        assert_eq!(without_small_reversals(&signal, 0.3), [0.0, 1.0, 2.0, 2.0, 2.1, 2.1, 1.6, 1.0, 1.0, 0.5]);
     }
 }
