@@ -127,6 +127,21 @@ fn says_that_the_truth_is_outside_the_catalogue() {
 }
 
 #[test]
+fn what_rests_at_an_end_of_its_range_is_not_named() {
+    // Under the noise a transformer EMF that does not fade with the speed fits as well as the eddy currents that it is then.
+    let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(8.0).seed(11).noise(5.0);
+    let recordings = [setup.effect("eddy_current=60e-6").expect("an effect").run().expect("a run").recording];
+    let ask = |exclude: &[&str]| {
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &|_| ()).expect("a diagnosis")
+    };
+    assert_eq!(ask(&[]).verdict.effects, ["eddy_current"]);
+    let d = ask(&["eddy_current"]);
+    assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
+    assert!(d.verdict.effects.is_empty() && d.shape.is_some());
+    assert!(d.verdict.text.contains("it would be eddy currents in the iron (flux lag) there"), "{}", d.verdict.text);
+}
+
+#[test]
 fn sees_clipping_before_any_fit() {
     // A clipped current looks like saturation to a regression.
     assert_eq!(universal(&["adc_clipping=6"], &[]).verdict.effects, ["adc_clipping"]);

@@ -52,6 +52,7 @@ use screening::Holds;
 use second_look::SecondLook;
 use shape::Shape;
 use sizes::sizes;
+use verdict::Strained;
 
 pub use verdict::{Verdict, VerdictKind};
 
@@ -152,7 +153,13 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
     }
-    let lead = climb.lead(&ladder.fit);
+    let space = fitted.as_ref().map_or(&ladder.fit.space, |fit| &fit.space);
+    let strained = Strained::among(&ladder, holds, space);
+    let left = match &strained {
+        Some(strained) => climb.fit(&ladder.fit.space.without_effect(strained.effect))?,
+        None => ladder.fit.clone(),
+    };
+    let lead = climb.lead(&left);
     let sizes = match (&free_run, &fitted) {
         (Some(audit), Some(fit)) => sizes(&ladder.found, &fit.space, &audit.intervals(fit), settings, recordings),
         _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
@@ -162,15 +169,15 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         Some(audit) => errors_in_free_run(&ladder.steps, audit, options, &errors)?,
         None => errors,
     };
-    let mut verdict = verdict::judge(&ladder, if alone { &lines } else { &findings }, &lead, sizes, holds);
+    let seen = if alone { &lines } else { &findings };
+    let mut verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
-    let fit = fitted.as_ref().map_or(&ladder.fit.space, |fit| &fit.space);
     let remarks =
-        [remarks::held_voltage(&ladder.fit.space, &ladder.found, &full), remarks::flux(fit, &ladder.found, &full)];
+        [remarks::held_voltage(&ladder.fit.space, &ladder.found, &full), remarks::flux(space, &ladder.found, &full)];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
-    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&ladder)).flatten();
+    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
     Ok(Diagnosis {
         verdict,

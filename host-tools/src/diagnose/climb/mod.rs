@@ -233,11 +233,11 @@ impl<'a> Climb<'a> {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
-    /// The shape of what is left in the balance that lacks more.
-    pub fn shape(&self, ladder: &Ladder) -> Option<Shape> {
-        let balance =
-            if ladder.after.electrical > ladder.after.mechanical { Balance::Voltage } else { Balance::Torque };
-        shape::of(&ladder.fit, &self.problem, balance)
+    /// The shape of what a fit leaves over, in the balance that lacks more.
+    pub fn shape(&self, fit: &Refined, floor: &Floor) -> Option<Shape> {
+        let left = Completeness::of(fit, floor);
+        let balance = if left.electrical > left.mechanical { Balance::Voltage } else { Balance::Torque };
+        shape::of(fit, &self.problem, balance)
     }
 
     /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.

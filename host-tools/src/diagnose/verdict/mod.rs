@@ -2,6 +2,7 @@
 
 mod doubt;
 mod outside;
+mod strained;
 mod words;
 
 use greyrig::effects::Description;
@@ -17,6 +18,8 @@ use super::sizes::Size;
 use crate::model::Kind;
 use doubt::Doubt;
 use words::name;
+
+pub use strained::Strained;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -106,8 +109,15 @@ fn default_member(kind: Kind, id: &'static str) -> &'static str {
     class_of(kind, id).map_or(id, |class| class[0])
 }
 
-/// Judges what a climb has found.
-pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size>, holds: Holds) -> Verdict {
+/// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is strained.
+pub fn judge(
+    ladder: &Ladder,
+    findings: &[Finding],
+    lead: &Lead,
+    strained: Option<&Strained>,
+    sizes: Vec<Size>,
+    holds: Holds,
+) -> Verdict {
     let kind = ladder.fit.space.kind();
     let mut effects: Vec<&'static str> = super::ids(findings);
     effects.extend(ladder.found.iter().map(|id| default_member(kind, id)));
@@ -117,13 +127,17 @@ pub fn judge(ladder: &Ladder, findings: &[Finding], lead: &Lead, sizes: Vec<Size
         return match swallowed {
             Some(id) => Verdict::swallowed(id, sizes),
             None if explained => Verdict::none(kind, sizes),
-            None => outside::verdict(ladder, lead, sizes, Vec::new()),
+            None => outside::unexplained(ladder, lead, sizes, Vec::new()),
         };
     }
     let seen = findings.iter().map(|f| f.text.clone());
     let mut text: Vec<String> = seen.chain(words::reasons(ladder, &sizes)).collect();
     if !explained && !ladder.found.is_empty() {
-        return outside::verdict(ladder, lead, sizes, text);
+        return outside::unexplained(ladder, lead, sizes, text);
+    }
+    if let Some(strained) = strained {
+        text.push(strained.in_words(&sizes));
+        return outside::strained(lead, sizes, text);
     }
     let doubt = Doubt::about(ladder, holds);
     match &doubt {

@@ -11,7 +11,7 @@ const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];
 const FREE_RUN: [&str; 2] = ["current of the free run", "speed of the free run"];
 
 /// Something is left that no effect explains; `text` tells what was found beside it.
-pub fn verdict(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
+pub fn unexplained(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
     let judges = |(without, with): &(Completeness, Completeness)| {
         if ladder.found.is_empty() { ladder.after.is_complete() } else { !with.explains(without) }
     };
@@ -25,6 +25,16 @@ pub fn verdict(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<Str
     text.push(format!(
         "structure is left in the {side}, {times:.1} times what does not repeat, that no effect of the catalogue explains"
     ));
+    verdict(lead, sizes, text)
+}
+
+/// Nothing is left, but one of the effects does not explain its part as what it is; `text` tells which.
+pub fn strained(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
+    text.insert(0, "the error looks like effects of the catalogue, but not within their physical range:".to_owned());
+    verdict(lead, sizes, text)
+}
+
+fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
     if !lead.terms.is_empty() {
         let formula: Vec<String> =
             lead.terms.iter().map(|t| format!("{:+.3e} {} ({})", t.coefficient, t.formula, t.balance)).collect();
