@@ -311,14 +311,10 @@ impl Space {
         (shape.value >= AT_THE_LIMIT * shape.range.1).then_some(turn.into)
     }
 
-    /// A shape of an effect that a fit has left at an end of its physical range, where the effect would cease to be what its name
-    /// says: the shortest time that it takes, or where it turns into another one. (A time longer than the recordings is no such end.)
-    pub fn at_an_end(&self, id: &str) -> Option<&Entry> {
-        let d = Description::of(id)?;
-        let turned = d.turns_into.filter(|_| self.turned(id).is_some()).map(|turn| turn.parameter);
-        let mut times = d.parameters.iter().skip(1).filter(|p| p.unit == "s").map(|p| p.name);
-        let shortest = || times.find(|name| self.get(name).is_some_and(Entry::rests_at_its_least));
-        self.get(turned.or_else(shortest)?)
+    /// A time of an effect that a fit has left at the shortest that it takes: what is faster is another effect.
+    pub fn at_its_shortest(&self, id: &str) -> Option<&'static str> {
+        let mut times = Description::of(id)?.parameters.iter().skip(1).filter(|p| p.unit == "s").map(|p| p.name);
+        times.find(|name| self.get(name).is_some_and(Entry::rests_at_its_least))
     }
 
     /// The same without an effect.
@@ -477,22 +473,19 @@ mod tests {
     }
 
     #[test]
-    fn the_shortest_time_is_an_end_but_no_long_one_and_no_share() {
+    fn the_shortest_time_is_told_but_no_long_one_and_no_share() {
         let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
         let space = Space::new(Kind::Universal, Base::Full, &[]).with_effect("bearing_warmup", &scales);
-        let mut space = space.with_effect("transformer_emf", &scales);
-        space.start("transformer_linked", 1.0);
-        let at_an_end = |space: &Space, id: &str| space.at_an_end(id).map(|entry| entry.name.clone());
-        for (time, ended) in [(0.5, Some("warmup_time")), (0.52, None), (1000.0, None)] {
+        let mut space = space.with_effect("eddy_current", &scales);
+        space.start("eddy_linked", 1.0);
+        assert_eq!(space.at_its_shortest("eddy_current"), None);
+        for (time, shortest) in [(0.5, Some("warmup_time")), (0.52, None), (1000.0, None)] {
             space.start("warmup_time", time);
-            assert_eq!(at_an_end(&space, "bearing_warmup").as_deref(), ended);
+            assert_eq!(space.at_its_shortest("bearing_warmup"), shortest);
         }
-        assert_eq!(at_an_end(&space, "transformer_emf"), None);
-        space.start("transformer_fading", 2.99e3);
-        assert_eq!(at_an_end(&space, "transformer_emf").as_deref(), Some("transformer_fading"));
         // A time that the recordings cannot tell has not been put there by them.
         space.start("warmup_time", 0.5);
         space.hold(&["warmup_time"], Freedom::Pinned);
-        assert_eq!(at_an_end(&space, "bearing_warmup"), None);
+        assert_eq!(space.at_its_shortest("bearing_warmup"), None);
     }
 }

@@ -1,11 +1,13 @@
 //! An effect that explains its part only as what it no longer is.
 //!
 //! Every law can be bent until it looks like another one: a warm-up of the bearings within half a second takes the part of friction
-//! that falls with the speed, a transformer EMF that does not fade that of eddy currents. Where a fit leaves a shape at an end of its
-//! physical range, the name would be wrong, however well the curve fits.
+//! that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody tried. Where a fit leaves a shape at
+//! such an end of its physical range, the name would be wrong, however well the curve fits.
+
+use greyrig::effects::Description;
 
 use super::doubt::Doubt;
-use super::words::{in_words, name};
+use super::words::{name, without_interval};
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening::Holds;
 use crate::diagnose::sizes::Size;
@@ -16,7 +18,7 @@ use crate::identify::space::Space;
 pub struct Strained {
     /// The effect.
     pub effect: &'static str,
-    shape: String,
+    shape: &'static str,
     /// What it would be there.
     instead: Option<&'static str>,
 }
@@ -27,9 +29,13 @@ impl Strained {
         if !ladder.is_explained() || Doubt::about(ladder, holds).is_some() {
             return None;
         }
+        let tried = |id: &&'static str| ladder.steps.iter().any(|s| s.promises.iter().any(|(other, _)| other == id));
         let strained = |effect: &&'static str| {
-            let shape = space.at_an_end(effect)?.name.clone();
-            Some(Self { effect, shape, instead: space.turned(effect) })
+            // What was tried, and fitted less well, it is not.
+            let instead = space.turned(effect).filter(|other| !tried(other));
+            let turn = || Description::of(effect)?.turns_into.filter(|_| instead.is_some());
+            let shape = turn().map(|turn| turn.parameter).or_else(|| space.at_its_shortest(effect))?;
+            Some(Self { effect, shape, instead })
         };
         ladder.found.iter().find_map(strained)
     }
@@ -37,7 +43,7 @@ impl Strained {
     /// In words.
     pub(super) fn in_words(&self, sizes: &[Size]) -> String {
         let size = sizes.iter().find(|size| size.name == self.shape);
-        let with = size.map_or_else(|| self.shape.clone(), in_words);
+        let with = size.map_or_else(|| self.shape.to_owned(), without_interval);
         let instead = self.instead.map_or_else(
             || "what acts so is another effect than that".to_owned(),
             |other| format!("it would be {} there", name(other)),

@@ -70,9 +70,15 @@ fn is_of(id: &str, size: &Size) -> bool {
 }
 
 /// A size with its interval.
-pub fn in_words(size: &Size) -> String {
-    let (value, interval) = with_interval(size.value, size.ci95);
+fn in_words(size: &Size) -> String {
+    let (_, interval) = with_interval(size.value, size.ci95);
     let interval = size.ci95.map_or_else(|| "left open by these data".to_owned(), |_| format!("{interval}, 95 %"));
+    format!("{} ({interval})", without_interval(size))
+}
+
+/// A size to as many digits as its interval tells.
+pub fn without_interval(size: &Size) -> String {
+    let (value, _) = with_interval(size.value, size.ci95);
     let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
-    format!("{} = {value}{unit} ({interval})", size.name)
+    format!("{} = {value}{unit}", size.name)
 }
