@@ -1,5 +1,6 @@
 //! What one case says, and what all say together.
 
+use greyrig::effects::Effect;
 use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::error::Result;
@@ -29,6 +30,8 @@ pub struct Outcome {
     pub before: [f64; 2],
     /// And after.
     pub after: [f64; 2],
+    /// Sizes of effects, the first parameter of each, whose 95 % interval holds zero.
+    pub open: Vec<String>,
     /// Decoys tried, and how many of them would have been accepted.
     pub decoys: [usize; 2],
     /// Time, s.
@@ -55,9 +58,17 @@ pub fn run(case: &Case) -> Result<Outcome> {
         named: d.verdict.effects.clone(),
         before: pair(d.esr_before),
         after: pair(d.esr_after),
+        open: open(&d),
         decoys: d.decoys,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+fn open(d: &Diagnosis) -> Vec<String> {
+    let is_size = |name: &str| Effect::<f64>::CATALOGUE.iter().any(|d| d.size().name == name);
+    let holds_zero = |[from, to]: [f64; 2]| from <= 0.0 && to >= 0.0;
+    let sizes = d.verdict.sizes.iter().filter(|s| is_size(&s.name) && s.ci95.is_some_and(holds_zero));
+    sizes.map(|s| s.name.clone()).collect()
 }
 
 impl Outcome {
