@@ -142,6 +142,24 @@ fn what_rests_at_an_end_of_its_range_is_not_named() {
 }
 
 #[test]
+fn a_loop_as_wide_as_the_noise_of_a_direct_current_is_found_beside_another_effect() {
+    // Eight standard deviations of the noise are 0.26 A, half the loop's width 0.3 A.
+    let recordings =
+        [("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)].map(|(profile, s)| {
+            let setup = Setup::new(Kind::Universal).profile(profile).expect("a profile").seconds(s).seed(1).noise(5.0);
+            let setup = setup.effect("hysteresis=0.3").and_then(|setup| setup.effect("inductance_saturation=0.3"));
+            setup.expect("effects").run().expect("a run").recording
+        });
+    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let mut named = d.verdict.effects.clone();
+    named.sort_unstable();
+    assert_eq!(
+        (d.verdict.kind, &named[..]),
+        (VerdictKind::MissingEffect, &["hysteresis", "inductance_saturation"][..])
+    );
+}
+
+#[test]
 fn sees_clipping_before_any_fit() {
     // A clipped current looks like saturation to a regression.
     assert_eq!(universal(&["adc_clipping=6"], &[]).verdict.effects, ["adc_clipping"]);

@@ -1,5 +1,7 @@
 //! Current and speed at the motor, and what the balances want of them.
 
+use std::borrow::Cow;
+
 use greyrig::scalar::Scalar;
 
 use crate::experiment::derivative;
@@ -14,7 +16,7 @@ pub struct Signals {
     pub speed: Vec<f64>,
     /// Central difference of the current, A/s.
     pub current_rate: Vec<f64>,
-    /// The current without its noise's small reversals, A, which would wear a hysteresis loop down.
+    /// The current without its noise's small reversals, A, which would wear a hysteresis loop down: what memories follow.
     pub turning: Vec<f64>,
     /// Change of the speed over each window, rad/s.
     pub speed_changes: Vec<f64>,
@@ -25,7 +27,9 @@ pub struct Signals {
 pub struct View {
     /// Sampling interval, s.
     pub interval_s: f64,
-    /// Least reversal of the current that is none of noise, A.
+    /// Samples on either side over which the current is averaged before its reversals are looked for.
+    pub averaged: usize,
+    /// Least reversal of that average that is none of noise, A.
     pub least_reversal: f64,
     /// First and last sample of each window of the torque balance.
     pub windows: Vec<(usize, usize)>,
@@ -38,7 +42,7 @@ impl View {
     pub fn of(&self, current: Vec<f64>, speed: Vec<f64>) -> Signals {
         Signals {
             current_rate: derivative(&current, self.interval_s),
-            turning: without_small_reversals(&current, self.least_reversal),
+            turning: without_small_reversals(&averaged(&current, self.averaged), self.least_reversal),
             speed_changes: self.changes(&speed),
             current,
             speed,
@@ -51,6 +55,15 @@ impl View {
         let smooth = SlidingMean::new(signal, self.period);
         self.windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
     }
+}
+
+/// A signal averaged over so many samples on either side, without a delay.
+fn averaged(signal: &[f64], beside: usize) -> Cow<'_, [f64]> {
+    if beside == 0 {
+        return signal.into();
+    }
+    let mean = SlidingMean::new(signal, 2 * beside);
+    (0..signal.len()).map(|n| 0.5 * (mean.at(n) + mean.at(n + 1))).collect()
 }
 
 /// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
@@ -73,6 +86,15 @@ fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_average_neither_lags_nor_bends_a_ramp() {
+        let ramp: Vec<f64> = (0..20).map(f64::from).collect();
+        for (n, mean) in averaged(&ramp, 3).iter().enumerate().take(17).skip(3) {
+            assert!((mean - ramp[n]).abs() < 1e-12, "{n}: {mean}");
+        }
+        assert_eq!(*averaged(&ramp, 0), ramp);
+    }
 
     #[test]
     fn small_reversals_are_left_out_and_nothing_lags() {
