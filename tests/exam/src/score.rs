@@ -64,6 +64,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
     })
 }
 
+/// Sizes whose interval holds zero.
 fn open(d: &Diagnosis) -> Vec<String> {
     let is_size = |name: &str| Effect::<f64>::CATALOGUE.iter().any(|d| d.size().name == name);
     let holds_zero = |[from, to]: [f64; 2]| from <= 0.0 && to >= 0.0;

@@ -28,7 +28,7 @@ pub struct View {
     /// Sampling interval, s.
     pub interval_s: f64,
     /// Samples on either side over which the current is averaged before its reversals are looked for.
-    pub averaged: usize,
+    pub averaged_beside: usize,
     /// Least reversal of that average that is none of noise, A.
     pub least_reversal: f64,
     /// First and last sample of each window of the torque balance.
@@ -42,7 +42,7 @@ impl View {
     pub fn of(&self, current: Vec<f64>, speed: Vec<f64>) -> Signals {
         Signals {
             current_rate: derivative(&current, self.interval_s),
-            turning: without_small_reversals(&averaged(&current, self.averaged), self.least_reversal),
+            turning: without_small_reversals(&averaged(&current, self.averaged_beside), self.least_reversal),
             speed_changes: self.changes(&speed),
             current,
             speed,

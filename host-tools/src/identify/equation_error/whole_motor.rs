@@ -20,7 +20,7 @@ const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
 
 /// Reversals of the current by less than this many standard deviations of its noise are noise.
 const NOISE_REVERSAL: f64 = 8.0;
-/// Share of the largest current up to which such reversals are narrow beside the loops of hysteresis, which are three per cent of it wide.
+/// Share of the largest current up to which such reversals are narrow beside loops of hysteresis, which are usually three per cent of it wide.
 const NARROW: f64 = 0.012;
 /// A direct current is averaged over this on either side at most to make them so, s: less than its usual time constant L/R.
 const LONGEST_AVERAGE_S: f64 = 2e-3;
@@ -71,9 +71,9 @@ impl<'a> WholeMotor<'a> {
             from = to;
         }
         let noise = NOISE_REVERSAL * white_noise(&current).unwrap_or(0.0);
-        let averaged = averaged(e, &current, noise);
-        let least_reversal = noise / (2.0 * averaged as f64).max(1.0).sqrt();
-        let view = View { interval_s: e.interval_s, averaged, least_reversal, windows, period };
+        let averaged_beside = averaged_beside(e, &current, noise);
+        let least_reversal = noise / (2.0 * averaged_beside as f64).max(1.0).sqrt();
+        let view = View { interval_s: e.interval_s, averaged_beside, least_reversal, windows, period };
         let counted = e.counted_in_balances();
         Some(Self {
             experiment: e,
@@ -271,8 +271,9 @@ impl<'a> WholeMotor<'a> {
 }
 
 /// Samples on either side over which a current is averaged before its reversals are looked for, so that those of noise, A, are narrow. A
-/// direct one alone: the average would round the peaks of an alternating one, and noise hardly moves these.
-fn averaged(e: &Experiment, current: &[f64], noise: f64) -> usize {
+/// direct one alone: the average would round the peaks of an alternating one, and noise hardly moves these. A mean over 2 n
+/// samples has white noise smaller by √(2 n).
+fn averaged_beside(e: &Experiment, current: &[f64], noise: f64) -> usize {
     let narrow = NARROW * current.iter().fold(0.0f64, |most, i| most.max(i.abs()));
     if e.mains_period_s.is_some() || noise <= narrow {
         return 0;
