@@ -142,6 +142,22 @@ fn what_rests_at_an_end_of_its_range_is_not_named() {
 }
 
 #[test]
+fn a_single_effect_whose_size_may_be_zero_is_not_named_for_sure() {
+    // A knee far below the noise makes of saturation a step with the sign of the current: a brush drop, which is withheld.
+    let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(12.0).seed(3).noise(5.0);
+    let recordings = [setup.effect("brush_drop=1.5").expect("an effect").run().expect("a run").recording];
+    let verdict = |withheld: &[&str]| {
+        let settings = options(Kind::Universal, Base::Full, withheld);
+        diagnose(&recordings, &settings, &|_| ()).expect("a diagnosis").verdict
+    };
+    let with = verdict(&[]);
+    assert_eq!((with.kind, &with.effects[..]), (VerdictKind::MissingEffect, &["brush_drop"][..]), "{}", with.text);
+    let without = verdict(&["brush_drop"]);
+    assert_eq!(without.kind, VerdictKind::Ambiguous, "{}", without.text);
+    assert!(without.next_experiment.is_some() && without.text.contains("may as well be zero"), "{}", without.text);
+}
+
+#[test]
 fn a_loop_as_wide_as_the_noise_of_a_direct_current_is_found_beside_another_effect() {
     // Eight standard deviations of the noise are 0.26 A, half the loop's width 0.3 A.
     let recordings =

@@ -165,6 +165,7 @@ pub fn headline(d: &Diagnosis) -> String {
     match d.verdict.kind {
         VerdictKind::MissingEffect => format!("missing: {effects}"),
         VerdictKind::None => "nothing is missing that these recordings could show".to_owned(),
+        VerdictKind::Ambiguous if d.verdict.effects.len() == 1 => format!("ambiguous: {effects}, or something else"),
         VerdictKind::Ambiguous => format!("ambiguous: {effects}"),
         VerdictKind::OutsideCatalogue => "something is missing that the catalogue does not hold".to_owned(),
         VerdictKind::InsufficientData => "insufficient data".to_owned(),

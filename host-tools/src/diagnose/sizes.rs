@@ -24,6 +24,13 @@ pub struct Size {
     pub ci95: Option<[f64; 2]>,
 }
 
+impl Size {
+    /// Whether its interval holds zero.
+    pub fn may_be_zero(&self) -> bool {
+        self.ci95.is_some_and(|[from, to]| from <= 0.0 && to >= 0.0)
+    }
+}
+
 /// The parameters of effects with their intervals, as far as these are known.
 pub fn sizes(
     ids: &[&'static str],

@@ -67,8 +67,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
 /// Sizes whose interval holds zero.
 fn open(d: &Diagnosis) -> Vec<String> {
     let is_size = |name: &str| Effect::<f64>::CATALOGUE.iter().any(|d| d.size().name == name);
-    let holds_zero = |[from, to]: [f64; 2]| from <= 0.0 && to >= 0.0;
-    let sizes = d.verdict.sizes.iter().filter(|s| is_size(&s.name) && s.ci95.is_some_and(holds_zero));
+    let sizes = d.verdict.sizes.iter().filter(|s| is_size(&s.name) && s.may_be_zero());
     sizes.map(|s| s.name.clone()).collect()
 }
 

@@ -2,10 +2,12 @@
 
 use greyrig::effects::{Description, Effect};
 
-use super::words::name;
+use super::EACH_PART_ALONE;
+use super::words::{in_words, name};
 use crate::diagnose::classes::OFFSETS;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening::Holds;
+use crate::diagnose::sizes::{Size, size_of};
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
 /// most 1.04.
@@ -42,6 +44,22 @@ impl Doubt {
             )
         });
         Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
+    }
+
+    /// About an effect that explains the error all by itself, with a size that may as well be zero: what acts so may then be something
+    /// else. Several effects lend each other width, so nothing is said about these.
+    pub fn about_size(ladder: &Ladder, sizes: &[Size]) -> Option<Self> {
+        let [id] = ladder.found[..] else { return None };
+        if ladder.fit.space.effects().len() > 1 {
+            return None;
+        }
+        let size = sizes.iter().find(|s| s.name == size_of(id) && s.may_be_zero())?;
+        let reason = format!(
+            "yet its size may as well be zero, {}: what acts so may be something else; another recording would tell",
+            in_words(size)
+        );
+        let experiment = format!("less noise, or larger currents and speeds; {EACH_PART_ALONE}");
+        Some(Self { rivals: Vec::new(), reason, experiment })
     }
 }
 

@@ -21,6 +21,9 @@ use words::name;
 
 pub use strained::Strained;
 
+/// Recordings that tell more, whatever is missing.
+const EACH_PART_ALONE: &str = "a locked rotor, DC steps and a coast-down: each takes one part of the motor away";
+
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -139,7 +142,8 @@ pub fn judge(
         text.push(strained.in_words(&sizes));
         return outside::strained(lead, sizes, text);
     }
-    let doubt = Doubt::about(ladder, holds);
+    let alone = || if findings.is_empty() { Doubt::about_size(ladder, &sizes) } else { None };
+    let doubt = Doubt::about(ladder, holds).or_else(alone);
     match &doubt {
         Some(doubt) => {
             for id in doubt.rivals.iter().map(|id| default_member(kind, id)) {

@@ -1,6 +1,6 @@
 //! Real structure that no effect of the catalogue explains.
 
-use super::{Verdict, VerdictKind};
+use super::{EACH_PART_ALONE, Verdict, VerdictKind};
 use crate::diagnose::completeness::Completeness;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::lead::Lead;
@@ -55,8 +55,6 @@ fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
         classes: Vec::new(),
         sizes,
         text: text.join("\n"),
-        next_experiment: Some(
-            "a locked rotor, DC steps and a coast-down: each takes one part of the motor away".to_owned(),
-        ),
+        next_experiment: Some(EACH_PART_ALONE.to_owned()),
     }
 }

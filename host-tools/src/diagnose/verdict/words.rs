@@ -70,7 +70,7 @@ fn is_of(id: &str, size: &Size) -> bool {
 }
 
 /// A size with its interval.
-fn in_words(size: &Size) -> String {
+pub fn in_words(size: &Size) -> String {
     let (_, interval) = with_interval(size.value, size.ci95);
     let interval = size.ci95.map_or_else(|| "left open by these data".to_owned(), |_| format!("{interval}, 95 %"));
     format!("{} ({interval})", without_interval(size))
