@@ -122,6 +122,12 @@ impl Ladder {
         !self.found.is_empty() && self.free_run.is_some_and(|(_, with)| !with.may_be_healthy())
     }
 
+    /// Fall of the error by what was found, of the free run where there is one: sum of the logarithms of both sides.
+    pub fn fall(&self) -> f64 {
+        let (without, with) = self.free_run.unwrap_or((self.before, self.after));
+        (without.electrical / with.electrical).ln() + (without.mechanical / with.mechanical).ln()
+    }
+
     /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy motor, or one
     /// that explains nearly all; `left` is what they leave in the free run, if nothing of it is turbulence that passes to the current.
     /// In the place of one that leaves much two at a time have been tried by then.

@@ -35,6 +35,8 @@ pub const SMALLEST_GAIN: f64 = 0.1;
 pub const LEAST_INDEPENDENT: f64 = 0.01;
 /// Held-out errors within this of each other are the same.
 pub const SAME_ERROR: f64 = 0.04;
+/// A gain (error down to a third in one balance) that needs less proof, and that no objection but those of size can undo.
+pub const BEYOND_DOUBT: f64 = 1.0;
 /// Pairs that are fitted where one effect at a time leaves structure.
 const PAIRS: usize = 4;
 /// How hard a model is fitted before candidates are tried on it.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
+use super::{BEYOND_DOUBT, Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::blocks::p_value;
 use crate::diagnose::decoys;
 use crate::diagnose::fit::Fit;
@@ -34,8 +34,6 @@ const CONVENTIONAL: f64 = 0.01;
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
-/// A gain (error down to a third in one balance) that neither of these two objections can undo, and that needs less proof.
-const BEYOND_DOUBT: f64 = 1.0;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 const SMALLEST_SHARE: f64 = 0.02;
 

@@ -5,6 +5,7 @@ use greyrig::effects::{Description, Effect};
 use super::EACH_PART_ALONE;
 use super::words::{in_words, name};
 use crate::diagnose::classes::OFFSETS;
+use crate::diagnose::climb::BEYOND_DOUBT;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening::Holds;
 use crate::diagnose::sizes::{Size, size_of};
@@ -46,11 +47,12 @@ impl Doubt {
         Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
     }
 
-    /// About an effect that explains the error all by itself, with a size that may as well be zero: what acts so may then be something
-    /// else. Several effects lend each other width, so nothing is said about these.
+    /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be zero: what acts
+    /// so may then be something else. Several effects lend each other width, so nothing is said about these; and where the error
+    /// falls to a third, it is the shape that leaves the size open, as a knee beyond the data does.
     pub fn about_size(ladder: &Ladder, sizes: &[Size]) -> Option<Self> {
         let [id] = ladder.found[..] else { return None };
-        if ladder.fit.space.effects().len() > 1 {
+        if ladder.fit.space.effects().len() > 1 || ladder.fall() > BEYOND_DOUBT {
             return None;
         }
         let size = sizes.iter().find(|s| s.name == size_of(id) && s.may_be_zero())?;
