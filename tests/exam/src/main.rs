@@ -1,6 +1,7 @@
 //! `cargo xtask exam`: runs the examination.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -12,6 +13,15 @@ use greyrig_exam::share::Share;
 use greyrig_exam::{balances, export};
 use greyrig_host::diagnose::VerdictKind;
 use rayon::prelude::*;
+
+/// Prints a line. Where nobody reads any further (`| head`) there is nothing left to ask.
+macro_rules! say {
+    ($($line:tt)*) => {
+        if writeln!(std::io::stdout().lock(), $($line)*).is_err() {
+            std::process::exit(1);
+        }
+    };
+}
 
 /// The examination of the diagnosis.
 #[derive(Debug, Parser)]
@@ -126,7 +136,7 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seeds: Vec<u64>, 
             match outcome {
                 Ok(o) => {
                     if verbose {
-                        println!("{}", serde_json::to_string(&o).unwrap_or_default());
+                        say!("{}", serde_json::to_string(&o).unwrap_or_default());
                     }
                     Some(o)
                 }
@@ -146,13 +156,13 @@ fn confusion(outcomes: &[&Outcome]) {
         let verdict = if o.named.is_empty() { format!("({:?})", o.kind) } else { o.named.join(" + ") };
         *named.entry(o.truth[0]).or_default().entry(verdict).or_default() += 1;
     }
-    println!("\n| truth | cases | verdict |\n| --- | --- | --- |");
+    say!("\n| truth | cases | verdict |\n| --- | --- | --- |");
     for (truth, verdicts) in named {
         let cases: usize = verdicts.values().sum();
         let list: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{verdict} {n}")).collect();
-        println!("| {truth} | {cases} | {} |", list.join(", "));
+        say!("| {truth} | {cases} | {} |", list.join(", "));
     }
-    println!();
+    say!("");
 }
 
 /// Adds the named effects in cases whose error stands out in the current.
@@ -176,19 +186,19 @@ fn recover(
     let mut shares: Vec<f64> = recovered.iter().map(Recovery::share).collect();
     shares.sort_by(f64::total_cmp);
     let at = |share: f64| shares.get((share * shares.len() as f64) as usize).copied().unwrap_or(f64::NAN);
-    println!("added in {} cases: recovered median {:.3}, 10th percentile {:.3}", shares.len(), at(0.5), at(0.1));
+    say!("added in {} cases: recovered median {:.3}, 10th percentile {:.3}", shares.len(), at(0.5), at(0.1));
     for (k, name) in ["R", "J", "K φ at the largest current"].into_iter().enumerate() {
-        println!("{name} in its interval: {}", Share::of(&recovered, |r| r.off[k] <= 1.0));
+        say!("{name} in its interval: {}", Share::of(&recovered, |r| r.off[k] <= 1.0));
     }
     for r in recovered.iter().filter(|r| r.share() < 0.7 || !r.off.iter().all(|off| *off <= 1.0)) {
         let [before, after, floor] = r.esr;
         let [resistance, inertia, flux] = r.off;
-        println!(
+        say!(
             "- {}: {before:.5} -> {after:.5}, floor {floor:.5}; off by {resistance:.1} {inertia:.1} {flux:.1} half widths",
             r.seed
         );
     }
-    println!();
+    say!("");
 }
 
 /// Errors of the balances on the held-out ramp.
@@ -199,9 +209,9 @@ fn balances(question: Question, excitation: Excitation, noise: f64, outcomes: &[
         .collect();
     for (k, name) in ["voltage", "torque"].into_iter().enumerate() {
         let [before, after] = [all.iter().map(|l| l.0[k]).collect(), all.iter().map(|l| l.1[k]).collect()].map(median);
-        println!("held-out error of the {name} balance, median of {}: {before:.5} -> {after:.5}", all.len());
+        say!("held-out error of the {name} balance, median of {}: {before:.5} -> {after:.5}", all.len());
     }
-    println!();
+    say!("");
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -210,56 +220,48 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2]) {
-    println!("## {id}");
+    say!("## {id}");
     let times: Vec<f64> = outcomes.iter().map(|o| o.seconds).collect();
-    println!(
-        "time: median {:.1} s, longest {:.1} s",
-        median(times.clone()),
-        times.iter().fold(0.0f64, |m, t| m.max(*t))
-    );
+    say!("time: median {:.1} s, longest {:.1} s", median(times.clone()), times.iter().fold(0.0f64, |m, t| m.max(*t)));
     let decoys = outcomes.iter().fold([0, 0], |s, o| [s[0] + o.decoys[0], s[1] + o.decoys[1]]);
-    println!("decoys accepted: {}", Share { hits: decoys[1], cases: decoys[0] });
+    say!("decoys accepted: {}", Share { hits: decoys[1], cases: decoys[0] });
     let out: Vec<&Outcome> = outcomes.iter().filter(|o| o.stands_out(healthy)).collect();
     match question {
         Question::None => {
-            println!("verdict none: {}", Share::of(outcomes, |o| o.kind == VerdictKind::None));
-            println!("named something: {}", Share::of(outcomes, |o| o.kind == VerdictKind::MissingEffect));
+            say!("verdict none: {}", Share::of(outcomes, |o| o.kind == VerdictKind::None));
+            say!("named something: {}", Share::of(outcomes, |o| o.kind == VerdictKind::MissingEffect));
         }
         Question::One => {
-            println!("error stands out in {} of {}", out.len(), outcomes.len());
+            say!("error stands out in {} of {}", out.len(), outcomes.len());
             let right = |o: &&Outcome| o.first_right() && o.kind != VerdictKind::OutsideCatalogue;
-            println!("right first: {}", Share::of(&out, right));
-            println!("exact: {}", Share::of(&out, |o| o.exact()));
+            say!("right first: {}", Share::of(&out, right));
+            say!("exact: {}", Share::of(&out, |o| o.exact()));
             let ambiguous: Vec<&&Outcome> = out.iter().filter(|o| o.kind == VerdictKind::Ambiguous).collect();
-            println!("truth in the ambiguous set: {}", Share::of(ambiguous.iter().copied(), |o| o.hits() == 1));
+            say!("truth in the ambiguous set: {}", Share::of(ambiguous.iter().copied(), |o| o.hits() == 1));
             let sizes: usize = ambiguous.iter().map(|o| o.named.len()).sum();
-            println!("mean set size: {:.2}", sizes as f64 / ambiguous.len().max(1) as f64);
+            say!("mean set size: {:.2}", sizes as f64 / ambiguous.len().max(1) as f64);
             let wrong = |o: &&Outcome| o.kind == VerdictKind::MissingEffect && !o.first_right();
-            println!("confident wrong name: {}", Share::of(&out, wrong));
+            say!("confident wrong name: {}", Share::of(&out, wrong));
         }
         Question::Withheld => {
-            println!("error stands out in {} of {}", out.len(), outcomes.len());
+            say!("error stands out in {} of {}", out.len(), outcomes.len());
             let honest = |o: &&Outcome| matches!(o.kind, VerdictKind::OutsideCatalogue | VerdictKind::Ambiguous);
-            println!("outside the catalogue or ambiguous: {}", Share::of(&out, honest));
-            println!("confident wrong name: {}", Share::of(&out, |o| o.kind == VerdictKind::MissingEffect));
+            say!("outside the catalogue or ambiguous: {}", Share::of(&out, honest));
+            say!("confident wrong name: {}", Share::of(&out, |o| o.kind == VerdictKind::MissingEffect));
         }
         Question::Two | Question::Three | Question::Five => {
-            println!("exactly these: {}", Share::of(outcomes, Outcome::exact));
-            println!("first right: {}", Share::of(outcomes, Outcome::first_right));
+            say!("exactly these: {}", Share::of(outcomes, Outcome::exact));
+            say!("first right: {}", Share::of(outcomes, Outcome::first_right));
             let hits: usize = outcomes.iter().map(Outcome::hits).sum();
             let named: usize = outcomes.iter().map(|o| o.named.len()).sum();
             let truth: usize = outcomes.iter().map(|o| o.truth.len()).sum();
-            println!(
-                "precision {:.3}, recall {:.3}",
-                hits as f64 / named.max(1) as f64,
-                hits as f64 / truth.max(1) as f64
-            );
+            say!("precision {:.3}, recall {:.3}", hits as f64 / named.max(1) as f64, hits as f64 / truth.max(1) as f64);
             let ambiguous: Vec<&Outcome> = outcomes.iter().filter(|o| o.kind == VerdictKind::Ambiguous).collect();
             let all = |o: &&Outcome| o.hits() == o.truth.len();
-            println!("all of the truth in the ambiguous set: {}", Share::of(&ambiguous, all));
+            say!("all of the truth in the ambiguous set: {}", Share::of(&ambiguous, all));
             let sizes = ambiguous.iter().map(|o| o.named.len() as f64 / o.truth.len() as f64).sum::<f64>();
             // The sum of nothing is -0.
-            println!("names for each true effect there: {:.2}", (sizes + 0.0) / ambiguous.len().max(1) as f64);
+            say!("names for each true effect there: {:.2}", (sizes + 0.0) / ambiguous.len().max(1) as f64);
         }
     }
     if question == Question::One {
@@ -271,7 +273,7 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
         Question::Withheld => o.stands_out(healthy) && o.kind == VerdictKind::MissingEffect,
         _ => !o.exact(),
     }) {
-        println!(
+        say!(
             "- {} {}: {:?} {} ({:.4}/{:.5} -> {:.4}/{:.5}) {:.1} s",
             o.seed,
             o.effects.join(" "),
@@ -284,5 +286,5 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             o.seconds
         );
     }
-    println!();
+    say!("");
 }
