@@ -327,32 +327,30 @@ impl<S: Scalar<Base = S>> Motor<S> {
     }
 
     /// [`Motor::slopes`] at many points, given with the directions of the motion there, effect by effect: where nothing has to
-    /// be simulated that is quicker than point by point. `take` is told place and slopes.
+    /// be simulated that is quicker than point by point. What was in `balances` and `slopes` is overwritten.
     pub fn slopes_at_each<const PLACES: usize>(
         &self,
         points: &[(OperatingPoint<S>, S); PLACES],
         remembered: &Remembered<S, PLACES>,
-        mut take: impl FnMut(usize, Slopes<S>),
+        balances: &mut [Balance<S>; PLACES],
+        slopes: &mut [Slopes<S>; PLACES],
     ) {
         if self.effects.is_empty() && self.terms.is_empty() {
-            for (n, (at, direction)) in points.iter().enumerate() {
-                take(n, self.slopes_of(at, Some(*direction), &self.base(at), false));
+            for ((at, direction), slopes) in points.iter().zip(slopes) {
+                *slopes = self.slopes_of(at, Some(*direction), &self.base(at), false);
             }
             return;
         }
-        let Some((first, _)) = points.first() else { return };
-        // In place: an array that is mapped would be moved about as a whole.
-        let mut balances = [self.base(first); PLACES];
-        for ((at, _), balance) in points.iter().zip(&mut balances) {
+        for ((at, _), balance) in points.iter().zip(&mut *balances) {
             *balance = self.base(at);
         }
         for (effect, memories) in self.effects.iter().zip(remembered) {
-            let each = points.iter().zip(memories).zip(&mut balances);
+            let each = points.iter().zip(memories).zip(&mut *balances);
             effect.contribute_to_each(each.map(|(((at, _), memory), balance)| (at, memory, balance)));
         }
-        for (n, ((at, direction), balance)) in points.iter().zip(&mut balances).enumerate() {
+        for (((at, direction), balance), slopes) in points.iter().zip(balances).zip(slopes) {
             self.contribute_terms(at, balance);
-            take(n, self.slopes_of(at, Some(*direction), balance, self.lags));
+            *slopes = self.slopes_of(at, Some(*direction), balance, self.lags);
         }
     }
 

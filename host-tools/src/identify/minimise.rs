@@ -28,8 +28,12 @@ const DIFFERENCE: f64 = 1e-6;
 /// may take as many of its own: what is typical is known to an order of magnitude or two.
 const LONGEST: f64 = 1.4;
 
-/// Trials with more and more damping before a step counts as the last; an even number, as they are made in pairs.
-const TRIALS: usize = 8;
+/// Dampings, more and more, that are gone through before a step counts as the last.
+const RUNGS: usize = 8;
+
+/// A place less than this share of the step beside one that was worse is not tried. Among 3326 trials of four diagnoses 17 % were so
+/// close, of which 4 would have succeeded.
+const ALIKE: f64 = 0.1;
 
 /// Damping relative to the diagonal of the normal equations, in the limit of steps that succeed.
 const LEAST_DAMPING: f64 = 1e-12;
@@ -199,9 +203,75 @@ struct Trial {
     cost: f64,
 }
 
-/// The damping of the next trial.
-fn more(damping: f64) -> f64 {
-    (damping * 10.0).max(1e-6)
+/// A damping, and how many less than it have been gone through.
+#[derive(Clone, Copy)]
+struct Rung {
+    number: usize,
+    damping: f64,
+}
+
+impl Rung {
+    fn next(self) -> Self {
+        Self { number: self.number + 1, damping: (self.damping * 10.0).max(1e-6) }
+    }
+}
+
+/// Tries what `trial` makes of the places of more and more damping until one costs less than the `present` place; tells it, and the damping.
+/// A place that is `alike` one that was worse, which is given first, is not tried.
+fn descend(
+    damping: f64,
+    present: f64,
+    place: &(impl Fn(f64) -> Option<Vec<f64>> + Sync),
+    alike: &(impl Fn(&[f64], &[f64]) -> bool + Sync),
+    trial: &(impl Fn(Vec<f64>) -> Trial + Sync),
+) -> (Option<Trial>, f64) {
+    let climb = |rung: &mut Rung, worse: Option<&[f64]>| {
+        while rung.number < RUNGS {
+            let there = place(rung.damping)?;
+            if !worse.is_some_and(|worse| alike(worse, &there)) {
+                return Some(there);
+            }
+            *rung = rung.next();
+        }
+        None
+    };
+    let mut rung = Rung { number: 0, damping };
+    let mut worse: Option<Trial> = None;
+    let mut ahead = None;
+    loop {
+        let tried = match ahead.take() {
+            Some((there, tried)) => {
+                rung = there;
+                tried
+            }
+            None => {
+                let Some(there) = climb(&mut rung, worse.as_ref().map(|w| w.there.as_slice())) else { break };
+                // More than half of the trials fail: the next one is begun where a processor would be idle.
+                let succeeded = AtomicBool::new(false);
+                let (tried, next) = rayon::join(
+                    || {
+                        let tried = trial(there.clone());
+                        succeeded.store(tried.cost < present, Ordering::Relaxed);
+                        tried
+                    },
+                    || {
+                        let mut rung = rung.next();
+                        let next =
+                            if succeeded.load(Ordering::Relaxed) { None } else { climb(&mut rung, Some(&there)) };
+                        next.map(|next| (rung, trial(next)))
+                    },
+                );
+                ahead = next;
+                tried
+            }
+        };
+        if tried.cost < present {
+            return (Some(tried), rung.damping);
+        }
+        worse = Some(tried);
+        rung = rung.next();
+    }
+    (None, rung.damping)
 }
 
 fn search(
@@ -235,33 +305,13 @@ fn search(
             let residuals = problem.at(space, &there);
             Trial { cost: cost(&residuals, &there), there, residuals }
         };
-        let mut accepted = None;
-        let mut ahead = None;
-        for _ in 0..TRIALS {
-            let trial = match ahead.take() {
-                Some(trial) => trial,
-                None => {
-                    let Some(there) = place(damping) else { break };
-                    // More than half of the trials fail: the next one is begun where a processor would be idle.
-                    let succeeded = AtomicBool::new(false);
-                    let (trial, next) = rayon::join(
-                        || {
-                            let trial = at(there);
-                            succeeded.store(trial.cost < present, Ordering::Relaxed);
-                            trial
-                        },
-                        || if succeeded.load(Ordering::Relaxed) { None } else { place(more(damping)).map(at) },
-                    );
-                    ahead = next;
-                    trial
-                }
-            };
-            if trial.cost < present {
-                accepted = Some(trial);
-                break;
-            }
-            damping = more(damping);
-        }
+        // Each coordinate by what it changes.
+        let size = |a: &[f64], b: &[f64]| -> f64 {
+            a.iter().zip(b).enumerate().map(|(k, (a, b))| normal[(k, k)] * (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        let alike = |worse: &[f64], there: &[f64]| size(worse, there) < ALIKE * size(worse, &theta);
+        let (accepted, last) = descend(damping, present, &place, &alike, &at);
+        damping = last;
         let fell = accepted.map(|trial| {
             carry_on(&mut jacobian, &theta, &trial.there, &residuals, &trial.residuals);
             (theta, residuals) = (trial.there, trial.residuals);
@@ -398,7 +448,14 @@ fn normal_equations(
         }
     }
     let weighted = DVector::from_iterator(residuals.len(), residuals.iter().zip(scale).map(|(r, s)| r * s));
-    let mut normal = scaled.tr_mul(&scaled);
+    let p = scaled.ncols();
+    let mut normal = DMatrix::zeros(p, p);
+    for k in 0..p {
+        for j in 0..=k {
+            normal[(j, k)] = scaled.column(j).dot(&scaled.column(k));
+            normal[(k, j)] = normal[(j, k)];
+        }
+    }
     let mut gradient = scaled.tr_mul(&weighted);
     for (k, usual) in usual.iter().enumerate() {
         if let Some(usual) = usual {
@@ -505,6 +562,24 @@ mod tests {
     }
 
     #[test]
+    fn a_place_beside_one_that_was_worse_is_not_tried() {
+        let tried = std::sync::Mutex::new(Vec::new());
+        let trial = |there: Vec<f64>| {
+            tried.lock().unwrap().push(there[0]);
+            Trial { cost: there[0], there, residuals: DVector::zeros(0) }
+        };
+        // From zero; only steps of less than 0.6 are good.
+        let place = |damping: f64| Some(vec![1.0 / (1.0 + damping)]);
+        let alike = |worse: &[f64], there: &[f64]| (worse[0] - there[0]).abs() < ALIKE * worse[0];
+        let (accepted, damping) = descend(1e-6, 0.6, &place, &alike, &trial);
+        assert_eq!(accepted.map(|trial| trial.there), Some(vec![0.5]));
+        assert!((damping - 1.0).abs() < 1e-9, "{damping}");
+        let tried = tried.into_inner().unwrap();
+        // 0.99 and 0.91 lie beside 1; 0.09, the next after 0.5, may have been tried ahead.
+        assert!(tried.iter().all(|there| !(0.6..0.999_99).contains(there)), "{tried:?}");
+    }
+
+    #[test]
     fn a_fit_that_goes_on_ends_where_one_without_a_break_does() {
         let space = Space::new(Kind::PmDc, Base::Full, &[]);
         let problem = Decay::above(0.0);
@@ -536,6 +611,6 @@ mod tests {
         };
         // Where it starts, one new parameter, and the trials of one step, which are made in pairs.
         let beside = evaluations(&|| drop(minimise_beside(&fit, &more, &problem, one)));
-        assert!((3..=2 + TRIALS).contains(&beside), "{beside}");
+        assert!((3..=2 + RUNGS).contains(&beside), "{beside}");
     }
 }

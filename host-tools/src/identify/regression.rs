@@ -215,11 +215,19 @@ pub struct SlidingMean<S> {
 impl<S: Scalar> SlidingMean<S> {
     /// Of a signal, over so many samples.
     pub fn new(signal: &[S], window: usize) -> Self {
-        let running = signal.iter().scan(S::ZERO, |sum, x| {
-            *sum += *x;
-            Some(*sum)
-        });
-        Self { sums: std::iter::once(S::ZERO).chain(running).collect(), half: (window / 2).max(1) }
+        let mut sums = Vec::with_capacity(signal.len() + 1);
+        let mut sum = S::ZERO;
+        sums.push(sum);
+        sums.extend(signal.iter().map(|x| {
+            sum += *x;
+            sum
+        }));
+        Self::of_sums(sums, window)
+    }
+
+    /// Of a signal that is given by its sums from the beginning, the first of which is of nothing.
+    pub fn of_sums(sums: Vec<S>, window: usize) -> Self {
+        Self { sums, half: (window / 2).max(1) }
     }
 
     /// Around sample `n`; at the ends of the signal over what there is.

@@ -23,6 +23,7 @@
 //! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
 //! ASME 79 (1957) 547–552.
 
+mod forming;
 mod motion;
 mod signals;
 mod whole_motor;

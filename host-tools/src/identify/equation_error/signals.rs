@@ -51,8 +51,12 @@ impl View {
 
     /// Change of a signal over each window, from the means over a period around its ends. That of the torque's integral is taken as that of
     /// the speed, which is averaged against its noise: where the torque jumps near a window's end the two would differ.
-    pub fn changes<S: Scalar>(&self, signal: &[S]) -> Vec<S> {
-        let smooth = SlidingMean::new(signal, self.period);
+    pub fn changes(&self, signal: &[f64]) -> Vec<f64> {
+        self.changes_of(&SlidingMean::new(signal, self.period))
+    }
+
+    /// The same from its means over a period.
+    pub fn changes_of<S: Scalar>(&self, smooth: &SlidingMean<S>) -> Vec<S> {
         self.windows.iter().map(|(from, to)| smooth.at(*to) - smooth.at(*from)).collect()
     }
 }

@@ -7,7 +7,9 @@ use greyrig::motor::{Gradient, Motor, OperatingPoint, Slopes, State};
 use greyrig::scalar::Scalar;
 
 use super::Balance;
+use super::forming::{Impulse, VoltageRows, simpson};
 use super::signals::{Signals, View};
+use crate::edges::Edge;
 use crate::experiment::Experiment;
 use crate::identify::regression::{directions, stride};
 use crate::lockstep::{self, Lanes};
@@ -126,27 +128,59 @@ impl<'a> WholeMotor<'a> {
         let Signals { current, speed, current_rate, turning, speed_changes } = signals;
         let e = self.experiment;
         let inertia = motor.parameters().inertia;
-        let [mut inductances, mut rates, mut torques] = [(); 3].map(|()| Vec::with_capacity(e.len()));
-        self.each_slopes::<S, BLOCK>(motor, [current, speed, turning], |slopes| {
-            inductances.push(slopes.inductance);
-            rates.push(slopes.current);
-            torques.push(inertia * slopes.speed);
+        let mut voltage = {
+            let too_much = self.around_edges(motor, current, speed);
+            VoltageRows::new(current_rate, too_much, e.coefficients(), &self.samples)
+        };
+        let mut impulse = (!self.view.windows.is_empty()).then(|| {
+            let lacking = self.lacking_at_edges(motor, current, speed);
+            Impulse::new(e.len(), S::constant(e.interval_s), lacking)
         });
-        let mut left = voltage_left_over(&inductances, current_rate, &rates);
-        // Simpson's rule takes what is smooth; at an edge of the voltage neither it nor what goes with the current is.
-        for (n, [voltage, mean]) in e.means_around_edges(current) {
+        self.each_slopes::<S, BLOCK>(motor, [current, speed, turning], |slopes| {
+            for slopes in slopes {
+                voltage.take(slopes.inductance, slopes.current);
+            }
+            if let Some(impulse) = &mut impulse {
+                for slopes in slopes {
+                    impulse.take(inertia * slopes.speed);
+                }
+            }
+        });
+        let mut rows = voltage.finish();
+        if let Some(impulse) = impulse {
+            let impulses = self.view.changes_of(&impulse.mean_over(self.view.period));
+            rows.extend(impulses.iter().zip(speed_changes).map(|(impulse, x)| *impulse - inertia * S::constant(*x)));
+        }
+        rows
+    }
+
+    /// What the voltage balance leaves too much, V, at the samples around an edge of the voltage: Simpson's rule takes what is
+    /// smooth, and there neither the voltage nor what goes with the current is.
+    fn around_edges<S: Scalar<Base = S>>(&self, motor: &Motor<S>, current: &[f64], speed: &[f64]) -> Vec<(usize, S)> {
+        let e = self.experiment;
+        let too_much = |(n, [voltage, mean]): (usize, [f64; 2])| {
             let smooth = |signal: &[f64]| simpson(signal[n - 1], signal[n], signal[n + 1]);
             let [drop, _] = self.by_current(motor, current, speed, n - 1);
-            left[n] -= S::constant(voltage - smooth(&e.input)) - drop * S::constant(mean - smooth(current));
-        }
-        let filtered = e.filtered(&left);
-        let mut rows: Vec<S> = self.samples.iter().map(|n| filtered[*n]).collect();
-        if self.view.windows.is_empty() {
-            return rows;
-        }
-        let impulses = self.view.changes(&self.impulse(motor, &torques, current, speed));
-        rows.extend(impulses.iter().zip(speed_changes).map(|(impulse, x)| *impulse - inertia * S::constant(*x)));
-        rows
+            (n, S::constant(voltage - smooth(&e.input)) - drop * S::constant(mean - smooth(current)))
+        };
+        e.means_around_edges(current).map(too_much).collect()
+    }
+
+    /// What the trapezium rule lacks of the torque's integral, N m s, from each edge of the voltage on.
+    fn lacking_at_edges<S: Scalar<Base = S>>(
+        &self,
+        motor: &Motor<S>,
+        current: &[f64],
+        speed: &[f64],
+    ) -> Vec<(usize, S)> {
+        let e = self.experiment;
+        let mut lacking = S::ZERO;
+        let up_to = |edge: &Edge| {
+            let [_, torque] = self.by_current(motor, current, speed, edge.n - 1);
+            lacking += torque * S::constant(edge.charge) * S::constant(e.interval_s);
+            (edge.n, lacking)
+        };
+        e.edges.iter().filter(|edge| edge.charge != 0.0).map(up_to).collect()
     }
 
     /// What a further ampere changes at a sample: voltage that the inductance lacks, V/A, and torque, N m/A.
@@ -161,29 +195,13 @@ impl<'a> WholeMotor<'a> {
         [-slopes.inductance.value * slopes.current.by_current, motor.parameters().inertia * slopes.speed.by_current]
     }
 
-    /// Integral of the torque (N m s) from the beginning to each sample, by the trapezium rule and what that lacks at an edge of the
-    /// voltage.
-    fn impulse<S: Scalar<Base = S>>(&self, motor: &Motor<S>, torques: &[S], current: &[f64], speed: &[f64]) -> Vec<S> {
-        let e = self.experiment;
-        let interval = S::constant(e.interval_s);
-        let mut impulse = integral(torques, interval);
-        let (mut lacking, mut from) = (S::ZERO, 0);
-        for edge in e.edges.iter().filter(|edge| edge.charge != 0.0) {
-            impulse[from..edge.n].iter_mut().for_each(|x| *x += lacking);
-            from = edge.n;
-            lacking += self.by_current(motor, current, speed, edge.n - 1)[1] * S::constant(edge.charge) * interval;
-        }
-        impulse[from..].iter_mut().for_each(|x| *x += lacking);
-        impulse
-    }
-
-    /// Tells the slopes at each sample, in their order, from current, speed and current without small reversals as they
-    /// were before the measuring chain.
+    /// Tells the slopes at the samples, in their order and a block at a time, from current, speed and current without small
+    /// reversals as they were before the measuring chain.
     fn each_slopes<S: Scalar<Base = S>, const BLOCK: usize>(
         &self,
         motor: &Motor<S>,
         [current, speed, turning]: [&[f64]; 3],
-        mut take: impl FnMut(Slopes<S>),
+        mut take: impl FnMut(&[Slopes<S>]),
     ) {
         let e = self.experiment;
         let at_terminals = if e.open.contains(&true) { at_open_terminals(motor) } else { None };
@@ -195,6 +213,8 @@ impl<'a> WholeMotor<'a> {
         let mut memories = motor.memories_at_start(state(current, 0));
         let mut remembered = memories.map(|memory| [memory; BLOCK]);
         let mut points = [(at(0), S::ZERO); BLOCK];
+        let mut balances = [motor.balance(&at(0), &memories); BLOCK];
+        let mut slopes = [motor.slopes(&at(0), Some(S::ZERO), &memories); BLOCK];
         for begin in (0..e.len()).step_by(BLOCK) {
             let block = begin..(begin + BLOCK).min(e.len());
             for (n, point) in block.clone().zip(&mut points) {
@@ -211,18 +231,15 @@ impl<'a> WholeMotor<'a> {
             motor.advance_over_each(step, &mut memories, &mut remembered);
             match &at_terminals {
                 Some(at_terminals) if block.clone().any(|n| e.is_open(n)) => {
-                    for (k, n) in block.enumerate() {
+                    for (k, n) in block.clone().enumerate() {
                         let present = if e.is_open(n) { at_terminals } else { motor };
                         let (at, direction) = &points[k];
-                        take(present.slopes(at, Some(*direction), &remembered.each_ref().map(|m| m[k])));
+                        slopes[k] = present.slopes(at, Some(*direction), &remembered.each_ref().map(|m| m[k]));
                     }
                 }
-                _ => motor.slopes_at_each(&points, &remembered, |k, slopes| {
-                    if block.contains(&(begin + k)) {
-                        take(slopes);
-                    }
-                }),
+                _ => motor.slopes_at_each(&points, &remembered, &mut balances, &mut slopes),
             }
+            take(&slopes[..block.len()]);
         }
     }
 
@@ -302,14 +319,6 @@ fn at_open_terminals<S: Scalar<Base = S>>(motor: &Motor<S>) -> Option<Motor<S>> 
     Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
 }
 
-/// What the voltage balance leaves over at each sample, V, from dλ/di, H, the central difference of the measured current and the
-/// rate that the balance wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's:
-/// Simpson's rule leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
-fn voltage_left_over<S: Scalar>(inductances: &[S], measured: &[f64], modelled: &[S]) -> Vec<S> {
-    let each = inductances.iter().zip(measured).zip(means(modelled));
-    each.map(|((inductance, measured), modelled)| *inductance * (S::constant(*measured) - modelled)).collect()
-}
-
 /// Mean of a signal over the two intervals around each sample; beyond its ends it stays as it is.
 fn means<S: Scalar>(signal: &[S]) -> Vec<S> {
     let ([first, .., last], n) = (signal, signal.len()) else { return signal.to_vec() };
@@ -320,22 +329,6 @@ fn means<S: Scalar>(signal: &[S]) -> Vec<S> {
     means
 }
 
-/// Integral of a signal by the trapezium rule over intervals of a length, from nothing.
-fn integral<S: Scalar>(signal: &[S], interval: S) -> Vec<S> {
-    let (mut sum, mut last) = (S::ZERO, S::ZERO);
-    let up_to = |x: &S| {
-        sum += S::constant(0.5) * (last + *x) * interval;
-        last = *x;
-        sum
-    };
-    signal.iter().map(up_to).collect()
-}
-
-/// Mean over two intervals.
-fn simpson<S: Scalar>(before: S, at: S, after: S) -> S {
-    (before + S::constant(4.0) * at + after) / S::constant(6.0)
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
@@ -343,7 +336,6 @@ mod tests {
     use greyrig::motor::{FluxLaw, Parameters};
 
     use super::*;
-    use crate::edges::Edge;
     use crate::model::Filter;
     use crate::recording::{Channel, Recording};
 
