@@ -16,6 +16,7 @@ struct AtSamples<S> {
 
 impl<S: Copy> AtSamples<S> {
     fn new(all: Vec<(usize, S)>) -> Self {
+        debug_assert!(all.is_sorted_by_key(|(at, _)| *at));
         Self { all, passed: 0 }
     }
 
