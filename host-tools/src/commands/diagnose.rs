@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::answer::Answer;
-use super::input::Input;
+use super::input::{self, Input};
 use super::words;
 use crate::compare::{Comparison, compare};
 use crate::diagnose::shape::Shape;
@@ -29,7 +29,7 @@ pub struct Args {
     /// Model file to start from; without it the base model is identified
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
-    /// Kind of motor, without a model file
+    /// Kind of motor, without a model file; by itself what the recordings tell as their `motor`, or else universal
     #[arg(long, value_enum, conflicts_with = "model")]
     kind: Option<Kind>,
     /// Friction terms of the base model, without a model file
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut settings = match &model {
         Some(model) => Settings::of_model(model),
         None => {
-            let kind = args.kind.unwrap_or_default();
+            let kind = input::kind(args.kind, &recordings);
             Settings { base: args.base.unwrap_or(Base::usual(kind)), ..Settings::new(kind) }
         }
     };

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::input::Input;
+use super::input::{self, Input};
 use super::words;
 use crate::compare::compare;
 use crate::error::{Error, Result};
@@ -24,7 +24,7 @@ pub struct Args {
     /// Model file to write
     #[arg(long, value_name = "MODEL.toml")]
     out: Option<PathBuf>,
-    /// Kind of motor
+    /// Kind of motor; by itself what the recordings tell as their `motor`, or else universal
     #[arg(long, value_enum)]
     kind: Option<Kind>,
     /// How far the estimation goes
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Err(Error::usage("--cutoff must be a positive frequency", "give it in Hz, such as --cutoff 250"));
     }
     let recordings = args.input.load()?;
-    let kind = args.kind.unwrap_or_default();
+    let kind = input::kind(args.kind, &recordings);
     let mut settings = Settings::new(kind);
     settings.method = args.method;
     settings.base = args.base.unwrap_or(settings.base);

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
+
 use crate::error::Result;
+use crate::model::Kind;
 use crate::recording::{self, MapArgs, Recording};
 
 /// Recordings and how their columns are named.
@@ -42,4 +45,30 @@ pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
         }
     }
     Ok(recordings)
+}
+
+/// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.
+pub fn kind(given: Option<Kind>, recordings: &[Recording]) -> Kind {
+    let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata.get("motor")?, false).ok());
+    given.or_else(told).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_recording_may_tell_its_kind_of_motor() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |motor: &str| {
+            let path = folder.path().join(format!("{motor}.csv"));
+            fs::write(&path, format!("# motor: {motor}\nt_s,u_v,i_a,omega_rad_s\n0,1,1,0\n0.001,1,1,1\n")).unwrap();
+            recording::load_all(&[path], &MapArgs::default().mapping().unwrap()).unwrap()
+        };
+        assert_eq!(kind(None, &of("pm-dc")), Kind::PmDc);
+        assert_eq!(kind(Some(Kind::Universal), &of("pm-dc")), Kind::Universal);
+        assert_eq!(kind(None, &of("VR-200")), Kind::Universal);
+    }
 }

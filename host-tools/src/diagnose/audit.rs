@@ -170,6 +170,12 @@ impl<'a> Audit<'a> {
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
 
+    /// The error of a fit's speed over what it differs by from one period to the next: 1 of noise, more of what is slow.
+    pub fn wandering(&self, fit: &Refined) -> f64 {
+        let periods = Floor::of_periods(fit, &self.problem, &self.times, self.period_s);
+        Completeness::of(fit, &periods).mechanical
+    }
+
     fn floor(&self, best: &Refined) -> Floor {
         Floor::of_free_run(best, &self.problem, &self.times, self.period_s, self.time_constant_s)
     }

@@ -89,7 +89,13 @@ impl Floor {
         Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
     }
 
-    /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
+    /// The same of what is no turbulence either: what differs from one period to the next.
+    pub fn of_periods(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
+        let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
+        Self::new(fit, [current.usually_apart(period_s), speed.apart(period_s)])
+    }
+
+    /// The floor with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
     /// makes of each row (A, rad/s).
     pub fn with_turbulence_passed_on(
         self,

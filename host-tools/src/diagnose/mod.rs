@@ -148,7 +148,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     };
     let base = climb.fit(&space)?;
     let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
-    let Found { ladder, esr, fitted, errors } = search(&climb, free_run.as_ref(), &base, options, progress)?;
+    let Found { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options, progress)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
@@ -174,8 +174,11 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
-    let remarks =
-        [remarks::held_voltage(&ladder.fit.space, &ladder.found, &full), remarks::flux(space, &ladder.found, &full)];
+    let remarks = [
+        remarks::held_voltage(&ladder.fit.space, &ladder.found, &full),
+        remarks::flux(space, &ladder.found, &full),
+        wandering.filter(|_| verdict.kind == VerdictKind::None).and_then(remarks::wandering),
+    ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
@@ -201,6 +204,8 @@ struct Found {
     esr: [PerSignal; 2],
     /// The fit of the free run, if it holds any effect.
     fitted: Option<Fit>,
+    /// How its speed wanders.
+    wandering: Option<f64>,
     /// Errors of candidates, as far as they are known.
     errors: Vec<InFreeRun>,
 }
@@ -221,7 +226,7 @@ fn search(
     progress(Progress::Doing("free run"));
     let (Some(audit), Some(look)) = (free_run, &look) else {
         climb.find_rivals(&mut ladder, progress)?;
-        return Ok(Found { ladder, esr: [PerSignal::default(); 2], fitted: None, errors: Vec::new() });
+        return Ok(Found { ladder, esr: [PerSignal::default(); 2], fitted: None, wandering: None, errors: Vec::new() });
     };
     // Fits for the report fill the pauses of the search, which goes step by step.
     let tried = ladder.steps.clone();
@@ -229,8 +234,9 @@ fn search(
         rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
     let (ladder, kept) = judged?;
     let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
+    let wandering = Some(audit.wandering(&kept));
     let fitted = (!ladder.found.is_empty()).then_some(kept);
-    Ok(Found { ladder, esr, fitted, errors: errors? })
+    Ok(Found { ladder, esr, fitted, wandering, errors: errors? })
 }
 
 fn insufficient(reason: &str) -> Diagnosis {

@@ -11,6 +11,21 @@ const LESS_FLUX: [&str; 2] = ["saturation", "armature_reaction"];
 /// How far from one half a share of an interval is half of it.
 const HALF_AN_INTERVAL: f64 = 0.1;
 
+/// A speed this many times farther off than it differs by from one period to the next wanders.
+const WANDERS: f64 = 3.0;
+
+/// What no effect explains of the speed and passes for a load that fluctuates: it may as well be something slow that is missing.
+/// `times` are [`super::audit::Audit::wandering`].
+pub fn wandering(times: f64) -> Option<String> {
+    (times > WANDERS).then(|| {
+        format!(
+            "the speed is {times:.0} times as far off as it changes from one period to the next: it wanders, as with a load that \
+             fluctuates. If this one is steady, something slow is missing, such as what warms up: record the same once more; what \
+             comes back at the same time is not the load's"
+        )
+    })
+}
+
 /// A delay that is none of the current channel's.
 pub fn held_voltage(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
     let delay = space.get("channel_delay").filter(|_| found.contains(&"channel_delay"))?;

@@ -95,7 +95,7 @@ impl Verdict {
         };
         Self {
             text: format!(
-                "the model is as good as the data: what is left does not repeat from one period to the next, and no effect of the \
+                "the model is as good as the data: what is left is as noise and a load that fluctuates are, and no effect of the \
                  catalogue lowers the error on data held out. {never_visible} never visible in voltage, current and speed"
             ),
             ..Self::without_effects(VerdictKind::None, sizes)
