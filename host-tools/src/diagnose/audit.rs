@@ -9,7 +9,7 @@ use greyrig::effects::Description;
 
 use super::blocks::{self, HeldOut, p_value};
 use super::climb::SMALLEST_GAIN;
-use super::completeness::{Completeness, Floor};
+use super::completeness::{self, Completeness, Floor};
 use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::screening::{self, Pair, Promise};
@@ -170,10 +170,9 @@ impl<'a> Audit<'a> {
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
 
-    /// The error of a fit's speed over what it differs by from one period to the next: 1 of noise, more of what is slow.
+    /// How the speed of a fit wanders: [`completeness::wandering`].
     pub fn wandering(&self, fit: &Refined) -> f64 {
-        let periods = Floor::of_periods(fit, &self.problem, &self.times, self.period_s);
-        Completeness::of(fit, &periods).mechanical
+        completeness::wandering(fit, &self.problem, &self.times, self.period_s)
     }
 
     fn floor(&self, best: &Refined) -> Floor {

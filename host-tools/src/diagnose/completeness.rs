@@ -89,13 +89,7 @@ impl Floor {
         Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
     }
 
-    /// The same of what is no turbulence either: what differs from one period to the next.
-    pub fn of_periods(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
-        let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        Self::new(fit, [current.usually_apart(period_s), speed.apart(period_s)])
-    }
-
-    /// The floor with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
+    /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
     /// makes of each row (A, rad/s).
     pub fn with_turbulence_passed_on(
         self,
@@ -117,6 +111,14 @@ impl Floor {
     fn new(fit: &Refined, variances: [f64; 2]) -> Self {
         Self([0, 1].map(|g| variances[g].sqrt() * fit.rms[g]))
     }
+}
+
+/// The error of a fit's speed in the free run over what it differs by from one period to the next: 1 of noise, more of what is slow.
+pub fn wandering(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> f64 {
+    let speed = Signal::of(&fit.residuals, problem, times, 1);
+    // The variance of the weighted residuals is 1.
+    let apart = speed.apart(period_s);
+    if apart > 0.0 { apart.sqrt().recip() } else { 1.0 }
 }
 
 /// Residuals, or a part of them, of one group of rows.

@@ -15,7 +15,7 @@ const HALF_AN_INTERVAL: f64 = 0.1;
 const WANDERS: f64 = 3.0;
 
 /// What no effect explains of the speed and passes for a load that fluctuates: it may as well be something slow that is missing.
-/// `times` are [`super::audit::Audit::wandering`].
+/// `times` are those of [`super::completeness::wandering`].
 pub fn wandering(times: f64) -> Option<String> {
     (times > WANDERS).then(|| {
         format!(

@@ -448,6 +448,7 @@ fn normal_equations(
         }
     }
     let weighted = DVector::from_iterator(residuals.len(), residuals.iter().zip(scale).map(|(r, s)| r * s));
+    // Symmetric: half of the products suffice.
     let p = scaled.ncols();
     let mut normal = DMatrix::zeros(p, p);
     for k in 0..p {

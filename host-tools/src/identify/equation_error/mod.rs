@@ -23,7 +23,7 @@
 //! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
 //! ASME 79 (1957) 547–552.
 
-mod forming;
+mod balance_rows;
 mod motion;
 mod signals;
 mod whole_motor;

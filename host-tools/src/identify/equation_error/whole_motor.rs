@@ -7,7 +7,7 @@ use greyrig::motor::{Gradient, Motor, OperatingPoint, Slopes, State};
 use greyrig::scalar::Scalar;
 
 use super::Balance;
-use super::forming::{Impulse, VoltageRows, simpson};
+use super::balance_rows::{Impulse, VoltageRows, simpson};
 use super::signals::{Signals, View};
 use crate::edges::Edge;
 use crate::experiment::Experiment;
