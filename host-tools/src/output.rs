@@ -3,9 +3,10 @@
 use std::fs::OpenOptions;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use crate::error::{Error, Result};
 
@@ -22,9 +23,12 @@ pub fn check_interrupt() -> Result<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
+/// The bars on the terminal, one below the other.
+static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
 /// A progress bar on stderr when that is a terminal, and nothing at all otherwise.
 pub fn progress(what: &'static str, steps: u64) -> ProgressBar {
-    let bar = ProgressBar::new(steps);
+    let bar = BARS.add(ProgressBar::new(steps));
     if let Ok(style) = ProgressStyle::with_template("{msg:24} [{bar:32}] {percent:>3} % {eta}") {
         bar.set_style(style.progress_chars("=> "));
     }

@@ -288,6 +288,31 @@ fn turbulence_of_the_load_is_no_structure() {
 }
 
 #[test]
+fn what_comes_back_in_a_second_recording_is_not_the_loads() {
+    let record = |turbulence: Option<f64>, effects: &[&str], seed: u64| {
+        let setup = Setup::new(Kind::Universal).seconds(12.0).seed(seed);
+        let setup = Setup { turbulence: turbulence.unwrap_or(setup.turbulence), ..setup };
+        effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect")).run().expect("a run").recording
+    };
+    let ask = |turbulence: Option<f64>, effects: &[&str], seeds: &[u64]| {
+        let recordings: Vec<Recording> = seeds.iter().map(|seed| record(turbulence, effects, *seed)).collect();
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &["bearing_warmup"]), &|_| ())
+            .expect("a diagnosis")
+            .verdict
+    };
+    // Once a bearing that warms up looks like a load that fluctuates; twice it does not.
+    let warming = ["bearing_warmup=0.5"];
+    let once = ask(None, &warming, &[5]);
+    assert!(once.kind == VerdictKind::None && once.text.contains("record the same once more"), "{}", once.text);
+    let twice = ask(None, &warming, &[5, 6]);
+    assert_eq!(twice.kind, VerdictKind::OutsideCatalogue, "{}", twice.text);
+    assert!(twice.text.contains("what does is the motor's"), "{}", twice.text);
+    // Seventeen times the usual turbulence, which lasts for longer than a window of the torque balance.
+    let twice = ask(Some(0.05), &[], &[3, 4]);
+    assert!(twice.kind == VerdictKind::None && twice.text.contains("the load fluctuates"), "{}", twice.text);
+}
+
+#[test]
 fn turbulence_of_the_load_does_not_hide_what_the_catalogue_lacks() {
     // 2.5 V at both brushes: the lead is a constant voltage with the sign of the current. (A term that takes the drive away from the
     // torque balance, -K i², would take all of it away if the inertia and the friction went with it, with K free or not.)

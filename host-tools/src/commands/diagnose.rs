@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let options = Options { settings: settings.clone(), exclude: args.exclude.clone(), candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
     let (began, ranked) = (Instant::now(), AtomicBool::new(false));
-    let result = diagnose(&recordings, &options, &|at| match at {
+    let watch = |at: Progress<'_>| match at {
         Progress::Doing(what) => {
             bar.set_message(what.to_owned());
             bar.inc(1);
@@ -75,12 +75,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             bar.println(first_look(candidates, began.elapsed()));
         }
         Progress::Ranking(_) => (),
-    });
+    };
+    // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
+    let compared = || {
+        let fitted = identify::identify(&recordings, &settings).ok()?.model;
+        let comparison = compare(&fitted, &recordings).ok();
+        Some((fitted, comparison))
+    };
+    let (result, compared) = rayon::join(|| diagnose(&recordings, &options, &watch), compared);
     bar.finish_and_clear();
     let d = result?;
-    // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
-    let fitted = identify::identify(&recordings, &settings).ok().map(|i| i.model);
-    let comparison = fitted.as_ref().and_then(|m| compare(m, &recordings).ok());
+    let (fitted, comparison) = compared.unzip();
+    let comparison = comparison.flatten();
     if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let mut report = Report::new("Which effect is missing").lead(headline(&d)).text("Why", d.verdict.text.clone());

@@ -18,8 +18,10 @@ use crate::identify::Settings;
 use crate::identify::minimise::Effort;
 use crate::recording::Recording;
 
-/// Candidates whose free-run error is refined for the report.
+/// Candidates whose free-run error is refined for the report, at most.
 const REFINED: usize = 3;
+/// And of these those that gain more than this share of what the best one gains.
+const CLOSE: f64 = 0.5;
 
 /// A candidate that was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,10 +58,11 @@ pub fn errors_in_free_run(
     if !options.candidates_refined {
         return Ok(Vec::new());
     }
+    let best = steps.first().and_then(|s| s.tried.first()).map_or(0.0, |t| t.gain);
     let error = |(step, place, t): (usize, usize, &Tried)| {
         let error = match error_of(t, known) {
             Some(error) => error,
-            None if step == 0 && place < REFINED && t.objection.is_none() => {
+            None if step == 0 && place < REFINED && t.gain > CLOSE * best && t.objection.is_none() => {
                 audit.ratio(audit.fit_with(&t.fit.space, Effort::ESTIMATE)?.rms)
             }
             None => audit.ratio(audit.error_at(&t.fit.space)),

@@ -11,9 +11,15 @@
 //! of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow from D = T, 2T, 4T and 8T
 //! by least squares; the floor f is √(w + σ²).
 //!
+//! Where recordings of the same excitation are among them ([`repeats`](super::repeats)), what is slow need not be concluded: what does not
+//! come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e e'⟩ is the floor of the torque balance where
+//! that is more, and stands for σ² in the free run, where e are means over a period, whatever the phase of the mains was.
+//!
 //! Turbulence passes to the current by way of the speed, where it is slow as well. With d the free run's current less that at the
 //! measured speed, and e the error of the speed, the square of the current's floor is larger by
 //! `min(1, f²/⟨e²⟩) (⟨d²⟩ − ⟨(d(t + T) − d(t))²⟩/2)` where a verdict is judged.
+
+use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -70,23 +76,36 @@ impl Floor {
     }
 
     /// Of both balances from a fit by equation error; `times` are recording and time of each row, `period_s` that of the
-    /// mains. Structure that grows or fades counts to some degree, so the floor of the best fit is that of all.
-    pub fn of_balances(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> Self {
+    /// mains, `repeats` recordings of the same excitation, two by two. Structure that grows or fades counts to some degree, so the floor
+    /// of the best fit is that of all.
+    pub fn of_balances(
+        fit: &Refined,
+        problem: &impl Residuals,
+        times: &[(usize, f64)],
+        period_s: f64,
+        repeats: &[[usize; 2]],
+    ) -> Self {
         let [voltage, torque] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        let bent = STRIDES.map(|stride| torque.bent(stride));
-        Self::new(fit, [voltage.apart(period_s), bent.into_iter().fold(0.0, f64::max)])
+        let bent = STRIDES.map(|stride| torque.bent(stride)).into_iter().fold(0.0, f64::max);
+        let torque = torque.comes_back(repeats).map_or(bent, |back| bent.max(back.differs + back.others * bent));
+        Self::new(fit, [voltage.apart(period_s), torque])
     }
 
-    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
+    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor, `repeats` as in [`Floor::of_balances`].
     pub fn of_free_run(
         fit: &Refined,
         problem: &impl Residuals,
         times: &[(usize, f64)],
         period_s: f64,
         time_constant_s: f64,
+        repeats: &[[usize; 2]],
     ) -> Self {
         let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        Self::new(fit, [current.usually_apart(period_s), speed.with_turbulence(period_s, time_constant_s)])
+        let turbulent = speed.with_turbulence(period_s, time_constant_s);
+        let fast = speed.apart(period_s);
+        let by_repeats = |back: Back| fast + back.differs + back.others * (turbulent - fast).max(0.0);
+        let speed = speed.means(period_s).comes_back(repeats).map_or(turbulent, by_repeats);
+        Self::new(fit, [current.usually_apart(period_s), speed])
     }
 
     /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
@@ -119,6 +138,28 @@ pub fn wandering(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)]
     // The variance of the weighted residuals is 1.
     let apart = speed.apart(period_s);
     if apart > 0.0 { apart.sqrt().recip() } else { 1.0 }
+}
+
+/// Share of what is slow in the error of a fit's speed in the free run, over periods of the mains, that comes back in recordings of the
+/// same excitation, two by two. `None`: there are none.
+pub fn comes_back(
+    fit: &Refined,
+    problem: &impl Residuals,
+    times: &[(usize, f64)],
+    period_s: f64,
+    repeats: &[[usize; 2]],
+) -> Option<f64> {
+    Signal::of(&fit.residuals, problem, times, 1).means(period_s).comes_back(repeats).map(|back| back.share)
+}
+
+/// What comes back in recordings of the same excitation.
+struct Back {
+    /// Share of their mean square.
+    share: f64,
+    /// Sum of the squares of what does not, over the number of all rows.
+    differs: f64,
+    /// Rows that are not theirs, as a share.
+    others: f64,
 }
 
 /// Residuals, or a part of them, of one group of rows.
@@ -165,6 +206,47 @@ impl Signal {
             (a.0 == b.0 && (b.1 - a.1 - lag_s).abs() < self.step_s)
                 .then(|| (self.residuals[k + lag] - self.residuals[k]).powi(2) / 2.0)
         })
+    }
+
+    /// Means over a period.
+    fn means(&self, period_s: f64) -> Self {
+        let mut means: BTreeMap<(usize, i64), (f64, f64)> = BTreeMap::new();
+        for ((recording, t), e) in self.times.iter().zip(&self.residuals) {
+            // A row that lies on the border of two periods belongs to the later one, however its time is rounded.
+            let period = ((t + 0.5 * self.step_s) / period_s).floor() as i64;
+            let (sum, count) = means.entry((*recording, period)).or_default();
+            *sum += e;
+            *count += 1.0;
+        }
+        Self {
+            residuals: means.values().map(|(sum, count)| sum / count).collect(),
+            times: means.keys().map(|(recording, period)| (*recording, *period as f64 * period_s)).collect(),
+            step_s: period_s,
+        }
+    }
+
+    /// With e and e' of two recordings at the same time: ⟨e e'⟩ over half of ⟨e²⟩ + ⟨e'²⟩ is what comes back, 1 where they are equal, 0 on
+    /// average where they have nothing to do with each other.
+    fn comes_back(&self, repeats: &[[usize; 2]]) -> Option<Back> {
+        let rows = || self.times.iter().zip(&self.residuals);
+        let row = |((recording, t), e): (&(usize, f64), &f64)| ((*recording, (t / self.step_s).round() as i64), *e);
+        let by_time: BTreeMap<(usize, i64), f64> = rows().map(row).collect();
+        let (mut products, mut squares) = (0.0, 0.0);
+        for ((recording, time), e) in &by_time {
+            let others = repeats.iter().filter(|[one, _]| one == recording);
+            for again in others.filter_map(|[_, other]| by_time.get(&(*other, *time))) {
+                products += e * again;
+                squares += 0.5 * (e * e + again * again);
+            }
+        }
+        if squares == 0.0 {
+            return None;
+        }
+        let share = products / squares;
+        let theirs = || rows().filter(|(time, _)| repeats.iter().flatten().any(|recording| *recording == time.0));
+        let count = self.residuals.len() as f64;
+        let differs = (1.0 - share) * theirs().map(|(_, e)| e * e).sum::<f64>() / count;
+        Some(Back { share, differs, others: 1.0 - theirs().count() as f64 / count })
     }
 
     /// A sixth of the mean square of the second difference of rows that lie a `stride` apart; 0: not known.
@@ -281,6 +363,55 @@ mod tests {
         // The white noise has 0.09, known to 0.01 as below. Of the sine's 4.5 the three terms miss what D⁴ brings: at 8T
         // (2π·0.16 s/4 s)²/12 = 0.5 % of its part there, which is 3 % of it.
         assert!((floor - 0.09).abs() < 0.011, "{floor}");
+    }
+
+    /// Two recordings of half a minute each: a process each, and something that depends on time, in both.
+    fn twice(structure: impl Fn(f64) -> f64) -> Signal {
+        let mut both = speed(1.0, |t| structure(t % 30.0));
+        for time in &mut both.times {
+            *time = ((time.1 / 30.0) as usize, time.1 % 30.0);
+        }
+        both
+    }
+
+    #[test]
+    fn what_has_nothing_to_do_with_each_other_does_not_come_back() {
+        let back = twice(|_| 0.0).means(PERIOD_S).comes_back(&[[0, 1]]).unwrap();
+        // 30 s hold 37 independent pieces of a process of 0.4 s: 1/√37 = 0.16, 2.5 sigma.
+        assert!(back.share.abs() < 0.4 && back.others == 0.0, "{}", back.share);
+        // Of the process, without the noise of a single row; known as above.
+        assert!((0.6..1.4).contains(&back.differs), "{}", back.differs);
+    }
+
+    #[test]
+    fn what_is_slow_and_comes_back_does_not_pass_for_turbulence() {
+        // A process like the other one, but the same both times, of twice the size: four fifths of all.
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let kept = (-1e-3 / ROTOR_S).exp();
+        let mut state = 0.0;
+        let mut next = || {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            state = kept * state + 2.0 * (1.0 - kept * kept).sqrt() * normal;
+            state
+        };
+        let path: Vec<f64> = (0..30_000).map(|_| next()).collect();
+        let signal = twice(|t| path[((t / 1e-3).round() as usize).min(29_999)]);
+        let back = signal.means(PERIOD_S).comes_back(&[[0, 1]]).unwrap();
+        // Of 5, what is common times what is not has 2/√37 in either recording, what is not times itself 1/√37; and the sizes are known to
+        // 16 %: 0.1 in all, 2.5 sigma.
+        assert!((back.share - 0.8).abs() < 0.25, "{}", back.share);
+        assert!((0.3..1.7).contains(&back.differs), "{}", back.differs);
+        let by_lags = signal.with_turbulence(PERIOD_S, ROTOR_S) / variance(&signal);
+        assert!(by_lags > 0.6, "{by_lags}");
+    }
+
+    #[test]
+    fn rows_of_other_recordings_are_counted_as_others() {
+        let mut signal = twice(|_| 0.0);
+        signal.times.iter_mut().filter(|(_, t)| *t >= 20.0).for_each(|time| time.0 += 2);
+        let back = signal.means(PERIOD_S).comes_back(&[[0, 1]]).unwrap();
+        assert!((back.others - 1.0 / 3.0).abs() < 1e-3, "{}", back.others);
+        assert!(signal.comes_back(&[]).is_none() && signal.comes_back(&[[5, 6]]).is_none());
     }
 
     #[test]

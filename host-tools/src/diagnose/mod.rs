@@ -25,6 +25,7 @@ pub mod lead;
 pub mod orders;
 pub mod refitted;
 mod remarks;
+pub mod repeats;
 pub mod samples;
 pub mod screening;
 pub mod second_look;
@@ -47,6 +48,7 @@ use completeness::Completeness;
 use fit::Fit;
 use ladder::Ladder;
 use lead::Lead;
+use remarks::Wandering;
 use samples::Finding;
 use screening::Holds;
 use second_look::SecondLook;
@@ -177,7 +179,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     let remarks = [
         remarks::held_voltage(&ladder.fit.space, &ladder.found, &full),
         remarks::flux(space, &ladder.found, &full),
-        wandering.filter(|_| verdict.kind == VerdictKind::None).and_then(remarks::wandering),
+        wandering.and_then(|wandering| remarks::wandering(verdict.kind, wandering)),
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
@@ -205,7 +207,7 @@ struct Found {
     /// The fit of the free run, if it holds any effect.
     fitted: Option<Fit>,
     /// How its speed wanders.
-    wandering: Option<f64>,
+    wandering: Option<Wandering>,
     /// Errors of candidates, as far as they are known.
     errors: Vec<InFreeRun>,
 }
@@ -234,7 +236,7 @@ fn search(
         rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
     let (ladder, kept) = judged?;
     let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
-    let wandering = Some(audit.wandering(&kept));
+    let wandering = Some(Wandering { times: audit.wandering(&kept), comes_back: audit.comes_back(&kept) });
     let fitted = (!ladder.found.is_empty()).then_some(kept);
     Ok(Found { ladder, esr, fitted, wandering, errors: errors? })
 }

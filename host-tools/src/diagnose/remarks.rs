@@ -1,5 +1,6 @@
 //! What a motor engineer would add to a verdict.
 
+use super::VerdictKind;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
 use crate::identify::scales::Scales;
@@ -14,16 +15,36 @@ const HALF_AN_INTERVAL: f64 = 0.1;
 /// A speed this many times farther off than it differs by from one period to the next wanders.
 const WANDERS: f64 = 3.0;
 
-/// What no effect explains of the speed and passes for a load that fluctuates: it may as well be something slow that is missing.
-/// `times` are those of [`super::completeness::wandering`].
-pub fn wandering(times: f64) -> Option<String> {
-    (times > WANDERS).then(|| {
-        format!(
-            "the speed is {times:.0} times as far off as it changes from one period to the next: it wanders, as with a load that \
-             fluctuates. If this one is steady, something slow is missing, such as what warms up: record the same once more; what \
-             comes back at the same time is not the load's"
-        )
-    })
+/// How a speed wanders.
+#[derive(Debug, Clone, Copy)]
+pub struct Wandering {
+    /// [`super::completeness::wandering`].
+    pub times: f64,
+    /// [`super::completeness::comes_back`].
+    pub comes_back: Option<f64>,
+}
+
+/// What no effect explains of the speed and may be a load that fluctuates or something slow that is missing: recordings of the same
+/// excitation tell.
+pub fn wandering(verdict: VerdictKind, Wandering { times, comes_back }: Wandering) -> Option<String> {
+    let wanders = format!("the speed is {times:.0} times as far off as it changes from one period to the next");
+    let share = comes_back.map(|share| format!("{:.0} %", 100.0 * share.max(0.0)));
+    match (verdict, share) {
+        _ if times <= WANDERS => None,
+        (VerdictKind::None, None) => Some(format!(
+            "{wanders}: it wanders, as with a load that fluctuates. If this one is steady, something slow is missing, such as what \
+             warms up: record the same once more; what comes back at the same time is not the load's"
+        )),
+        (VerdictKind::None, Some(share)) => Some(format!(
+            "{wanders}: it wanders, and {share} of that comes back in the recording of the same excitation: the load fluctuates, or the \
+             motor was not in the same state, as where it had not cooled down"
+        )),
+        (VerdictKind::OutsideCatalogue, Some(share)) => Some(format!(
+            "{wanders}, and {share} of that comes back in the recording of the same excitation: what does is the motor's, and not of a \
+             load that fluctuates"
+        )),
+        _ => None,
+    }
 }
 
 /// A delay that is none of the current channel's.

@@ -113,6 +113,8 @@ const FIVE: [&str; 5] = ["saturation", "hysteresis", "eddy_current", "brush_drop
 pub enum Excitation {
     /// AC alone.
     Ac,
+    /// The same twice.
+    Twice,
     /// AC, and a direct start: an inrush of ten times the usual current.
     Start,
     /// AC, DC steps, a locked rotor and a coast-down.
@@ -126,7 +128,7 @@ const ALIKE_ON_AC: [&str; 2] = ["eddy_current", "transformer_emf"];
 
 /// An effect and those that cannot be told from it: the class, and on AC alone its like.
 fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> {
-    if matches!(excitation, Excitation::Ac | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
+    if matches!(excitation, Excitation::Ac | Excitation::Twice | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
     greyrig_host::diagnose::classes::class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
@@ -134,12 +136,13 @@ fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> 
 
 impl Excitation {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Ac, Self::Start, Self::Set, Self::Magnet];
+    pub const ALL: [Self; 5] = [Self::Ac, Self::Twice, Self::Start, Self::Set, Self::Magnet];
 
     /// How figures name it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Ac => "ac",
+            Self::Twice => "twice",
             Self::Start => "start",
             Self::Set => "set",
             Self::Magnet => "magnet",
@@ -150,6 +153,7 @@ impl Excitation {
     pub fn profiles(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Ac => &[("staircase", 12.0)],
+            Self::Twice => &[("staircase", 12.0); 2],
             Self::Start => &[("start", 3.0), ("staircase", 9.0)],
             Self::Set => &[("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
             Self::Magnet => &[("dc-steps", 8.0), ("dc-ramp", 6.0), ("coast-down", 9.0)],
@@ -159,7 +163,7 @@ impl Excitation {
     /// The motor.
     pub const fn kind(self) -> Kind {
         match self {
-            Self::Ac | Self::Start | Self::Set => Kind::Universal,
+            Self::Ac | Self::Twice | Self::Start | Self::Set => Kind::Universal,
             Self::Magnet => Kind::PmDc,
         }
     }

@@ -9,7 +9,8 @@ use greyrig_host::recording::write;
 
 use crate::cases::Case;
 
-/// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording, `held-out.csv` and `truth.json`,
+/// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording (`<profile>-again.csv` for a second
+/// one), `held-out.csv` and `truth.json`,
 /// which has the base model's free-run error-to-signal ratios too: they say whether the effects stand out.
 ///
 /// # Errors
@@ -18,9 +19,10 @@ pub fn export(case: &Case, folder: &Path) -> Result<()> {
     let folder = folder.join(case.seed.to_string());
     std::fs::create_dir_all(&folder).map_err(|e| refused(&folder, &e))?;
     let recordings = case.recordings()?;
-    let mut names = Vec::new();
+    let mut names: Vec<String> = Vec::new();
     for ((profile, _), recording) in case.excitation.profiles().iter().zip(&recordings) {
-        let name = format!("{profile}.csv");
+        let once = format!("{profile}.csv");
+        let name = if names.contains(&once) { format!("{profile}-again.csv") } else { once };
         write(recording, &folder.join(&name), true)?;
         names.push(name);
     }

@@ -17,6 +17,7 @@ use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::refitted::held_out_refitted;
+use super::repeats;
 use super::screening::{self, Pair, Promise};
 use super::shape::{self, Shape};
 use super::{Progress, Watch};
@@ -27,7 +28,7 @@ use crate::identify::intervals_of;
 use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
-use step::winner;
+use step::{SHOWN, winner};
 
 /// Smallest fall of the held-out error, sum of the logarithms of both balances.
 pub const SMALLEST_GAIN: f64 = 0.1;
@@ -48,6 +49,8 @@ pub struct Climb<'a> {
     problem: EquationError<'a>,
     blocks: Vec<usize>,
     period_s: f64,
+    /// Recordings of the same excitation, two by two.
+    repeats: Vec<[usize; 2]>,
     candidates: Vec<&'static Description>,
     most: usize,
 }
@@ -58,7 +61,8 @@ impl<'a> Climb<'a> {
         let problem = EquationError::new(experiments)?;
         let blocks = blocks::blocks(problem.times());
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
-        Some(Self { experiments, problem, blocks, period_s, candidates, most })
+        let repeats = repeats::of_experiments(experiments);
+        Some(Self { experiments, problem, blocks, period_s, repeats, candidates, most })
     }
 
     /// Fits a model as it is.
@@ -105,7 +109,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn first_step(&self, fit: &Fit) -> Result<Step> {
-        let mut step = self.step(fit, &[], 0.0, &|_| ())?;
+        let mut step = self.step(fit, &[], 0.0, SHOWN, &|_| ())?;
         step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
     }
@@ -130,7 +134,8 @@ impl<'a> Climb<'a> {
         let left_out = left_out(base.space.kind(), &steps, &found);
         while found.len() < self.most {
             let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
-            let mut step = self.step(&fit, &left_out, gained, progress)?;
+            let shown = if steps.is_empty() { SHOWN } else { 0 };
+            let mut step = self.step(&fit, &left_out, gained, shown, progress)?;
             let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
             step.winners = winner.iter().map(|w| w.0).collect();
             steps.push(step);
@@ -211,6 +216,10 @@ impl<'a> Climb<'a> {
             _ => fit,
         };
         ladder.found = kept.to_vec();
+        if !self.repeats.is_empty() {
+            // What does not come back depends on what the model has, and that is less now.
+            ladder.floor = self.floor(&ladder.fit);
+        }
         ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }
@@ -249,7 +258,7 @@ impl<'a> Climb<'a> {
 
     /// What does not repeat.
     fn floor(&self, fit: &Refined) -> Floor {
-        Floor::of_balances(fit, &self.problem, self.problem.times(), self.period_s)
+        Floor::of_balances(fit, &self.problem, self.problem.times(), self.period_s, &self.repeats)
     }
 
     /// The logarithm of a fit's error on the data that it was fitted to.

@@ -1,0 +1,98 @@
+//! Recordings of the same excitation: what is off at the same time in both is the motor's, what is not is noise or the load's.
+
+use crate::experiment::Experiment;
+
+/// Time over which voltages are compared where there is no mains, s.
+const WINDOW_S: f64 = 0.02;
+/// Largest difference of two voltages that are the same, as a share of the largest.
+const SAME: f64 = 0.03;
+/// Share of the windows that may differ: a step may lie a little earlier in one recording.
+const MAY_DIFFER: f64 = 0.05;
+/// Share of the longer recording that the shorter one has to have.
+const LONG_ENOUGH: f64 = 0.8;
+
+/// Recordings, two by two, whose voltage had the same course, whatever the phase of the mains was.
+pub fn of_experiments(experiments: &[Experiment]) -> Vec<[usize; 2]> {
+    let courses: Vec<Vec<Window>> = experiments.iter().map(course).collect();
+    let pairs = (0..experiments.len()).flat_map(|a| (a + 1..experiments.len()).map(move |b| [a, b]));
+    let alike = |[a, b]: &[usize; 2]| {
+        experiments[*a].drive == experiments[*b].drive
+            && (experiments[*a].interval_s / experiments[*b].interval_s - 1.0).abs() < 1e-6
+            && is_same(&courses[*a], &courses[*b])
+    };
+    pairs.filter(alike).collect()
+}
+
+/// What the motor was given over a window.
+struct Window {
+    mean: f64,
+    rms: f64,
+    is_locked: bool,
+    is_open: bool,
+}
+
+fn course(e: &Experiment) -> Vec<Window> {
+    let samples = (e.mains_period_s.unwrap_or(WINDOW_S) / e.interval_s).round().max(1.0) as usize;
+    let window = |(k, input): (usize, &[f64])| Window {
+        mean: input.iter().sum::<f64>() / samples as f64,
+        rms: (input.iter().map(|u| u * u).sum::<f64>() / samples as f64).sqrt(),
+        is_locked: e.is_locked(k * samples),
+        is_open: e.is_open(k * samples),
+    };
+    e.input.chunks_exact(samples).enumerate().map(window).collect()
+}
+
+fn is_same(a: &[Window], b: &[Window]) -> bool {
+    let (shorter, longer) = (a.len().min(b.len()), a.len().max(b.len()));
+    if shorter == 0 || (shorter as f64) < LONG_ENOUGH * longer as f64 {
+        return false;
+    }
+    let largest = a.iter().chain(b).map(|w| w.rms).fold(0.0, f64::max);
+    let differ = |(a, b): &(&Window, &Window)| {
+        (a.mean - b.mean).abs() > SAME * largest
+            || (a.rms - b.rms).abs() > SAME * largest
+            || (a.is_locked, a.is_open) != (b.is_locked, b.is_open)
+    };
+    let different = a.iter().zip(b).filter(differ).count();
+    different as f64 <= MAY_DIFFER * shorter as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Filter, Kind};
+    use crate::rig::Setup;
+
+    fn recorded(kind: Kind, profile: &str, seed: u64) -> Experiment {
+        let setup = Setup::new(kind).profile(profile).unwrap().seconds(4.0).seed(seed);
+        Experiment::new(&setup.run().unwrap().recording, &Filter::default()).unwrap()
+    }
+
+    #[test]
+    fn the_same_excitation_is_told_whatever_the_phase_of_the_mains_and_the_noise_are() {
+        let experiments = [("staircase", 1), ("ramp", 1), ("staircase", 2), ("staircase", 3)]
+            .map(|(profile, seed)| recorded(Kind::Universal, profile, seed));
+        assert_eq!(of_experiments(&experiments), [[0, 2], [0, 3], [2, 3]]);
+        // A quarter of a period later.
+        let mut later = experiments[2].clone();
+        later.input.rotate_left((0.005 / later.interval_s) as usize);
+        assert_eq!(of_experiments(&[experiments[0].clone(), later]), [[0, 1]]);
+    }
+
+    #[test]
+    fn another_size_sign_or_state_of_the_supply_is_another_excitation() {
+        let one = recorded(Kind::PmDc, "dc-steps", 1);
+        let changed = |change: &dyn Fn(&mut Experiment)| {
+            let mut other = recorded(Kind::PmDc, "dc-steps", 2);
+            change(&mut other);
+            of_experiments(&[one.clone(), other]).len()
+        };
+        assert_eq!(changed(&|_| ()), 1);
+        assert_eq!(changed(&|e| e.input.iter_mut().for_each(|u| *u *= 0.99)), 1, "a per cent is nothing");
+        assert_eq!(changed(&|e| e.input.iter_mut().for_each(|u| *u *= 0.9)), 0);
+        assert_eq!(changed(&|e| e.input.iter_mut().for_each(|u| *u *= -1.0)), 0, "of the same RMS");
+        assert_eq!(changed(&|e| e.open = (0..e.len()).map(|n| n > e.len() / 2).collect()), 0);
+        assert_eq!(changed(&|e| e.locked = vec![true; e.len()]), 0);
+        assert_eq!(changed(&|e| e.input.truncate(e.input.len() / 2)), 0, "half of it");
+    }
+}
