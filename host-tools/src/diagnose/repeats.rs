@@ -16,8 +16,10 @@ pub fn of_experiments(experiments: &[Experiment]) -> Vec<[usize; 2]> {
     let courses: Vec<Vec<Window>> = experiments.iter().map(course).collect();
     let pairs = (0..experiments.len()).flat_map(|a| (a + 1..experiments.len()).map(move |b| [a, b]));
     let alike = |[a, b]: &[usize; 2]| {
-        experiments[*a].drive == experiments[*b].drive
-            && (experiments[*a].interval_s / experiments[*b].interval_s - 1.0).abs() < 1e-6
+        let [one, other] = [a, b].map(|k| &experiments[*k]);
+        one.drive == other.drive
+            && (one.interval_s / other.interval_s - 1.0).abs() < 1e-6
+            && samples_of_window(one) == samples_of_window(other)
             && is_same(&courses[*a], &courses[*b])
     };
     pairs.filter(alike).collect()
@@ -31,8 +33,12 @@ struct Window {
     is_open: bool,
 }
 
+fn samples_of_window(e: &Experiment) -> usize {
+    (e.mains_period_s.unwrap_or(WINDOW_S) / e.interval_s).round().max(1.0) as usize
+}
+
 fn course(e: &Experiment) -> Vec<Window> {
-    let samples = (e.mains_period_s.unwrap_or(WINDOW_S) / e.interval_s).round().max(1.0) as usize;
+    let samples = samples_of_window(e);
     let window = |(k, input): (usize, &[f64])| Window {
         mean: input.iter().sum::<f64>() / samples as f64,
         rms: (input.iter().map(|u| u * u).sum::<f64>() / samples as f64).sqrt(),
