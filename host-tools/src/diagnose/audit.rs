@@ -9,7 +9,7 @@ use greyrig::effects::Description;
 
 use super::blocks::{self, HeldOut, p_value};
 use super::climb::SMALLEST_GAIN;
-use super::completeness::{self, Completeness, Floor};
+use super::completeness::{self, Completeness, Course, Floor};
 use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::repeats;
@@ -176,23 +176,26 @@ impl<'a> Audit<'a> {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
         let passed_on = self.problem.through_the_speed(with);
         let floor = self.floor(with);
-        let floor = floor.with_turbulence_passed_on(with, &self.problem, &passed_on, &self.times, self.period_s);
+        let floor = floor.with_turbulence_passed_on(with, &self.problem, &passed_on, &self.course());
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
 
     /// How the speed of a fit wanders: [`completeness::wandering`].
     pub fn wandering(&self, fit: &Refined) -> f64 {
-        completeness::wandering(fit, &self.problem, &self.times, self.period_s)
+        completeness::wandering(fit, &self.problem, &self.course())
     }
 
     /// How much of a fit's error of the speed comes back in recordings of the same excitation: [`completeness::comes_back`].
     pub fn comes_back(&self, fit: &Refined) -> Option<f64> {
-        completeness::comes_back(fit, &self.problem, &self.times, self.period_s, &self.repeats)
+        completeness::comes_back(fit, &self.problem, &self.course())
     }
 
     fn floor(&self, best: &Refined) -> Floor {
-        let (times, repeats) = (&self.times, &self.repeats);
-        Floor::of_free_run(best, &self.problem, times, self.period_s, self.time_constant_s, repeats)
+        Floor::of_free_run(best, &self.problem, &self.course(), self.time_constant_s)
+    }
+
+    fn course(&self) -> Course<'_> {
+        Course { times: &self.times, period_s: self.period_s, repeats: &self.repeats }
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.

@@ -62,6 +62,17 @@ pub struct Completeness {
     pub mechanical: f64,
 }
 
+/// When the rows were measured, and how often the same.
+#[derive(Debug, Clone, Copy)]
+pub struct Course<'a> {
+    /// Recording and time, s, of each row.
+    pub times: &'a [(usize, f64)],
+    /// Period of the mains, s.
+    pub period_s: f64,
+    /// Recordings of the same excitation, two by two.
+    pub repeats: &'a [[usize; 2]],
+}
+
 /// What does not repeat: RMS of the voltage balance (V) and the torque balance (N m s per window).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Floor([f64; 2]);
@@ -75,31 +86,19 @@ impl Floor {
         self.0.iter().any(|f| *f > 0.0)
     }
 
-    /// Of both balances from a fit by equation error; `times` are recording and time of each row, `period_s` that of the
-    /// mains, `repeats` recordings of the same excitation, two by two. Structure that grows or fades counts to some degree, so the floor
-    /// of the best fit is that of all.
-    pub fn of_balances(
-        fit: &Refined,
-        problem: &impl Residuals,
-        times: &[(usize, f64)],
-        period_s: f64,
-        repeats: &[[usize; 2]],
-    ) -> Self {
+    /// Of both balances from a fit by equation error. Structure that grows or fades counts to some degree, so the floor of the best fit is
+    /// that of all.
+    pub fn of_balances(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> Self {
+        let Course { times, period_s, repeats } = *course;
         let [voltage, torque] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
         let bent = STRIDES.map(|stride| torque.bent(stride)).into_iter().fold(0.0, f64::max);
         let torque = torque.comes_back(repeats).map_or(bent, |back| bent.max(back.differs + back.others * bent));
         Self::new(fit, [voltage.apart(period_s), torque])
     }
 
-    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor, `repeats` as in [`Floor::of_balances`].
-    pub fn of_free_run(
-        fit: &Refined,
-        problem: &impl Residuals,
-        times: &[(usize, f64)],
-        period_s: f64,
-        time_constant_s: f64,
-        repeats: &[[usize; 2]],
-    ) -> Self {
+    /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
+    pub fn of_free_run(fit: &Refined, problem: &impl Residuals, course: &Course<'_>, time_constant_s: f64) -> Self {
+        let Course { times, period_s, repeats } = *course;
         let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
         let turbulent = speed.with_turbulence(period_s, time_constant_s);
         let fast = speed.apart(period_s);
@@ -115,10 +114,9 @@ impl Floor {
         fit: &Refined,
         problem: &impl Residuals,
         through_the_speed: &DVector<f64>,
-        times: &[(usize, f64)],
-        period_s: f64,
+        course: &Course<'_>,
     ) -> Self {
-        let passed_on = Signal::of(through_the_speed, problem, times, 0).slow(period_s);
+        let passed_on = Signal::of(through_the_speed, problem, course.times, 0).slow(course.period_s);
         let [current, speed] = self.0;
         if current == 0.0 {
             return self;
@@ -133,22 +131,17 @@ impl Floor {
 }
 
 /// The error of a fit's speed in the free run over what it differs by from one period to the next: 1 of noise, more of what is slow.
-pub fn wandering(fit: &Refined, problem: &impl Residuals, times: &[(usize, f64)], period_s: f64) -> f64 {
-    let speed = Signal::of(&fit.residuals, problem, times, 1);
+pub fn wandering(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> f64 {
+    let speed = Signal::of(&fit.residuals, problem, course.times, 1);
     // The variance of the weighted residuals is 1.
-    let apart = speed.apart(period_s);
+    let apart = speed.apart(course.period_s);
     if apart > 0.0 { apart.sqrt().recip() } else { 1.0 }
 }
 
 /// Share of what is slow in the error of a fit's speed in the free run, over periods of the mains, that comes back in recordings of the
 /// same excitation, two by two. `None`: there are none.
-pub fn comes_back(
-    fit: &Refined,
-    problem: &impl Residuals,
-    times: &[(usize, f64)],
-    period_s: f64,
-    repeats: &[[usize; 2]],
-) -> Option<f64> {
+pub fn comes_back(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> Option<f64> {
+    let Course { times, period_s, repeats } = *course;
     Signal::of(&fit.residuals, problem, times, 1).means(period_s).comes_back(repeats).map(|back| back.share)
 }
 

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
-use super::completeness::{Completeness, Floor};
+use super::completeness::{Completeness, Course, Floor};
 use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
@@ -258,7 +258,8 @@ impl<'a> Climb<'a> {
 
     /// What does not repeat.
     fn floor(&self, fit: &Refined) -> Floor {
-        Floor::of_balances(fit, &self.problem, self.problem.times(), self.period_s, &self.repeats)
+        let course = Course { times: self.problem.times(), period_s: self.period_s, repeats: &self.repeats };
+        Floor::of_balances(fit, &self.problem, &course)
     }
 
     /// The logarithm of a fit's error on the data that it was fitted to.
