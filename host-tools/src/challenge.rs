@@ -246,9 +246,8 @@ impl<'a> Rig<'a> {
         for id in found {
             start = start.with_effect(id, &scales);
         }
-        let mut candidates: Vec<&'static Description> = screening::candidates(settings.kind, Holds::of(full))
-            .filter(|d| !start.effects().contains(&d.id))
-            .collect();
+        let known = |id: &str| start.effects().contains(&id);
+        let mut candidates = screening::candidates(settings.kind, Holds::of(full), known);
         let fit = climb(&coarse, &candidates)?.fit(&start)?;
         let mut unconfirmed = Vec::new();
         while let Some(id) = climb(&coarse, &candidates)?.first_step(&fit)?.winners.first().copied() {

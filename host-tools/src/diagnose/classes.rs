@@ -25,6 +25,19 @@ const CLASSES: &[Class] = &[
 /// voltage balance, K ω, R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
 pub const OFFSETS: [&str; 3] = ["remanence", "current_offset", "voltage_offset"];
 
+/// Effects that are one while the rotor stands still, the first of which stands for the others: without a speed the flux shows in the
+/// inductance alone, a lag fades by nothing, and a constant current is a constant voltage over R.
+const AT_STANDSTILL: [&[&str]; 3] = [
+    &["inductance_saturation", "saturation", "armature_reaction"],
+    &["eddy_current", "transformer_emf"],
+    &["voltage_offset", "current_offset"],
+];
+
+/// Effects that are one with another while the rotor stands still, itself included.
+pub fn at_standstill(id: &str) -> &'static [&'static str] {
+    AT_STANDSTILL.iter().copied().find(|set| set.contains(&id)).unwrap_or(&[])
+}
+
 /// All such sets.
 pub fn all() -> &'static [Class] {
     CLASSES

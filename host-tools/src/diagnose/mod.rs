@@ -141,9 +141,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
 
     let holds = Holds::of(&full);
     let known: Vec<&'static str> = space.effects().to_vec();
-    let candidates: Vec<_> = screening::candidates(settings.kind, holds)
-        .filter(|d| !options.excludes(d.id) && !known.contains(&d.id) && findings.iter().all(|f| f.id != d.id))
-        .collect();
+    let left_out = |id: &str| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
+    let candidates = screening::candidates(settings.kind, holds, left_out);
     let most = MOST_EFFECTS.min(MAX_EFFECTS - known.len());
     let Some(climb) = Climb::new(&coarse, candidates, most) else {
         return Ok(insufficient("these recordings hold neither voltage and current nor torque and motion"));

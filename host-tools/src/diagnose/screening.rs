@@ -18,8 +18,12 @@ use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
+/// And one with memory in the measuring chain besides: a lag that is long beside a ripple is no multiple of a short one.
+const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
+/// Root mean square of a column, for a typical size and in that of the residual, below which it is rounding.
+const ROUNDING: f64 = 1e-7;
 /// Factor to the neighbouring shapes.
 const NEIGHBOUR: f64 = 2.0;
 
@@ -47,7 +51,7 @@ pub struct Holds {
     pub both_directions: bool,
     /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
     pub standstill: bool,
-    /// A rotor that turns: without, a lag that fades with the speed is one that does not.
+    /// A rotor that turns: without, some effects are one ([`classes::at_standstill`]).
     pub motion: bool,
 }
 
@@ -71,19 +75,26 @@ impl Holds {
     pub fn tells(self, d: &Description) -> bool {
         let one_way = matches!(d.id, "torque_offset" | "asymmetric_friction");
         let of_speed = d.acts == Acts::Mechanical || matches!(d.id, "speed_lag");
-        let fades = d.turns_into.is_some();
-        (self.electrical || of_speed) && (self.both_directions || !one_way) && (self.motion || !fades)
+        (self.electrical || of_speed) && (self.both_directions || !one_way)
     }
 }
 
+/// Whether a kind of motor can have an effect, and whether it then shows in the error of a free run.
+pub fn shows(kind: Kind, d: &Description) -> bool {
+    d.seen_with(kind.flux_law()) == Seen::FreeRun
+        && d.id != "speed_sign_lost"
+        && (d.motors == Motors::All || kind == Kind::Universal)
+}
+
 /// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
-/// of this sort can tell.
-pub fn candidates(kind: Kind, holds: Holds) -> impl Iterator<Item = &'static Description> {
-    Effect::<f64>::CATALOGUE
-        .iter()
-        .filter(move |d| d.seen_with(kind.flux_law()) == Seen::FreeRun && d.id != "speed_sign_lost")
-        .filter(move |d| d.motors == Motors::All || kind == Kind::Universal)
-        .filter(move |d| holds.tells(d))
+/// of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands still, one.
+pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(&str) -> bool) -> Vec<&'static Description> {
+    let tried = |d: &&Description| shows(kind, d) && holds.tells(d) && !left_out(d.id);
+    let all: Vec<&'static Description> = Effect::<f64>::CATALOGUE.iter().filter(tried).collect();
+    let is_there = |id: &&str| all.iter().any(|d| d.id == *id);
+    let is_stood_for =
+        |d: &Description| classes::at_standstill(d.id).iter().take_while(|id| **id != d.id).any(is_there);
+    all.iter().copied().filter(|d| holds.motion || !is_stood_for(d)).collect()
 }
 
 /// The part of columns that is orthogonal to the column space of a Jacobian.
@@ -132,11 +143,16 @@ pub fn worth(fit: &Refined, groups: &[u8], id: &str) -> f64 {
 
 /// A model with one of its effects at a small size.
 pub fn at_small_size(space: &Space, id: &str) -> Space {
-    let mut small = space.clone();
-    if let Some(entry) = small.get_mut(size_of(id)) {
-        entry.value = entry.scale * SMALL;
+    at_size(space, id, SMALL)
+}
+
+/// A model with one of its effects at a size, in typical ones.
+fn at_size(space: &Space, id: &str, size: f64) -> Space {
+    let mut sized = space.clone();
+    if let Some(entry) = sized.get_mut(size_of(id)) {
+        entry.value = entry.scale * size;
     }
-    small
+    sized
 }
 
 /// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
@@ -176,17 +192,21 @@ fn promise(
     let more = fit.space.with_effect(d.id, scales);
     let mut best: Option<Promise> = None;
     let plain = unweighted(fit, problem);
-    let shapes: Vec<Space> = shapes(d, &more).iter().map(|shape| at_small_size(shape, d.id)).collect();
-    let thetas: Vec<Vec<f64>> = shapes.iter().map(Space::coordinates).collect();
+    let mut tried: Vec<(f64, Space)> = shapes(d, &more).into_iter().map(|shape| (SMALL, shape)).collect();
+    if d.acts == Acts::Measuring && d.remembers {
+        tried.push((LONG, more));
+    }
+    tried.iter_mut().for_each(|(size, space)| *space = at_size(space, d.id, *size));
+    let thetas: Vec<Vec<f64>> = tried.iter().map(|(_, space)| space.coordinates()).collect();
     // They differ in free parameters alone.
-    let first = &shapes.first()?.clone();
-    for (mut shaped, residuals) in shapes.into_iter().zip(problem.at_each(first, &thetas)) {
-        let mut column = (residuals - &plain) / SMALL;
+    let first = &tried.first()?.1.clone();
+    for ((size, mut shaped), residuals) in tried.into_iter().zip(problem.at_each(first, &thetas)) {
+        let mut column = (residuals - &plain) / size;
         for (x, group) in column.iter_mut().zip(problem.groups()) {
             *x /= fit.rms[usize::from(*group)];
         }
         let length = column.norm();
-        if length == 0.0 || !length.is_finite() {
+        if !length.is_finite() || length <= ROUNDING * (column.len() as f64).sqrt() {
             continue;
         }
         let orthogonal = complement.project(&column);

@@ -99,7 +99,7 @@ impl<'a> SecondLook<'a> {
     fn narrowed(&self, mut ladder: Ladder, all: Fit) -> Result<Judged> {
         let mut kept = ladder.found.clone();
         let mut fit = self.audit.keep_earners(&self.free, all, &mut kept)?;
-        self.climb.narrow(&mut ladder, &kept, &fit)?;
+        self.climb.narrow(&mut ladder, self.base, &kept, &fit)?;
         ladder.free_run = Some(self.completeness(&fit));
         if !fit.ended && !ladder.is_explained() {
             fit = self.audit.finish_with(&fit, Effort::PATIENT)?;

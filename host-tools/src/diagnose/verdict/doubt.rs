@@ -1,13 +1,13 @@
 //! What else would explain the data as well.
 
-use greyrig::effects::{Description, Effect};
+use greyrig::effects::Description;
 
 use super::EACH_PART_ALONE;
 use super::words::{in_words, name};
-use crate::diagnose::classes::OFFSETS;
+use crate::diagnose::classes::{self, OFFSETS};
 use crate::diagnose::climb::BEYOND_DOUBT;
 use crate::diagnose::ladder::Ladder;
-use crate::diagnose::screening::Holds;
+use crate::diagnose::screening::{self, Holds};
 use crate::diagnose::sizes::{Size, size_of};
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
@@ -29,7 +29,7 @@ impl Doubt {
     pub fn about(ladder: &Ladder, holds: Holds) -> Option<Self> {
         let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
         if !holds.motion {
-            rivals.extend(fading(&ladder.found));
+            rivals.extend(alike_at_standstill(ladder));
         }
         let of_offsets = if holds.standstill { None } else { of_offsets(ladder) };
         if of_offsets.is_some() {
@@ -76,9 +76,11 @@ fn experiment(ladder: &Ladder, holds: Holds) -> String {
 }
 
 /// Effects that do the same as those found, as long as the rotor stands still.
-fn fading(found: &[&'static str]) -> impl Iterator<Item = &'static str> {
-    let into = |d: &Description| d.turns_into.is_some_and(|turn| found.contains(&turn.into));
-    Effect::<f64>::CATALOGUE.iter().filter(move |d| into(d)).map(|d| d.id)
+fn alike_at_standstill(ladder: &Ladder) -> impl Iterator<Item = &'static str> {
+    let kind = ladder.fit.space.kind();
+    let alike = ladder.found.iter().flat_map(|id| classes::at_standstill(id));
+    let others = alike.filter(|id| !ladder.found.contains(id));
+    others.copied().filter(move |id| Description::of(id).is_some_and(|d| screening::shows(kind, d)))
 }
 
 /// Why offsets that were found on a closed supply may be others.
