@@ -379,6 +379,20 @@ fn a_wrong_effect_that_took_the_inertia_along_leaves_no_floor_behind() {
 }
 
 #[test]
+fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
+    // The balances hardly see the inertia there, and a little hysteresis takes a twentieth of their error; the free run's does not fall.
+    let on = |seed: u64| {
+        let setup = Setup::new(Kind::Universal).profile("dc-ramp").expect("a profile").seconds(20.0).seed(seed);
+        let recordings = [setup.run().expect("a run").recording];
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+    };
+    for seed in [501, 507, 509, 510] {
+        let d = on(seed);
+        assert_eq!(d.verdict.kind, VerdictKind::None, "{seed}: {}", d.verdict.text);
+    }
+}
+
+#[test]
 fn a_lag_that_is_long_beside_the_speeds_ripple_is_named() {
     // Phase control shakes the speed by twice the mains frequency: 12 ms are 7.5 rad there, and what they leave of the ripple is no multiple of
     // what a short lag takes away.

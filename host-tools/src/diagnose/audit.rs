@@ -123,11 +123,16 @@ impl<'a> Audit<'a> {
         Ok(if self.fall(&fit, &other) > 0.0 { other } else { fit })
     }
 
-    /// Drops effects that do not earn their place, the least one first. `base` is the fit without any.
+    /// Drops effects that do not earn their place, the least one first; all of them, if the error hardly falls by all. `base` is the fit
+    /// without any.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn keep_earners(&self, base: &Refined, fit: Fit, found: &mut Vec<&'static str>) -> Result<Fit> {
+    pub fn keep_earners(&self, base: &Fit, fit: Fit, found: &mut Vec<&'static str>) -> Result<Fit> {
+        if self.fall(base, &fit) < SMALLEST_GAIN {
+            found.clear();
+            return Ok(base.clone());
+        }
         let mut fit = fit;
         let mut proved: Vec<&'static str> = Vec::new();
         loop {

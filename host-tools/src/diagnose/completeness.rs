@@ -107,6 +107,12 @@ impl Floor {
         Self::new(fit, [current.usually_apart(period_s), speed])
     }
 
+    /// The same where the inertia is `times` as large: what does not repeat of a torque is mostly the noise of the acceleration.
+    pub fn with_inertia(self, times: f64) -> Self {
+        let [voltage, torque] = self.0;
+        Self([voltage, if times.is_finite() && times > 0.0 { torque * times } else { torque }])
+    }
+
     /// The same with what turbulence makes of the current by way of the speed; `through_the_speed` is what the error of the speed
     /// makes of each row (A, rad/s).
     pub fn with_turbulence_passed_on(

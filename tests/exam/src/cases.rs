@@ -11,7 +11,7 @@ use greyrig_host::model::Filter;
 use greyrig_host::model::Kind;
 use greyrig_host::recording::Recording;
 use greyrig_host::rig::plant::Plant;
-use greyrig_host::rig::{Motor, Setup};
+use greyrig_host::rig::{Motor, Profile, Setup};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -29,6 +29,15 @@ pub struct Sort {
     pub forms: &'static [&'static str],
     /// Smallest and largest size.
     pub sizes: (f64, f64),
+}
+
+impl Sort {
+    /// A usual size, as an argument of `simulate --effect`: the geometric mean of the smallest and the largest, in the first form.
+    fn usual(&self) -> String {
+        let size = (self.sizes.0 * self.sizes.1).sqrt();
+        let form = self.forms.first().map_or_else(String::new, |form| format!(":{form}"));
+        format!("{}{form}={size:.6e}", self.id)
+    }
 }
 
 const fn sort(id: &'static str, low: f64, high: f64) -> Sort {
@@ -85,6 +94,14 @@ const VISIBLE_WITH_MAGNETS: &[Sort] = &[
     sort("adc_clipping", 1.0, 4.0),
 ];
 
+/// Effects that leave something to see in voltage, current and speed of a kind of motor.
+pub const fn visible(kind: Kind) -> &'static [Sort] {
+    match kind {
+        Kind::Universal => VISIBLE,
+        Kind::PmDc => VISIBLE_WITH_MAGNETS,
+    }
+}
+
 /// Effects of a magnet motor that nothing in voltage, current and speed below the filter can show.
 const INVISIBLE_WITH_MAGNETS: &[Sort] = &[
     sort("supply_impedance", 0.05, 0.5),
@@ -109,7 +126,7 @@ const INVISIBLE: &[Sort] = &[
 const FIVE: [&str; 5] = ["saturation", "hysteresis", "eddy_current", "brush_drop", "iron_loss_drag"];
 
 /// How a motor is excited: profiles and seconds, and the recording on which what was learnt is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub enum Excitation {
     /// AC alone.
     Ac,
@@ -121,6 +138,8 @@ pub enum Excitation {
     Set,
     /// DC steps and a ramp in both directions, and coast-downs: of a magnet motor.
     Magnet,
+    /// A profile of the rig by itself, in its usual length.
+    Alone(Kind, &'static Profile),
 }
 
 /// Effects that are one on AC alone.
@@ -135,7 +154,7 @@ fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> 
 }
 
 impl Excitation {
-    /// All of them.
+    /// Those that the questions are asked of.
     pub const ALL: [Self; 5] = [Self::Ac, Self::Twice, Self::Start, Self::Set, Self::Magnet];
 
     /// How figures name it.
@@ -146,17 +165,19 @@ impl Excitation {
             Self::Start => "start",
             Self::Set => "set",
             Self::Magnet => "magnet",
+            Self::Alone(_, profile) => profile.id,
         }
     }
 
     /// Profiles and their lengths, s.
-    pub fn profiles(self) -> &'static [(&'static str, f64)] {
+    pub fn profiles(self) -> Vec<(&'static str, f64)> {
         match self {
-            Self::Ac => &[("staircase", 12.0)],
-            Self::Twice => &[("staircase", 12.0); 2],
-            Self::Start => &[("start", 3.0), ("staircase", 9.0)],
-            Self::Set => &[("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
-            Self::Magnet => &[("dc-steps", 8.0), ("dc-ramp", 6.0), ("coast-down", 9.0)],
+            Self::Ac => vec![("staircase", 12.0)],
+            Self::Twice => vec![("staircase", 12.0); 2],
+            Self::Start => vec![("start", 3.0), ("staircase", 9.0)],
+            Self::Set => vec![("staircase", 8.0), ("dc-steps", 6.0), ("locked", 2.0), ("coast-down", 8.0)],
+            Self::Magnet => vec![("dc-steps", 8.0), ("dc-ramp", 6.0), ("coast-down", 9.0)],
+            Self::Alone(_, profile) => vec![(profile.id, profile.seconds)],
         }
     }
 
@@ -165,6 +186,7 @@ impl Excitation {
         match self {
             Self::Ac | Self::Twice | Self::Start | Self::Set => Kind::Universal,
             Self::Magnet => Kind::PmDc,
+            Self::Alone(kind, _) => kind,
         }
     }
 
@@ -175,10 +197,7 @@ impl Excitation {
 
     /// Effects that leave something to see in voltage, current and speed.
     pub const fn visible(self) -> &'static [Sort] {
-        match self.kind() {
-            Kind::Universal => VISIBLE,
-            Kind::PmDc => VISIBLE_WITH_MAGNETS,
-        }
+        visible(self.kind())
     }
 
     /// Effects that leave nothing to see there.
@@ -304,6 +323,18 @@ impl Case {
         Self { seed, truth, effects, exclude, excitation, noise }
     }
 
+    /// The case of one effect of a usual size; without, of none.
+    pub fn usual(effect: Option<&Sort>, excitation: Excitation, seed: u64) -> Self {
+        Self {
+            seed,
+            truth: effect.iter().map(|sort| sort.id).collect(),
+            effects: effect.iter().map(|sort| sort.usual()).collect(),
+            exclude: Vec::new(),
+            excitation,
+            noise: 1.0,
+        }
+    }
+
     /// Whether an effect by itself makes the base model's free-run error at least [`STANDS_OUT`] times that of a healthy motor,
     /// after the base model has been refitted.
     fn stands_out_alone(&self, effect: &str) -> bool {
@@ -350,8 +381,8 @@ impl Case {
     /// # Errors
     /// An interrupt.
     pub fn recordings(&self) -> greyrig_host::error::Result<Vec<Recording>> {
-        let profiles = self.excitation.profiles().iter().enumerate();
-        profiles.map(|(k, (profile, seconds))| self.record(profile, *seconds, 1000 * self.seed + k as u64)).collect()
+        let profiles = self.excitation.profiles().into_iter().enumerate();
+        profiles.map(|(k, (profile, seconds))| self.record(profile, seconds, 1000 * self.seed + k as u64)).collect()
     }
 
     /// The recording on another excitation that judges what was learnt: a ramp.

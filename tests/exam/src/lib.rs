@@ -1,5 +1,6 @@
 //! The examination of the diagnosis: blind cases from the virtual rig, and what they say.
 
+pub mod alone;
 pub mod balances;
 pub mod cases;
 pub mod export;

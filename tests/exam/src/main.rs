@@ -6,12 +6,14 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
+use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::recovery::{self, Recovery};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_exam::{balances, export};
 use greyrig_host::diagnose::VerdictKind;
+use greyrig_host::model::Kind;
 use rayon::prelude::*;
 
 /// Prints a line. Where nobody reads any further (`| head`) there is nothing left to ask.
@@ -47,6 +49,9 @@ struct Args {
     /// Add what was named in all cases, and report the error of the balances on a ramp
     #[arg(long)]
     balances: bool,
+    /// Diagnose each effect, of a usual size, on each profile by itself, in this many motors of either kind, and print what each profile reveals
+    #[arg(long, value_name = "MOTORS", conflicts_with_all = ["only", "seed", "seeds", "export", "add", "balances", "verbose"])]
+    alone: Option<u64>,
     /// Print each case as a line of JSON
     #[arg(long)]
     verbose: bool,
@@ -73,6 +78,9 @@ const QUESTIONS: &[(&str, Question)] = &[
 
 fn main() -> ExitCode {
     let args = Args::parse();
+    if let Some(motors) = args.alone {
+        return alone(motors);
+    }
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
         for excitation in Excitation::ALL {
             let suffix = excitation.name();
@@ -104,6 +112,27 @@ fn main() -> ExitCode {
                         recover(*question, excitation, noise, &outcomes, healthy, args.add);
                     }
                 }
+            }
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Prints what each profile reveals by itself.
+fn alone(motors: u64) -> ExitCode {
+    for kind in [Kind::Universal, Kind::PmDc] {
+        let done = AtomicUsize::new(0);
+        let tick = || {
+            let n = done.fetch_add(1, Ordering::Relaxed);
+            if n.is_multiple_of(20) {
+                eprintln!("{kind} {n}");
+            }
+        };
+        match Table::of(kind, motors, &tick) {
+            Ok(table) => say!("## {kind}\n\n{table}"),
+            Err(error) => {
+                eprintln!("{error}");
+                return ExitCode::FAILURE;
             }
         }
     }

@@ -197,13 +197,13 @@ impl<'a> Climb<'a> {
 
     /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
     /// from where the free run's fit `free` has ended: one of the two may lie in a wrong valley. The floor stays that of the fit with more
-    /// effects, unless they were others (what does not repeat of the torque goes with J, which a wrong effect takes along) or the same was
-    /// recorded twice; `base` is the fit without any.
+    /// effects, but for the inertia, which a wrong effect can take along, and with it the noise of the torque; it is found anew where
+    /// the same was recorded twice. `base` is the fit without any effects.
     ///
     /// # Errors
     /// An interrupt.
     pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[&'static str], free: &Refined) -> Result<()> {
-        let are_others = kept.iter().any(|id| !ladder.fit.space.effects().contains(id));
+        let inertia = ladder.fit.space.value("J");
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
         let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
         let fitted = |space: &Space| self.fit_from(Some(ladder.fit.rms), space, Effort::USUAL);
@@ -219,10 +219,11 @@ impl<'a> Climb<'a> {
             _ => fit,
         };
         ladder.found = kept.to_vec();
-        if are_others || !self.repeats.is_empty() {
-            ladder.floor = self.floor(&ladder.fit);
-            ladder.before = Completeness::of(base, &ladder.floor);
-        }
+        ladder.floor = match self.repeats.is_empty() {
+            true => ladder.floor.with_inertia(ladder.fit.space.value("J") / inertia),
+            false => self.floor(&ladder.fit),
+        };
+        ladder.before = Completeness::of(base, &ladder.floor);
         ladder.after = Completeness::of(&ladder.fit, &ladder.floor);
         Ok(())
     }

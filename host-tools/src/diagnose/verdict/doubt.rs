@@ -8,7 +8,7 @@ use crate::diagnose::classes::{self, OFFSETS};
 use crate::diagnose::climb::BEYOND_DOUBT;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening::{self, Holds};
-use crate::diagnose::sizes::{Size, size_of};
+use crate::diagnose::sizes::{Size, parameters_of, size_of};
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
 /// most 1.04.
@@ -49,10 +49,11 @@ impl Doubt {
 
     /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be zero: what acts
     /// so may then be something else. Several effects lend each other width, so nothing is said about these; and where the error
-    /// falls to a third, it is the shape that leaves the size open, as a knee beyond the data does.
+    /// falls to a third, it is the shape that leaves the size open, if there is one, as a knee beyond the data does.
     pub fn about_size(ladder: &Ladder, sizes: &[Size]) -> Option<Self> {
         let [id] = ladder.found[..] else { return None };
-        if ladder.fit.space.effects().len() > 1 || ladder.fall() > BEYOND_DOUBT {
+        let by_its_shape = ladder.fall() > BEYOND_DOUBT && parameters_of(id) > 1;
+        if ladder.fit.space.effects().len() > 1 || by_its_shape {
             return None;
         }
         let size = sizes.iter().find(|s| s.name == size_of(id) && s.may_be_zero())?;
