@@ -366,6 +366,10 @@ fn a_locked_rotor_alone_cannot_tell_what_is_one_without_a_speed() {
         assert_eq!(d.verdict.effects, alike, "{effect}: {}", d.verdict.text);
         assert!(d.verdict.next_experiment.is_some_and(|next| next.contains("free to turn")), "{effect}");
     }
+    let recordings = [record(Kind::Universal, "locked", 6.0, &["remanence=0.15"])];
+    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    assert_eq!(d.verdict.kind, VerdictKind::None, "{}", d.verdict.text);
+    assert!(d.verdict.text.contains("while it turns"), "{}", d.verdict.text);
 }
 
 #[test]

@@ -176,6 +176,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
     let remarks = [
+        remarks::standstill(verdict.kind, holds),
         remarks::held_voltage(&ladder.fit.space, &ladder.found, &full),
         remarks::flux(space, &ladder.found, &full),
         wandering.and_then(|wandering| remarks::wandering(verdict.kind, wandering)),

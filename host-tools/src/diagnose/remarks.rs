@@ -1,6 +1,7 @@
 //! What a motor engineer would add to a verdict.
 
 use super::VerdictKind;
+use super::screening::Holds;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
 use crate::identify::scales::Scales;
@@ -45,6 +46,15 @@ pub fn wandering(verdict: VerdictKind, Wandering { times, comes_back }: Wanderin
         )),
         _ => None,
     }
+}
+
+/// What recordings without motion cannot show.
+pub fn standstill(verdict: VerdictKind, holds: Holds) -> Option<String> {
+    (verdict == VerdictKind::None && !holds.motion).then(|| {
+        "the rotor stands still in these recordings, where flux, friction, load and the speed channel do not show: record the motor \
+         while it turns, too"
+            .to_owned()
+    })
 }
 
 /// A delay that is none of the current channel's.

@@ -5,7 +5,9 @@ use greyrig_exam::lot::{MotorType, Onset};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_host::diagnose::VerdictKind;
+use greyrig_host::model::Kind;
 use greyrig_host::monitor::test::Outcome as Judged;
+use greyrig_host::rig::{PROFILES, Profile};
 use rayon::prelude::*;
 
 fn ask(question: Question, seeds: std::ops::Range<u64>) -> Vec<Outcome> {
@@ -34,6 +36,21 @@ fn one_hidden_effect_is_named() {
 fn healthy_motors_are_not_accused() {
     for o in ask(Question::None, 9_101..9_109) {
         assert_eq!(o.kind, VerdictKind::None, "seed {}: {:?}", o.seed, o.named);
+    }
+}
+
+#[test]
+fn healthy_motors_are_not_accused_on_any_profile_alone() {
+    for kind in [Kind::Universal, Kind::PmDc] {
+        let profiles: Vec<&Profile> = PROFILES.iter().filter(|p| p.pm_dc || kind == Kind::Universal).collect();
+        let cases = profiles
+            .into_par_iter()
+            .flat_map_iter(|p| [9_111, 9_112].map(|seed| (p, Case::usual(None, Excitation::Alone(kind, p), seed))));
+        cases.for_each(|(profile, case)| {
+            let o = run(&case).unwrap();
+            let accused = !matches!(o.kind, VerdictKind::None | VerdictKind::InsufficientData);
+            assert!(!accused, "{kind} on {}, {}: {:?} {:?}", profile.id, o.seed, o.kind, o.named);
+        });
     }
 }
 
