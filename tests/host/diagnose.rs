@@ -383,6 +383,17 @@ fn a_wrong_effect_that_took_the_inertia_along_leaves_no_floor_behind() {
 }
 
 #[test]
+fn an_offset_of_the_current_is_not_two_others_together() {
+    // With magnets R i₀ is a voltage and K i₀ a torque, and a slow ramp shows the torque first.
+    let recordings = [record(Kind::PmDc, "dc-ramp", 20.0, &["current_offset=0.063"])];
+    let d = diagnose(&recordings, &options(Kind::PmDc, Base::usual(Kind::PmDc), &[]), &|_| ()).expect("a diagnosis");
+    assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
+    assert_eq!(d.verdict.effects, ["current_offset"], "{}", d.verdict.text);
+    let size = &d.verdict.sizes[0];
+    assert!(size.ci95.is_some_and(|[low, high]| low < 0.063 && 0.063 < high), "{size:?}");
+}
+
+#[test]
 fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
     // The balances hardly see the inertia there, and a little hysteresis takes a twentieth of their error; the free run's does not fall.
     let on = |seed: u64| {

@@ -38,7 +38,26 @@ pub fn at_standstill(id: &str) -> &'static [&'static str] {
     AT_STANDSTILL.iter().copied().find(|set| set.contains(&id)).unwrap_or(&[])
 }
 
-/// All such sets.
+/// An effect that is two others together.
+#[derive(Debug, Clone, Copy)]
+pub struct Sum {
+    /// The one.
+    pub one: &'static str,
+    /// The two.
+    pub two: [&'static str; 2],
+    law: FluxLaw,
+}
+
+/// With magnets a constant error i₀ of the current is R i₀ of voltage and K i₀ of torque.
+const SUMS: [Sum; 1] =
+    [Sum { one: "current_offset", two: ["voltage_offset", "torque_offset"], law: FluxLaw::PermanentMagnet }];
+
+/// Effects of a kind of motor that are two others together.
+pub fn sums(kind: Kind) -> impl Iterator<Item = Sum> {
+    SUMS.into_iter().filter(move |sum| sum.law == kind.flux_law())
+}
+
+/// All classes.
 pub fn all() -> &'static [Class] {
     CLASSES
 }

@@ -148,6 +148,7 @@ impl<'a> Climb<'a> {
             }
         }
         self.look_back(&mut fit, &mut found, progress)?;
+        self.one_for_two(&mut fit, &mut found, &mut steps, progress)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
         Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })

@@ -87,6 +87,36 @@ impl Climb<'_> {
         Ok(())
     }
 
+    /// Gives two effects for the one that is both of them together, where it does as well.
+    pub(super) fn one_for_two(
+        &self,
+        fit: &mut Fit,
+        found: &mut Vec<&'static str>,
+        steps: &mut [Step],
+        progress: &Watch<'_>,
+    ) -> Result<()> {
+        let is_tried = |id: &str| self.candidates.iter().any(|d| d.id == id);
+        let fits = |sum: &classes::Sum| {
+            sum.two.iter().all(|id| found.contains(id)) && !found.contains(&sum.one) && is_tried(sum.one)
+        };
+        let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
+        progress(Progress::Doing(sum.one));
+        let scales = Scales::of(&fit.space, self.experiments);
+        let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(id));
+        let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
+        if self.held_out(&given).log_error() - self.held_out(fit).log_error() >= SAME_ERROR {
+            return Ok(());
+        }
+        *fit = given;
+        for effects in steps.iter_mut().map(|step| &mut step.winners).chain([found]) {
+            if let Some(place) = effects.iter().position(|id| sum.two.contains(id)) {
+                effects[place] = sum.one;
+            }
+            effects.retain(|id| !sum.two.contains(id));
+        }
+        Ok(())
+    }
+
     /// Looks, for each effect found, for others that would do as well in its place: those of its step, swapped.
     ///
     /// # Errors

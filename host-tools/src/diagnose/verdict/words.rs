@@ -2,6 +2,7 @@
 
 use greyrig::effects::{Acts, Description};
 
+use crate::diagnose::classes;
 use crate::diagnose::climb::SAME_ERROR;
 use crate::diagnose::completeness::Completeness;
 use crate::diagnose::ladder::Ladder;
@@ -48,6 +49,10 @@ fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
                 false => format!(", with the next best, {other}, by {share:.0} %"),
             };
         }
+    }
+    if let Some(sum) = classes::sums(ladder.fit.space.kind()).find(|sum| sum.one == id) {
+        let two = sum.two.map(name).join(" and ");
+        text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
     text
 }
