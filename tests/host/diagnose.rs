@@ -21,6 +21,12 @@ fn record(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Recordin
     setup.run().expect("a run").recording
 }
 
+/// The usual model of a kind of motor on one profile.
+fn diagnosed(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagnosis {
+    let recordings = [record(kind, profile, seconds, effects)];
+    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
+}
+
 fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
     Options {
         settings: Settings { base, ..Settings::new(kind) },
@@ -360,14 +366,12 @@ fn a_locked_rotor_alone_cannot_tell_what_is_one_without_a_speed() {
         (Kind::PmDc, "voltage_offset=0.4", &["voltage_offset", "current_offset"]),
     ];
     for (kind, effect, alike) in PAIRS {
-        let recordings = [record(kind, "locked", 6.0, &[effect])];
-        let d = diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis");
+        let d = diagnosed(kind, "locked", 6.0, &[effect]);
         assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{effect}: {}", d.verdict.text);
         assert_eq!(d.verdict.effects, alike, "{effect}: {}", d.verdict.text);
         assert!(d.verdict.next_experiment.is_some_and(|next| next.contains("free to turn")), "{effect}");
     }
-    let recordings = [record(Kind::Universal, "locked", 6.0, &["remanence=0.15"])];
-    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnosed(Kind::Universal, "locked", 6.0, &["remanence=0.15"]);
     assert_eq!(d.verdict.kind, VerdictKind::None, "{}", d.verdict.text);
     assert!(d.verdict.text.contains("while it turns"), "{}", d.verdict.text);
 }
@@ -376,8 +380,7 @@ fn a_locked_rotor_alone_cannot_tell_what_is_one_without_a_speed() {
 fn a_wrong_effect_that_took_the_inertia_along_leaves_no_floor_behind() {
     // On a slow ramp of a direct voltage iron loss and a third of the inertia explain the balances at first; the free run exchanges them. With
     // that inertia the noise of the torque was a third of what it is.
-    let recordings = [record(Kind::Universal, "dc-ramp", 20.0, &["windage_exponent=2.6"])];
-    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnosed(Kind::Universal, "dc-ramp", 20.0, &["windage_exponent=2.6"]);
     assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
     assert_eq!(d.verdict.effects, ["windage_exponent"], "{}", d.verdict.text);
 }
@@ -385,8 +388,7 @@ fn a_wrong_effect_that_took_the_inertia_along_leaves_no_floor_behind() {
 #[test]
 fn an_offset_of_the_current_is_not_two_others_together() {
     // With magnets R i₀ is a voltage and K i₀ a torque, and a slow ramp shows the torque first.
-    let recordings = [record(Kind::PmDc, "dc-ramp", 20.0, &["current_offset=0.063"])];
-    let d = diagnose(&recordings, &options(Kind::PmDc, Base::usual(Kind::PmDc), &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnosed(Kind::PmDc, "dc-ramp", 20.0, &["current_offset=0.063"]);
     assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
     assert_eq!(d.verdict.effects, ["current_offset"], "{}", d.verdict.text);
     let size = &d.verdict.sizes[0];
@@ -411,16 +413,14 @@ fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
 fn a_lag_that_is_long_beside_the_speeds_ripple_is_named() {
     // Phase control shakes the speed by twice the mains frequency: 12 ms are 7.5 rad there, and what they leave of the ripple is no multiple of
     // what a short lag takes away.
-    let recordings = [record(Kind::Universal, "phase-angle", 20.0, &["speed_lag=12e-3"])];
-    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnosed(Kind::Universal, "phase-angle", 20.0, &["speed_lag=12e-3"]);
     assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
     assert_eq!(d.verdict.effects, ["speed_lag"], "{}", d.verdict.text);
 }
 
 #[test]
 fn a_direct_current_in_one_direction_cannot_tell_constant_voltages() {
-    let recordings = [record(Kind::Universal, "dc-steps", 16.0, &["brush_drop=3"])];
-    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnosed(Kind::Universal, "dc-steps", 16.0, &["brush_drop=3"]);
     assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{}", d.verdict.text);
     for id in ["brush_drop", "supply_dead_zone", "voltage_offset"] {
         assert!(d.verdict.effects.contains(&id), "{:?}", d.verdict.effects);

@@ -14,7 +14,7 @@ use crate::score::{Outcome, run};
 
 /// What a verdict comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Told {
+enum Told {
     /// The effect and nothing else.
     Named,
     /// The effect among rivals.
@@ -148,8 +148,12 @@ impl Display for Table {
         )?;
         for (Answer { told, outcome }, profile) in &all {
             if matches!(told, Told::Wrong | Told::WithAnother | Told::Outside) {
-                let (truth, names) = (outcome.effects.join(" "), outcome.named.join(", "));
-                writeln!(f, "- {truth} on {profile}, motor {}: {} {names}", outcome.seed, told.word())?;
+                let truth = outcome.effects.join(" ");
+                write!(f, "- {truth} on {profile}, motor {}: {}", outcome.seed, told.word())?;
+                match outcome.named[..] {
+                    [] => writeln!(f)?,
+                    ref names => writeln!(f, " {}", names.join(", "))?,
+                }
             }
         }
         Ok(())

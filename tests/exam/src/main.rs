@@ -50,7 +50,7 @@ struct Args {
     #[arg(long)]
     balances: bool,
     /// Diagnose each effect, of a usual size, on each profile by itself, in this many motors of either kind, and print what each profile reveals
-    #[arg(long, value_name = "MOTORS", conflicts_with_all = ["only", "seed", "seeds", "export", "add", "balances", "verbose"])]
+    #[arg(long, value_name = "MOTORS", conflicts_with_all = ["cases", "only", "seed", "seeds", "export", "add", "balances", "verbose"])]
     alone: Option<u64>,
     /// Print each case as a line of JSON
     #[arg(long)]
