@@ -8,7 +8,9 @@ use crate::diagnose::classes::class_of;
 use crate::diagnose::sizes::size_of;
 use crate::error::Result;
 use crate::identify::{Identification, Settings, identify};
+use crate::model::{Assignment, Model};
 use crate::recording::Recording;
+use crate::term::Formula;
 
 /// A model with effects added.
 #[derive(Debug, Clone)]
@@ -17,6 +19,34 @@ pub struct Addition {
     pub effects: Vec<&'static str>,
     /// What came of its identification.
     pub identification: Identification,
+}
+
+/// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell, such as the inertia
+/// on a single slow ramp, stays as it is; a note says so.
+///
+/// # Errors
+/// Recordings from which nothing can be identified, with the reason; an interrupt.
+pub fn add_to(
+    model: &Model,
+    terms: &[Formula],
+    recordings: &[Recording],
+    effects: &[&'static str],
+) -> Result<Addition> {
+    let mut settings = Settings::of_model(model);
+    settings.terms.extend(terms.iter().cloned());
+    let added = identify_with(recordings, &settings, effects)?;
+    let told = &added.identification.model.parameters;
+    let untold = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name));
+    let held: Vec<Assignment> = untold.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
+    if held.is_empty() {
+        return Ok(added);
+    }
+    let names: Vec<&str> = held.iter().map(|a| a.name.as_str()).collect();
+    let note = format!("{} cannot be told from these recordings, and is held as the model has it", names.join(", "));
+    settings.fixed.extend(held);
+    let mut added = identify_with(recordings, &settings, effects)?;
+    added.identification.notes.push(note);
+    Ok(added)
 }
 
 /// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another member

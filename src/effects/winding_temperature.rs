@@ -1,10 +1,10 @@
 //! Winding temperature: the resistance rises as the copper heats up.
 //!
-//! `R (1 + r)` with `dr/dt = g i² − r/τ`, r = 0 at the start of a run, when the winding counts as cold. r is relative to R,
-//! so that neither the temperature nor the temperature coefficient (0.0039 per kelvin for copper) has to be known: 60 K are
-//! r = 0.23. g in 1/(A² s), τ in s. The square of the current is averaged over the step as if the current were straight
-//! within it. The rise in one step is less than a rounding unit of `f32`, so that what rounding loses is kept in the memory
-//! as well.
+//! `R (1 + r)` with `dr/dt = g (1 + r) i² − r/τ`, since the warm resistance heats more than the cold one; r = 0 at the start
+//! of a run, when the winding counts as cold. r is relative to R, so that neither the temperature nor the temperature
+//! coefficient (0.0039 per kelvin for copper) has to be known: 60 K are r = 0.23. g in 1/(A² s), τ in s. The square of the
+//! current is averaged over the step as if the current were straight within it. The rise in one step is less than a rounding
+//! unit of `f32`, so that what rounding loses is kept in the memory as well.
 //!
 //! Source: one thermal body with the temperature coefficient of copper of the Modelica Standard Library,
 //! Machines.Thermal.Constants.
@@ -27,7 +27,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
     const DESCRIPTION: Description = Description {
         id: "winding_temperature",
         name: "resistance that rises as the winding heats up",
-        equation: "R (1 + r), dr/dt = g i² − r/τ",
+        equation: "R (1 + r), dr/dt = g (1 + r) i² − r/τ",
         acts: Acts::Electrical,
         parameters: &[
             EffectParameter {
@@ -36,7 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
                 range: (0.0, 1e4),
                 start: 0.03,
                 relative: Relative::InverseHeat,
-                meaning: "relative rise of the resistance per time and square of the current, without cooling",
+                meaning: "relative rise of the cold resistance per time and square of the current, without cooling",
             },
             EffectParameter {
                 name: "winding_time",
@@ -64,6 +64,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         let (before, after) = (passed.before.current, passed.after.current);
         let square = (before * before + before * after + after * after) * S::constant(1.0 / 3.0);
-        accumulate(memory, (self.heating * square - memory[0] / self.time) * passed.interval);
+        let heat = self.heating * (S::ONE + memory[0]) * square;
+        accumulate(memory, (heat - memory[0] / self.time) * passed.interval);
     }
 }

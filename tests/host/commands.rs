@@ -98,6 +98,25 @@ fn adding_takes_the_member_of_the_class_that_has_the_right_sign() {
 }
 
 #[test]
+fn adding_holds_what_a_part_of_a_recording_does_not_tell() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| greyrig(folder.path(), arguments);
+    // Two thirds of a slow ramp hold one acceleration, which is no other torque than a constant one: the inertia stays as the model has it.
+    let magnets = ["--kind", "pm-dc"];
+    let made = ["simulate", "--profile", "dc-ramp", "--seed", "1", "--effect", "current_offset", "--out", "ramp.csv"];
+    run(&[&made[..], &magnets].concat());
+    run(&[&["identify", "ramp.csv", "--out", "model.toml"][..], &magnets].concat());
+    let added = json(&run(&["add", "current_offset", "--model", "model.toml", "ramp.csv", "--json"]));
+    assert_eq!(added["accepted"], true, "{added}");
+    // A motor that coasts has no current on which a brush drop could be judged.
+    run(&["simulate", "--profile", "coast-down", "--effect", "brush_drop", "--out", "coast.csv"]);
+    run(&["identify", "coast.csv", "--out", "coast.toml"]);
+    let said = run(&["add", "brush_drop", "--model", "coast.toml", "coast.csv"]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("supply open throughout") && said.contains("cannot judge"), "{said}");
+}
+
+#[test]
 fn a_model_file_is_read_with_care() {
     let folder = prepared();
     let model = std::fs::read_to_string(folder.path().join("model.toml")).unwrap();

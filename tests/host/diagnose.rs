@@ -504,6 +504,40 @@ fn json(output: &Output) -> Value {
 }
 
 #[test]
+fn the_rest_of_a_law_of_friction_is_no_effect_of_its_own() {
+    // The rig's Stribeck friction fades with the square of the speed, the catalogue's exponentially: a little load that grows with the speed
+    // takes most of the difference.
+    let d = diagnosed(Kind::PmDc, "staircase", 24.0, &["stribeck=6e-3"]);
+    assert_eq!((d.verdict.kind, d.verdict.effects.as_slice()), (VerdictKind::MissingEffect, &["stribeck"][..]));
+    // Where there is such a load, the smallest that stands out by itself, it is named.
+    let d = diagnosed(Kind::PmDc, "staircase", 24.0, &["stribeck=6e-3", "quadratic_load=1e-3"]);
+    assert_eq!(d.verdict.effects, ["stribeck", "quadratic_load"]);
+}
+
+#[test]
+fn a_winding_that_heats_itself_is_named_on_a_locked_rotor() {
+    // Five times the nominal current doubles the resistance within seconds, and with it the heat.
+    let d = diagnosed(Kind::PmDc, "locked", 6.0, &["winding_temperature=60"]);
+    assert_eq!(
+        (d.verdict.kind, d.verdict.effects.as_slice()),
+        (VerdictKind::MissingEffect, &["winding_temperature"][..])
+    );
+}
+
+#[test]
+fn hysteresis_on_a_slow_ramp_shows_at_its_usual_size_alone() {
+    // The noise turns the current round within a loop of a thirtieth of that, which then is none.
+    let d = diagnosed(Kind::Universal, "dc-ramp", 20.0, &["hysteresis=0.2"]);
+    assert_eq!((d.verdict.kind, d.verdict.effects.as_slice()), (VerdictKind::MissingEffect, &["hysteresis"][..]));
+    // And nothing else is hysteresis of no size.
+    let d = diagnosed(Kind::Universal, "dc-ramp", 20.0, &["winding_temperature=60"]);
+    assert_eq!(
+        (d.verdict.kind, d.verdict.effects.as_slice()),
+        (VerdictKind::MissingEffect, &["winding_temperature"][..])
+    );
+}
+
+#[test]
 fn the_loop_on_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let run = |arguments: &[&str]| greyrig(folder.path(), arguments);

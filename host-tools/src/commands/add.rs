@@ -8,10 +8,9 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::{input, words};
-use crate::addition::{Addition, identify_with};
+use crate::addition::{Addition, add_to};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
-use crate::identify::Settings;
 use crate::model::{Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
@@ -91,8 +90,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
     let accepted = first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
-    let Addition { effects: added, identification: final_fit } =
-        identify_with(&recordings, &settings(&model, &args.term), &effects)?;
+    let Addition { effects: added, identification: mut final_fit } = add_to(&model, &args.term, &recordings, &effects)?;
+    let without_current = !accepted && held_out.iter().all(is_without_current);
+    if without_current {
+        final_fit.notes.push(
+            "what was held out has the supply open throughout, where nothing that goes with the current shows: give another recording"
+                .to_owned(),
+        );
+    }
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }
@@ -133,22 +138,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for note in &final_fit.notes {
         output::print_line(&format!("note: {note}"))?;
     }
-    output::print_line(if accepted {
-        "\naccepted: the error falls on data that the fit has not seen"
-    } else {
-        "\nnot accepted: the error does not fall on data that the fit has not seen; this effect is not what is missing"
+    output::print_line(match (accepted, without_current) {
+        (true, _) => "\naccepted: the error falls on data that the fit has not seen",
+        (false, true) => "\nnot accepted: the data that the fit has not seen cannot judge it",
+        (false, false) => {
+            "\nnot accepted: the error does not fall on data that the fit has not seen; this effect is not what is missing"
+        }
     })?;
     if let Some(path) = &args.out {
         output::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The settings that identify a model again with further terms.
-fn settings(model: &Model, terms: &[Formula]) -> Settings {
-    let mut settings = Settings::of_model(model);
-    settings.terms.extend(terms.iter().cloned());
-    settings
 }
 
 /// The model with effects and terms, named by what it has got last.
@@ -159,7 +159,7 @@ fn stage(
     training: &[Recording],
     held_out: &[Recording],
 ) -> Result<Stage> {
-    let Addition { effects, identification } = identify_with(training, &settings(model, terms), effects)?;
+    let Addition { effects, identification } = add_to(model, terms, training, effects)?;
     let model = identification.model;
     let last = terms.last().map(Formula::text).or(effects.last().copied());
     Ok(Stage {
@@ -168,6 +168,11 @@ fn stage(
         held_out: compare(&model, held_out)?,
         model,
     })
+}
+
+/// Whether a recording holds no current, its supply being open throughout.
+fn is_without_current(recording: &Recording) -> bool {
+    !recording.supply_open.is_empty() && recording.supply_open.iter().all(|open| *open)
 }
 
 /// Data to fit and data to judge: the last recording, or the last third of a single one.

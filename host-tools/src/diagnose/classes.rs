@@ -38,6 +38,18 @@ pub fn at_standstill(id: &str) -> &'static [&'static str] {
     AT_STANDSTILL.iter().copied().find(|set| set.contains(&id)).unwrap_or(&[])
 }
 
+/// Torques of which only the steep part is known, and laws of friction that a little of is the rest of them: how far Stribeck friction
+/// reaches beyond its speed, and with which power of it stray load grows, no two sources agree on.
+const ROUNDED_OFF: [(&[&str], &[&str]); 2] = [
+    (&["stribeck"], &["windage_exponent", "quadratic_load"]),
+    (&["iron_loss_drag", "stray_load_torque"], &["quadratic_load"]),
+];
+
+/// Whether an effect may be the rest of the law of one that is `present`.
+pub fn rounds_off(id: &str, present: &[&str]) -> bool {
+    ROUNDED_OFF.iter().any(|(laws, rests)| rests.contains(&id) && laws.iter().any(|law| present.contains(law)))
+}
+
 /// An effect that is two others together.
 #[derive(Debug, Clone, Copy)]
 pub struct Sum {

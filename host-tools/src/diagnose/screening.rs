@@ -18,7 +18,8 @@ use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
-/// And one with memory in the measuring chain besides: a lag that is long beside a ripple is no multiple of a short one.
+/// And one with memory in the measuring chain besides, as a lag that is long beside a ripple is no multiple of a short one; another one
+/// with memory where it promises nothing at the small size: a loop of hysteresis is none where the noise turns the current round in it.
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -189,13 +190,27 @@ fn promise(
     complement: &Complement,
     left: &DVector<f64>,
 ) -> Option<Promise> {
-    let more = fit.space.with_effect(d.id, scales);
+    let usual = fit.space.with_effect(d.id, scales);
+    let small = shapes(d, &usual).into_iter().map(|shape| (SMALL, shape));
+    let long = || vec![(LONG, usual.clone())];
+    let best = |tried| best_of(d, tried, fit, problem, complement, left);
+    if d.acts == Acts::Measuring && d.remembers {
+        return best(small.chain(long()).collect());
+    }
+    best(small.collect()).or_else(|| if d.remembers { best(long()) } else { None })
+}
+
+/// What an effect promises in the best of some shapes, each at a size, in typical ones.
+fn best_of(
+    d: &'static Description,
+    mut tried: Vec<(f64, Space)>,
+    fit: &Refined,
+    problem: &impl Residuals,
+    complement: &Complement,
+    left: &DVector<f64>,
+) -> Option<Promise> {
     let mut best: Option<Promise> = None;
     let plain = unweighted(fit, problem);
-    let mut tried: Vec<(f64, Space)> = shapes(d, &more).into_iter().map(|shape| (SMALL, shape)).collect();
-    if d.acts == Acts::Measuring && d.remembers {
-        tried.push((LONG, more));
-    }
     tried.iter_mut().for_each(|(size, space)| *space = at_size(space, d.id, *size));
     let thetas: Vec<Vec<f64>> = tried.iter().map(|(_, space)| space.coordinates()).collect();
     // They differ in free parameters alone.
