@@ -14,7 +14,7 @@ use super::completeness::{self, Completeness, Course, Floor};
 use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::repeats;
-use super::screening::{self, Pair, Promise};
+use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
@@ -169,7 +169,7 @@ impl<'a> Audit<'a> {
 
     /// Tries candidates at a fit by linearisation of the free run, most promising first.
     pub fn screen(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
-        screening::screen(fit, &self.problem, scales, candidates)
+        screening::screen(fit, &self.problem, scales, candidates, Loops::AsTheyAre)
     }
 
     /// Tries the candidates of a screening two at a time, most promising first.

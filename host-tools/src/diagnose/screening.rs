@@ -19,7 +19,7 @@ use crate::model::Kind;
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
 /// And one with memory in the measuring chain besides, as a lag that is long beside a ripple is no multiple of a short one; another one
-/// with memory where it promises nothing at the small size: a loop of hysteresis is none where the noise turns the current round in it.
+/// with memory where noise may be why it promises nothing ([`Loops`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -167,17 +167,27 @@ pub fn independence(fit: &Refined, problem: &impl Residuals, scales: &Scales, d:
     (length > 0.0).then(|| Complement::of(&fit.jacobian).project(&column).norm() / length)
 }
 
+/// What is made of candidates with memory that promise nothing at a small size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loops {
+    /// Nothing.
+    AsTheyAre,
+    /// They are tried at their usual size: a loop is none where the noise of the current turns it round in it.
+    HiddenByNoise,
+}
+
 /// Tries candidates at the fit of a model, most promising first.
 pub fn screen(
     fit: &Refined,
     problem: &impl Residuals,
     scales: &Scales,
     candidates: &[&'static Description],
+    loops: Loops,
 ) -> Vec<Promise> {
     let complement = Complement::of(&fit.jacobian);
     let left = complement.project(&fit.residuals);
     let mut promises: Vec<Promise> =
-        candidates.par_iter().filter_map(|d| promise(d, fit, problem, scales, &complement, &left)).collect();
+        candidates.par_iter().filter_map(|d| promise(d, fit, problem, scales, loops, &complement, &left)).collect();
     promises.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     promises
 }
@@ -187,6 +197,7 @@ fn promise(
     fit: &Refined,
     problem: &impl Residuals,
     scales: &Scales,
+    loops: Loops,
     complement: &Complement,
     left: &DVector<f64>,
 ) -> Option<Promise> {
@@ -197,7 +208,7 @@ fn promise(
     if d.acts == Acts::Measuring && d.remembers {
         return best(small.chain(long()).collect());
     }
-    best(small.collect()).or_else(|| if d.remembers { best(long()) } else { None })
+    best(small.collect()).or_else(|| if d.remembers && loops == Loops::HiddenByNoise { best(long()) } else { None })
 }
 
 /// What an effect promises in the best of some shapes, each at a size, in typical ones.

@@ -18,7 +18,7 @@ use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::refitted::held_out_refitted;
 use super::repeats;
-use super::screening::{self, Pair, Promise};
+use super::screening::{self, Loops, Pair, Promise};
 use super::shape::{self, Shape};
 use super::{Progress, Watch};
 use crate::error::Result;
@@ -91,7 +91,7 @@ impl<'a> Climb<'a> {
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
     fn screen(&self, fit: &Refined, left_out: &[&'static str]) -> Vec<Promise> {
         let scales = Scales::of(&fit.space, self.experiments);
-        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out))
+        screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out), Loops::AsTheyAre)
     }
 
     /// The candidates that a model does not have yet, but for some.
@@ -152,6 +152,44 @@ impl<'a> Climb<'a> {
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
         Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })
+    }
+
+    /// Climbs on from an effect with memory that promises most, but nothing at a small size, as hysteresis does where the noise of a direct
+    /// current turns it round within a small loop; if it lowers the error more than an earlier climb has done, which has not come by it.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb_by_loop(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+        let scales = Scales::of(&base.space, self.experiments);
+        let candidates = self.candidates_beside(&base.space, &[]);
+        let promises = screening::screen(base, &self.problem, &scales, &candidates, Loops::HiddenByNoise);
+        let hidden = |p: &&Promise| {
+            let promised = earlier.steps.first().is_some_and(|s| s.promises.iter().any(|(id, _)| *id == p.id));
+            !promised && !earlier.has_added(p.id)
+        };
+        let Some(first) = promises.first().filter(hidden) else { return Ok(None) };
+        progress(Progress::Doing(first.id));
+        let begun = Arc::new(self.fit_beside(base, &first.space, Effort::USUAL)?);
+        let gain = self.held_out(base).log_error() - self.held_out(&begun).log_error();
+        if self.held_out(&begun).log_error() >= self.held_out(&earlier.fit).log_error() {
+            return Ok(None);
+        }
+        let parameters = begun.space.free().count() - base.space.free().count();
+        let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
+        let p_value = (p * self.candidates.len() as f64).min(1.0);
+        let tried = Tried { id: first.id, fit: Arc::clone(&begun), gain, p_value, objection: None };
+        let step = Step {
+            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
+            tried: vec![tried],
+            winners: vec![first.id],
+            together: false,
+            in_free_run: false,
+            as_well: Vec::new(),
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        };
+        let fit = self.go_on(&begun, THOROUGH)?;
+        self.climb_on(base, fit, vec![first.id], vec![step], progress).map(Some)
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they

@@ -57,18 +57,20 @@ impl<'a> SecondLook<'a> {
     /// # Errors
     /// An interrupt.
     pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
-        let judged = self.reconsidered(self.judged(ladder)?, progress)?;
+        let mut judged = self.reconsidered(self.judged(ladder)?, progress)?;
+        // What was added in the place of a hidden loop leads on to more of its like.
+        let has_begun = judged.0.steps.first().is_some_and(|step| !step.winners.is_empty());
+        if has_begun && !judged.0.is_explained() {
+            let other = self.by_loop(&judged.0, progress)?;
+            self.take_if_better(&mut judged, other)?;
+        }
         let mut best = self.with_more(judged, progress)?;
-        for look in [Self::again, Self::by_two] {
+        for look in [Self::by_loop, Self::again, Self::by_two] {
             if best.0.is_explained() {
                 break;
             }
-            if let Some(other) = look(self, &best.0, progress)? {
-                let other = self.judged(other)?;
-                if self.is_better(&best, &other) {
-                    best = other;
-                }
-            }
+            let other = look(self, &best.0, progress)?;
+            self.take_if_better(&mut best, other)?;
         }
         if best.0.may_have_chosen_too_early(&self.audit.over_floor(&best.1, &best.1)) {
             best = self.exchanged(best, progress)?;
@@ -76,6 +78,17 @@ impl<'a> SecondLook<'a> {
         self.climb.find_rivals(&mut best.0, progress)?;
         self.confirm_rivals(&mut best, progress)?;
         Ok(best)
+    }
+
+    /// Takes another climb, if there is one and it has ended clearly better.
+    fn take_if_better(&self, best: &mut Judged, other: Option<Ladder>) -> Result<()> {
+        if let Some(other) = other {
+            let other = self.judged(other)?;
+            if self.is_better(best, &other) {
+                *best = other;
+            }
+        }
+        Ok(())
     }
 
     /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all and
@@ -155,6 +168,11 @@ impl<'a> SecondLook<'a> {
             }
         }
         Ok(judged)
+    }
+
+    /// Climbs once more, from an effect whose loop the noise hides.
+    fn by_loop(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+        self.climb.climb_by_loop(self.base, ladder, progress)
     }
 
     /// Climbs once more, by two effects at first.
