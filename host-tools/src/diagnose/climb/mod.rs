@@ -169,27 +169,11 @@ impl<'a> Climb<'a> {
         };
         let Some(first) = promises.first().filter(hidden) else { return Ok(None) };
         progress(Progress::Doing(first.id));
-        let begun = Arc::new(self.fit_beside(base, &first.space, Effort::USUAL)?);
-        let gain = self.held_out(base).log_error() - self.held_out(&begun).log_error();
+        let begun = self.fit_beside(base, &first.space, Effort::USUAL)?;
         if self.held_out(&begun).log_error() >= self.held_out(&earlier.fit).log_error() {
             return Ok(None);
         }
-        let parameters = begun.space.free().count() - base.space.free().count();
-        let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
-        let p_value = (p * self.candidates.len() as f64).min(1.0);
-        let tried = Tried { id: first.id, fit: Arc::clone(&begun), gain, p_value, objection: None };
-        let step = Step {
-            promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
-            tried: vec![tried],
-            winners: vec![first.id],
-            together: false,
-            in_free_run: false,
-            as_well: Vec::new(),
-            decoy_gain: 0.0,
-            decoys: [0, 0],
-        };
-        let fit = self.go_on(&begun, THOROUGH)?;
-        self.climb_on(base, fit, vec![first.id], vec![step], progress).map(Some)
+        self.climb_from(base, begun, vec![first.id], &promises, progress).map(Some)
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
@@ -214,24 +198,42 @@ impl<'a> Climb<'a> {
         if winners.iter().all(|id| earlier.has_added(id)) {
             return Ok(None);
         }
-        let gain = self.held_out(base).log_error() - self.held_out(&fit).log_error();
-        let parameters = fit.space.free().count() - base.space.free().count();
-        let p = p_value(self.held_out(base), self.held_out(&fit), &fit, self.problem.groups(), parameters);
-        let p_value = (p * (self.candidates.len() * self.candidates.len()) as f64).min(1.0);
-        let begun = Arc::new(fit);
-        let tried = |id| Tried { id, fit: Arc::clone(&begun), gain, p_value, objection: None };
+        self.climb_from(base, fit, winners.to_vec(), &promises, progress).map(Some)
+    }
+
+    /// Climbs on from a fit with one effect or two, as the first step.
+    fn climb_from(
+        &self,
+        base: &Fit,
+        begun: Fit,
+        winners: Vec<&'static str>,
+        promises: &[Promise],
+        progress: &Watch<'_>,
+    ) -> Result<Ladder> {
+        let gain = self.held_out(base).log_error() - self.held_out(&begun).log_error();
+        let parameters = begun.space.free().count() - base.space.free().count();
+        let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
+        let tries = self.candidates.len().pow(winners.len() as u32) as f64;
+        let begun = Arc::new(begun);
+        let tried = |id: &&'static str| Tried {
+            id,
+            fit: Arc::clone(&begun),
+            gain,
+            p_value: (p * tries).min(1.0),
+            objection: None,
+        };
         let step = Step {
             promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
-            tried: winners.map(tried).to_vec(),
-            winners: winners.to_vec(),
-            together: true,
+            tried: winners.iter().map(tried).collect(),
+            winners: winners.clone(),
+            together: winners.len() > 1,
             in_free_run: false,
             as_well: Vec::new(),
             decoy_gain: 0.0,
             decoys: [0, 0],
         };
         let fit = self.go_on(&begun, THOROUGH)?;
-        self.climb_on(base, fit, winners.to_vec(), vec![step], progress).map(Some)
+        self.climb_on(base, fit, winners, vec![step], progress)
     }
 
     /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
