@@ -38,8 +38,8 @@ pub fn at_standstill(id: &str) -> &'static [&'static str] {
     AT_STANDSTILL.iter().copied().find(|set| set.contains(&id)).unwrap_or(&[])
 }
 
-/// Torques of which only the steep part is known, and laws of friction that a little of is the rest of them: how far Stribeck friction
-/// reaches beyond its speed, and with which power of it stray load grows, no two sources agree on.
+/// Torques whose law no two sources agree on (how Stribeck friction fades beyond its speed, with which power of the speed stray load grows),
+/// and effects of which a little takes up the difference between two such laws.
 const ROUNDED_OFF: [(&[&str], &[&str]); 2] = [
     (&["stribeck"], &["windage_exponent", "quadratic_load"]),
     (&["iron_loss_drag", "stray_load_torque"], &["quadratic_load"]),

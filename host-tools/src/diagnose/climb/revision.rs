@@ -76,25 +76,18 @@ impl Climb<'_> {
                 k += 1;
                 continue;
             }
-            if !self.drop_superfluous(found[k], fit, found)? {
+            let less = self.fit_from(Some(fit.rms), &fit.space.without_effect(found[k]), Effort::USUAL)?;
+            if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
+                found.remove(k);
+                *fit = less;
+            } else {
                 k += 1;
             }
         }
         Ok(())
     }
 
-    /// Drops an effect without which the error on data held out hardly rises; whether it has.
-    fn drop_superfluous(&self, id: &str, fit: &mut Fit, found: &mut Vec<&'static str>) -> Result<bool> {
-        let less = self.fit_from(Some(fit.rms), &fit.space.without_effect(id), Effort::USUAL)?;
-        let is_superfluous = self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN;
-        if is_superfluous {
-            found.retain(|other| *other != id);
-            *fit = less;
-        }
-        Ok(is_superfluous)
-    }
-
-    /// Gives two effects for the one that is both of them together, where it does as well, and drops what it makes superfluous.
+    /// Gives two effects for the one that is both of them together, where it does as well.
     pub(super) fn one_for_two(
         &self,
         fit: &mut Fit,
@@ -115,14 +108,11 @@ impl Climb<'_> {
             return Ok(());
         }
         *fit = given;
-        for effects in steps.iter_mut().map(|step| &mut step.winners).chain([&mut *found]) {
+        for effects in steps.iter_mut().map(|step| &mut step.winners).chain([found]) {
             if let Some(place) = effects.iter().position(|id| sum.two.contains(id)) {
                 effects[place] = sum.one;
             }
             effects.retain(|id| !sum.two.contains(id));
-        }
-        for id in found.clone().into_iter().filter(|id| *id != sum.one) {
-            self.drop_superfluous(id, fit, found)?;
         }
         Ok(())
     }

@@ -58,14 +58,14 @@ impl<'a> SecondLook<'a> {
     /// An interrupt.
     pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
         let mut judged = self.reconsidered(self.judged(ladder)?, progress)?;
-        // What was added in the place of a hidden loop leads on to more of its like.
+        // What was added in the place of a hidden loop leads on to more of its like, but what the free run adds to nothing may be the loop itself.
         let has_begun = judged.0.steps.first().is_some_and(|step| !step.winners.is_empty());
         if has_begun && !judged.0.is_explained() {
             let other = self.by_loop(&judged.0, progress)?;
             self.take_if_better(&mut judged, other)?;
         }
         let mut best = self.with_more(judged, progress)?;
-        for look in [Self::by_loop, Self::again, Self::by_two] {
+        for look in [Self::by_loop, Self::again, Self::by_two].into_iter().skip(usize::from(has_begun)) {
             if best.0.is_explained() {
                 break;
             }
