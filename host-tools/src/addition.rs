@@ -34,19 +34,25 @@ pub fn add_to(
 ) -> Result<Addition> {
     let mut settings = Settings::of_model(model);
     settings.terms.extend(terms.iter().cloned());
-    let added = identify_with(recordings, &settings, effects)?;
-    let told = &added.identification.model.parameters;
-    let untold = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name));
-    let held: Vec<Assignment> = untold.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
-    if held.is_empty() {
-        return Ok(added);
+    let mut untold: Vec<String> = Vec::new();
+    loop {
+        let mut added = identify_with(recordings, &settings, effects)?;
+        let told = &added.identification.model.parameters;
+        // What is held leaves others that these recordings do not tell either.
+        let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name));
+        let held: Vec<Assignment> =
+            further.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
+        if held.is_empty() {
+            if !untold.is_empty() {
+                let names = untold.join(", ");
+                let note = format!("{names} cannot be told from these recordings, and is held as the model has it");
+                added.identification.notes.push(note);
+            }
+            return Ok(added);
+        }
+        untold.extend(held.iter().map(|a| a.name.clone()));
+        settings.fixed.extend(held);
     }
-    let names: Vec<&str> = held.iter().map(|a| a.name.as_str()).collect();
-    let note = format!("{} cannot be told from these recordings, and is held as the model has it", names.join(", "));
-    settings.fixed.extend(held);
-    let mut added = identify_with(recordings, &settings, effects)?;
-    added.identification.notes.push(note);
-    Ok(added)
 }
 
 /// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another member

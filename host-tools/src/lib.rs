@@ -11,6 +11,7 @@ pub mod diagnose;
 pub mod edges;
 pub mod error;
 pub mod experiment;
+pub mod held_out;
 pub mod hybrid;
 pub mod identify;
 pub mod lockstep;

@@ -117,6 +117,24 @@ fn adding_holds_what_a_part_of_a_recording_does_not_tell() {
 }
 
 #[test]
+fn friction_is_judged_on_the_end_of_a_coast_down() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| greyrig(folder.path(), arguments);
+    run(&["simulate", "--profile", "coast-down", "--effect", "stribeck", "--seed", "1", "--out", "coast.csv"]);
+    run(&["identify", "coast.csv", "--out", "coast.toml"]);
+    let added = |effect: &str| json(&run(&["add", effect, "--model", "coast.toml", "coast.csv", "--json"]));
+    let right = added("stribeck");
+    assert_eq!(right["accepted"], true, "{right}");
+    // With the supply open there is no current, so no error of it either; the speed alone judges.
+    assert!(right["held_out_before"]["current"].is_null(), "{right}");
+    let speed = |key: &str| right[key]["speed"].as_f64().unwrap();
+    assert!(speed("held_out_after") < 0.5 * speed("held_out_before"), "{right}");
+    // Warming bearings change the coast-down, too, but are not what is missing here.
+    let wrong = added("bearing_warmup");
+    assert_eq!(wrong["accepted"], false, "{wrong}");
+}
+
+#[test]
 fn a_model_file_is_read_with_care() {
     let folder = prepared();
     let model = std::fs::read_to_string(folder.path().join("model.toml")).unwrap();

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use greyrig::effects::Effect;
+use greyrig::effects::{Acts, Description, Effect};
+use greyrig::term::Target;
 use serde_json::json;
 
 use super::answer::Answer;
@@ -11,6 +12,7 @@ use super::{input, words};
 use crate::addition::{Addition, add_to};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
+use crate::held_out::{is_without_current, split};
 use crate::model::{Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
@@ -91,13 +93,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let accepted = first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
     let Addition { effects: added, identification: mut final_fit } = add_to(&model, &args.term, &recordings, &effects)?;
-    let without_current = !accepted && held_out.iter().all(is_without_current);
-    if without_current {
-        final_fit.notes.push(
-            "what was held out has the supply open throughout, where nothing that goes with the current shows: give another recording"
-                .to_owned(),
-        );
-    }
+    let mechanical = |id: &&str| Description::of(id).is_some_and(|d| d.acts == Acts::Mechanical);
+    let by_speed_alone =
+        effects.iter().all(|id| mechanical(&id)) && args.term.iter().all(|t| t.target() == Target::Torque);
+    let (judged, currentless) = (last.held_out.esr != PerSignal::default(), held_out.iter().all(is_without_current));
+    let why_not = match (accepted, judged, currentless && !by_speed_alone) {
+        (true, ..) | (_, true, false) => None,
+        (_, false, _) => Some("what was held out holds nothing but noise: give another recording"),
+        (_, true, true) => Some(
+            "what was held out has the supply open throughout, where nothing that goes with the current shows: give another recording",
+        ),
+    };
+    final_fit.notes.extend(why_not.map(str::to_owned));
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }
@@ -138,7 +145,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for note in &final_fit.notes {
         output::print_line(&format!("note: {note}"))?;
     }
-    output::print_line(match (accepted, without_current) {
+    output::print_line(match (accepted, why_not.is_some()) {
         (true, _) => "\naccepted: the error falls on data that the fit has not seen",
         (false, true) => "\nnot accepted: the data that the fit has not seen cannot judge it",
         (false, false) => {
@@ -168,22 +175,6 @@ fn stage(
         held_out: compare(&model, held_out)?,
         model,
     })
-}
-
-/// Whether a recording holds no current, its supply being open throughout.
-fn is_without_current(recording: &Recording) -> bool {
-    !recording.supply_open.is_empty() && recording.supply_open.iter().all(|open| *open)
-}
-
-/// Data to fit and data to judge: the last recording, or the last third of a single one.
-pub(super) fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
-    if let [training @ .., held_out] = recordings
-        && !training.is_empty()
-    {
-        return (training.to_vec(), vec![held_out.clone()]);
-    }
-    let cut = recordings[0].len() * 2 / 3;
-    (vec![recordings[0].part(0..cut)], vec![recordings[0].part(cut..recordings[0].len())])
 }
 
 fn waterfall(stages: &[Stage]) -> String {

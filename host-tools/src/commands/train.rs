@@ -6,7 +6,6 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
-use super::add::split;
 use super::anfis::{Bell, notes, parse_bell};
 use super::answer::Answer;
 use super::input::Input;
@@ -16,6 +15,7 @@ use crate::anfis::report::network;
 use crate::anfis::{Method, Ridge, Settings, Trained};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
+use crate::held_out::split;
 use crate::hybrid;
 use crate::model::{Model, Origin};
 use crate::output;

@@ -16,7 +16,7 @@ use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::model::Model;
 use crate::recording::Recording;
 
-/// An error within this factor of the noise floor is noise.
+/// An error, or a signal, within this factor of the noise floor is noise.
 const AT_THE_FLOOR: f64 = 1.3;
 
 /// Compares a model with recordings.
@@ -200,14 +200,19 @@ fn floors_squared(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> [Option
     [of(|f| f.current, 0), of(|f| f.speed, 1), of(|f| f.torque, 2)]
 }
 
-/// Error-to-signal ratios over several recordings; none where the measured signal lies below its own noise.
+/// Whether a measured signal is more than the noise in it, whose sum of squares is given.
+fn stands_out(signal: &Sums, noise: f64) -> bool {
+    signal.signal > AT_THE_FLOOR * AT_THE_FLOOR * noise
+}
+
+/// Error-to-signal ratios over several recordings; none where the measured signal is nothing but its own noise.
 fn ratio(errors: &[[Option<Sums>; 3]], floors: &[PerSignal]) -> PerSignal {
     let total = merge(errors.iter().copied());
     let floor = floors_squared(floors, errors);
     let mut esr = [None; 3];
     for k in 0..3 {
         esr[k] = total[k]
-            .filter(|t| t.signal > 0.0 && floor[k].is_none_or(|f| t.signal > f))
+            .filter(|t| t.signal > 0.0 && floor[k].is_none_or(|f| stands_out(t, f)))
             .map(|t| (t.error / t.signal).sqrt());
     }
     esr.into()
@@ -218,7 +223,7 @@ fn floor_ratio(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> PerSignal 
     let floor = floors_squared(floors, errors);
     let mut ratio = [None; 3];
     for k in 0..3 {
-        ratio[k] = total[k].zip(floor[k]).filter(|(t, f)| t.signal > *f).map(|(t, f)| (f / t.signal).sqrt());
+        ratio[k] = total[k].zip(floor[k]).filter(|(t, f)| stands_out(t, *f)).map(|(t, f)| (f / t.signal).sqrt());
     }
     ratio.into()
 }
