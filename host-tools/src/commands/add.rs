@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use greyrig::effects::{Acts, Description, Effect};
-use greyrig::term::Target;
+use greyrig::effects::Effect;
 use serde_json::json;
 
 use super::answer::Answer;
@@ -12,7 +11,7 @@ use super::{input, words};
 use crate::addition::{Addition, add_to};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
-use crate::held_out::{is_without_current, split};
+use crate::held_out::split;
 use crate::model::{Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
@@ -90,21 +89,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         stages.push(stage(&model, &effects, &args.term[..count], &training, &held_out)?);
     }
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
-    let accepted = first.held_out.esr.falls_to(&last.held_out.esr);
+    let judged = shows(&model, last, &held_out)?;
+    let accepted = judged && first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
     let Addition { effects: added, identification: mut final_fit } = add_to(&model, &args.term, &recordings, &effects)?;
-    let mechanical = |id: &&str| Description::of(id).is_some_and(|d| d.acts == Acts::Mechanical);
-    let by_speed_alone =
-        effects.iter().all(|id| mechanical(&id)) && args.term.iter().all(|t| t.target() == Target::Torque);
-    let (judged, currentless) = (last.held_out.esr != PerSignal::default(), held_out.iter().all(is_without_current));
-    let why_not = match (accepted, judged, currentless && !by_speed_alone) {
-        (true, ..) | (_, true, false) => None,
-        (_, false, _) => Some("what was held out holds nothing but noise: give another recording"),
-        (_, true, true) => Some(
-            "what was held out has the supply open throughout, where nothing that goes with the current shows: give another recording",
-        ),
-    };
-    final_fit.notes.extend(why_not.map(str::to_owned));
+    if !judged {
+        let note = "what was held out shows nothing of what was added, as a coast-down does of what goes with the current: give another \
+                    recording";
+        final_fit.notes.push(note.to_owned());
+    }
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }
@@ -145,10 +138,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for note in &final_fit.notes {
         output::print_line(&format!("note: {note}"))?;
     }
-    output::print_line(match (accepted, why_not.is_some()) {
+    output::print_line(match (accepted, judged) {
         (true, _) => "\naccepted: the error falls on data that the fit has not seen",
-        (false, true) => "\nnot accepted: the data that the fit has not seen cannot judge it",
-        (false, false) => {
+        (false, false) => "\nnot accepted: the data that the fit has not seen cannot judge it",
+        (false, true) => {
             "\nnot accepted: the error does not fall on data that the fit has not seen; this effect is not what is missing"
         }
     })?;
@@ -175,6 +168,15 @@ fn stage(
         held_out: compare(&model, held_out)?,
         model,
     })
+}
+
+/// Whether what has been added to a model does anything on data held out that is not nothing but noise.
+fn shows(before: &Model, stage: &Stage, held_out: &[Recording]) -> Result<bool> {
+    let mut without = stage.model.clone();
+    without.effects.retain(|e| before.effects.iter().any(|known| known.id == e.id));
+    without.terms.truncate(before.terms.len());
+    let esr = stage.held_out.esr;
+    Ok(esr != PerSignal::default() && compare(&without, held_out)?.esr != esr)
 }
 
 fn waterfall(stages: &[Stage]) -> String {

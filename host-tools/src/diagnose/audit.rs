@@ -33,7 +33,7 @@ const LEAST_SHARE: f64 = 0.03;
 /// And one that could be the rest of another one's law ([`classes::rounds_off`]): of strong Stribeck friction and stray load by other laws
 /// 5 to 9 % were named as a quadratic load or windage with another exponent, while true ones of these, from the smallest that stand out,
 /// earned 13 % and more.
-const LEAST_SHARE_OF_A_LAW: f64 = 0.105;
+pub const LEAST_SHARE_OF_A_LAW: f64 = 0.105;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;

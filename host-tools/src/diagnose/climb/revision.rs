@@ -23,7 +23,8 @@ const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
 /// An effect that was found given for another one.
 pub struct Exchange {
     given: &'static str,
-    taken: &'static str,
+    /// What it was given for.
+    pub taken: &'static str,
     /// The balances with the other one, roughly.
     fit: Fit,
 }

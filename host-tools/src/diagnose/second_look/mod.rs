@@ -8,12 +8,13 @@
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
 mod more;
+mod near;
 mod reconsidered;
 
 use rayon::prelude::*;
 
 use super::audit::Audit;
-use super::climb::{Climb, SAME_ERROR};
+use super::climb::{Climb, SAME_ERROR, SMALLEST_GAIN};
 use super::completeness::Completeness;
 use super::fit::Fit;
 use super::ladder::Ladder;
@@ -75,8 +76,13 @@ impl<'a> SecondLook<'a> {
         if best.0.may_have_chosen_too_early(&self.audit.over_floor(&best.1, &best.1)) {
             best = self.exchanged(best, progress)?;
         }
+        let (mut best, by_chance) = self.closest(best, progress)?;
         self.climb.find_rivals(&mut best.0, progress)?;
         self.confirm_rivals(&mut best, progress)?;
+        if let Some(rivals) = best.0.rivals.first_mut() {
+            let others: Vec<_> = by_chance.into_iter().filter(|id| !rivals.contains(id)).collect();
+            rivals.extend(others);
+        }
         Ok(best)
     }
 
@@ -164,10 +170,31 @@ impl<'a> SecondLook<'a> {
             let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
             let other = self.judged(other)?;
             if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1) > SMALLEST_FALL {
-                return Ok(other);
+                return self.without_later_than(exchange.taken, other);
             }
         }
         Ok(judged)
+    }
+
+    /// Leaves out what was found beside the wrong effect that another one has taken the place of, where that alone does as well: from the
+    /// free run of the model as it was, as the wrong one may have led into another valley.
+    fn without_later_than(&self, taken: &'static str, judged: Judged) -> Result<Judged> {
+        let place = |id: &str| judged.0.steps.iter().position(|step| step.winners.contains(&id));
+        let mut kept = judged.0.found.clone();
+        kept.retain(|id| place(id) <= place(taken));
+        if kept.len() == judged.0.found.len() {
+            return Ok(judged);
+        }
+        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        let space = kept.iter().fold(self.free.space.clone(), |space, id| space.with_effect(id, &scales));
+        let fewer = self.audit.fit(&space)?;
+        if self.audit.fall(&fewer, &judged.1) >= SMALLEST_GAIN {
+            return Ok(judged);
+        }
+        let mut ladder = judged.0.clone();
+        self.climb.narrow(&mut ladder, self.base, &kept, &fewer)?;
+        ladder.free_run = Some(self.completeness(&fewer));
+        Ok(if ladder.is_explained() { (ladder, fewer) } else { judged })
     }
 
     /// Climbs once more, from an effect whose loop the noise hides.

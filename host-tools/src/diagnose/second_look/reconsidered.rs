@@ -32,12 +32,12 @@ impl SecondLook<'_> {
     }
 
     /// Logarithm of the free run's error at the fit of a candidate by the balances, sum over the signals.
-    fn log_error_at(&self, tried: &Tried) -> f64 {
+    pub(super) fn log_error_at(&self, tried: &Tried) -> f64 {
         self.audit.error_at(&tried.fit.space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
     }
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
-    fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
+    pub(super) fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
         let scales = Scales::of(&kept.space, self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         space.start_from(&other.fit.space, other.id);
@@ -45,7 +45,7 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit comes closer to the data, those held out too.
-    fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
+    pub(super) fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
         self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other) > SMALLEST_GAIN
     }
 }
