@@ -66,7 +66,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
                 recording: e.name.clone(),
                 esr,
                 noise_floor: floor_ratio(&[part.floor.rms], &errors),
-                structured: relative(&part.structured, &errors),
+                structured: relative(&part.structured, &errors, &[part.floor.rms]),
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
                 warnings: recording.warnings.clone(),
                 traces: part.traces.clone(),
@@ -82,14 +82,14 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     regions.retain(|r| {
         let (error, floor) = (esr.of(r.quantity), noise_floor.of(r.quantity));
         // What stands out of pure noise says nothing about the model.
-        error.zip(floor).is_none_or(|(error, floor)| error > AT_THE_FLOOR * floor)
+        error.is_some_and(|error| floor.is_none_or(|floor| error > AT_THE_FLOOR * floor))
     });
     let structured = merge(parts.iter().map(|p| p.structured));
     Ok(Comparison {
         esr,
         noise_floor,
         noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),
-        structured: relative(&structured, &all_errors),
+        structured: relative(&structured, &all_errors, &floors),
         one_step: one_step_ratio(&parts),
         per_recording,
         regions,
@@ -200,9 +200,9 @@ fn floors_squared(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> [Option
     [of(|f| f.current, 0), of(|f| f.speed, 1), of(|f| f.torque, 2)]
 }
 
-/// Whether a measured signal is more than the noise in it, whose sum of squares is given.
-fn stands_out(signal: &Sums, noise: f64) -> bool {
-    signal.signal > AT_THE_FLOOR * AT_THE_FLOOR * noise
+/// Whether a measured signal is more than the noise in it, whose sum of squares is given where it is known.
+fn stands_out(of: &Sums, noise: Option<f64>) -> bool {
+    of.signal > 0.0 && noise.is_none_or(|noise| of.signal > AT_THE_FLOOR * AT_THE_FLOOR * noise)
 }
 
 /// Error-to-signal ratios over several recordings; none where the measured signal is nothing but its own noise.
@@ -211,9 +211,7 @@ fn ratio(errors: &[[Option<Sums>; 3]], floors: &[PerSignal]) -> PerSignal {
     let floor = floors_squared(floors, errors);
     let mut esr = [None; 3];
     for k in 0..3 {
-        esr[k] = total[k]
-            .filter(|t| t.signal > 0.0 && floor[k].is_none_or(|f| stands_out(t, f)))
-            .map(|t| (t.error / t.signal).sqrt());
+        esr[k] = total[k].filter(|t| stands_out(t, floor[k])).map(|t| (t.error / t.signal).sqrt());
     }
     esr.into()
 }
@@ -223,16 +221,17 @@ fn floor_ratio(floors: &[PerSignal], errors: &[[Option<Sums>; 3]]) -> PerSignal 
     let floor = floors_squared(floors, errors);
     let mut ratio = [None; 3];
     for k in 0..3 {
-        ratio[k] = total[k].zip(floor[k]).filter(|(t, f)| stands_out(t, *f)).map(|(t, f)| (f / t.signal).sqrt());
+        ratio[k] = total[k].zip(floor[k]).filter(|(t, f)| stands_out(t, Some(*f))).map(|(t, f)| (f / t.signal).sqrt());
     }
     ratio.into()
 }
 
-/// Errors with one side imposed, relative to the same measured signals.
-fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]]) -> PerSignal {
+/// Errors with one side imposed, relative to the same measured signals; none where [`ratio`] has none.
+fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]], floors: &[PerSignal]) -> PerSignal {
     let total = merge(errors.iter().copied());
+    let floor = floors_squared(floors, errors);
     let of = |k: usize| {
-        structured[k].zip(total[k]).filter(|(_, t)| t.signal > 0.0).map(|(s, _)| (s.error / s.signal).sqrt())
+        structured[k].zip(total[k]).filter(|(_, t)| stands_out(t, floor[k])).map(|(s, _)| (s.error / s.signal).sqrt())
     };
     [of(0), of(1), None].into()
 }
