@@ -7,8 +7,8 @@
 //!
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
+mod by_chance;
 mod more;
-mod near;
 mod reconsidered;
 
 use rayon::prelude::*;
@@ -76,9 +76,9 @@ impl<'a> SecondLook<'a> {
         if best.0.may_have_chosen_too_early(&self.audit.over_floor(&best.1, &best.1)) {
             best = self.exchanged(best, progress)?;
         }
-        let (mut best, by_chance) = self.closest(best, progress)?;
         self.climb.find_rivals(&mut best.0, progress)?;
         self.confirm_rivals(&mut best, progress)?;
+        let by_chance = self.behind_by_chance(&best, progress)?;
         if let Some(rivals) = best.0.rivals.first_mut() {
             let others: Vec<_> = by_chance.into_iter().filter(|id| !rivals.contains(id)).collect();
             rivals.extend(others);

@@ -37,7 +37,7 @@ impl SecondLook<'_> {
     }
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
-    pub(super) fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
+    fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
         let scales = Scales::of(&kept.space, self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         space.start_from(&other.fit.space, other.id);
@@ -45,7 +45,7 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit comes closer to the data, those held out too.
-    pub(super) fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
+    fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
         self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other) > SMALLEST_GAIN
     }
 }
