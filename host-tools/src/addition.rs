@@ -38,8 +38,8 @@ pub fn add_to(
     loop {
         let mut added = identify_with(recordings, &settings, effects)?;
         let told = &added.identification.model.parameters;
-        // What is held leaves others that these recordings do not tell either.
-        let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name));
+        // What is held may leave others that these recordings do not tell either.
+        let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name) && !untold.contains(name));
         let held: Vec<Assignment> =
             further.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
         if held.is_empty() {

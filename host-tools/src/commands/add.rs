@@ -23,7 +23,7 @@ use crate::term::Formula;
 #[command(
     after_help = "Example:\n  greyrig add saturation --model model.toml staircase.csv ramp.csv --out model2.toml\n\n\
     Identifiers of the catalogue among the arguments are effects, all else recordings. With several recordings each gain is\n\
-    judged on the last one, which the fit does not see; with a single one, on its last third.\n\
+    judged on the last one, which the fit does not see; with a single one, on the last third of the time until all is at rest.\n\
     Where an effect comes to nothing, another one that no recording separates from it (see `greyrig effects`) takes its place."
 )]
 pub struct Args {
@@ -170,7 +170,7 @@ fn stage(
     })
 }
 
-/// Whether what has been added to a model does anything on data held out that is not nothing but noise.
+/// Whether what has been added to a model changes its error on data held out, and these are more than noise.
 fn shows(before: &Model, stage: &Stage, held_out: &[Recording]) -> Result<bool> {
     let mut without = stage.model.clone();
     without.effects.retain(|e| before.effects.iter().any(|known| known.id == e.id));

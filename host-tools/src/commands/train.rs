@@ -25,7 +25,8 @@ use crate::report::{Curves, Report, Step};
 /// Trains the correction (ANFIS) on what the model leaves over, and judges it on data held out.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  greyrig train --model model.toml staircase.csv ramp.csv --out hybrid.toml\n\n\
-    With several recordings the correction is judged on the last one, which it does not see; with a single one, on its last third.")]
+    With several recordings the correction is judged on the last one, which it does not see; with a single one, on the last third of the\n\
+    time until all is at rest.")]
 pub struct Args {
     #[command(flatten)]
     input: Input,
