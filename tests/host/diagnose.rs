@@ -538,6 +538,12 @@ fn hysteresis_of_no_size_is_not_kept_beside_another_effect() {
 }
 
 #[test]
+fn the_rest_of_a_law_of_the_flux_is_no_inductance() {
+    // A straight line credits an inductance that depends on the current with a fifth of all; a fit of saturation alone comes as close.
+    names_alone(&of_the_lot(Kind::Universal, "steady", 2, "saturation"), &["saturation"]);
+}
+
+#[test]
 fn a_law_of_friction_that_chance_has_put_ahead_of_another_is_not_named_for_sure() {
     // Where a motor runs steadily the law of its friction rests on a second of run-up, and the balances prefer a law that the motor does not
     // have: chance decides in the first of these motors, and in the second the free run prefers the right one.

@@ -145,7 +145,8 @@ impl<'a> Audit<'a> {
             let all = self.fall(base, &fit);
             let worths = found.iter().filter(|id| !proved.contains(id)).map(|id| (*id, self.worth(&fit, id)));
             let doubtful = worths.map(|(id, worth)| (id, worth, smallest_share(id, found, all)));
-            let least = doubtful.filter(|(_, worth, smallest)| worth < smallest).min_by(|a, b| a.1.total_cmp(&b.1));
+            let doubtful = doubtful.filter(|(id, worth, smallest)| worth < smallest || classes::wants_proof(id, found));
+            let least = doubtful.min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((id, _, smallest)) = least else { return Ok(fit) };
             // Over a long way the others only seem to be able to take its part.
             let without = self.fit(&fit.space.without_effect(id))?;
@@ -214,6 +215,11 @@ impl<'a> Audit<'a> {
 
     fn course(&self) -> Course<'_> {
         Course { times: &self.times, period_s: self.period_s, repeats: &self.repeats }
+    }
+
+    /// Logarithm of the error at given parameters: sum over both signals.
+    pub fn log_error_at(&self, space: &Space) -> f64 {
+        self.error_at(space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.

@@ -34,9 +34,10 @@ impl SecondLook<'_> {
         let (ladder, kept) = judged;
         let Some((own, tried)) = of_first_step(ladder) else { return Ok(Vec::new()) };
         let kind = kept.space.kind();
-        let here: f64 = kept.rms.iter().filter(|rms| **rms > 0.0).map(|rms| rms.ln()).sum();
+        let here = self.audit.log_error_at(&kept.space);
+        let is_near = |t: &&Tried| self.audit.log_error_at(&t.fit.space) - here < NEAR;
         let counts = |t: &&Tried| !classes::same(kind, own.id, t.id) && t.objection.is_none_or(|o| o.is_of_size());
-        let near: Vec<&Tried> = tried.iter().filter(counts).filter(|t| self.log_error_at(t) - here < NEAR).collect();
+        let near: Vec<&Tried> = tried.iter().filter(counts).filter(is_near).collect();
         let all = self.audit.fall(&self.free, kept);
         let may_be = |t: &&Tried| {
             progress(Progress::Doing(t.id));

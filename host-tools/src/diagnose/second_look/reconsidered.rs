@@ -17,9 +17,8 @@ impl SecondLook<'_> {
     pub(super) fn reconsidered(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
         for [own, other] in self.climb.passed_over(&judged.0) {
             progress(Progress::Doing(other.id));
-            if self.log_error_at(own) - self.log_error_at(other) < SMALLEST_GAIN
-                || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?)
-            {
+            let gain = self.audit.log_error_at(&own.fit.space) - self.audit.log_error_at(&other.fit.space);
+            if gain < SMALLEST_GAIN || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?) {
                 continue;
             }
             let exchange = self.climb.exchange(&judged.0, own.id, other)?;
@@ -29,11 +28,6 @@ impl SecondLook<'_> {
             }
         }
         Ok(judged)
-    }
-
-    /// Logarithm of the free run's error at the fit of a candidate by the balances, sum over the signals.
-    pub(super) fn log_error_at(&self, tried: &Tried) -> f64 {
-        self.audit.error_at(&tried.fit.space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
     }
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
