@@ -4,7 +4,7 @@
 //!
 //! Source: converter and amplifier with a limited range.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -32,7 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
         }],
         signature: "flat tops of equal codes; to a fit it looks like saturation",
         confused_with: &["saturation", "current_compression", "armature_reaction"],
-        separated_by: "the samples: codes that repeat at the extreme",
+        separated_by: &[Separation::by("the samples: codes that repeat at the extreme")],
         source: "converter with a limited range",
         ..Description::USUAL
     };

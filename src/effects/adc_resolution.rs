@@ -5,7 +5,7 @@
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -51,7 +51,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
         ],
         signature: "white noise of the variance q²/12, whatever current and speed are",
         confused_with: &["brush_arcing"],
-        separated_by: "the samples: all differences are multiples of one step",
+        separated_by: &[Separation::by("the samples: all differences are multiples of one step")],
         source: "Widrow's theory of quantisation",
         ..Description::USUAL
     };

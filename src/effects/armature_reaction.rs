@@ -5,7 +5,7 @@
 //!
 //! Source: general machine theory (cross-magnetising field of a motor without compensating winding).
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -45,7 +45,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
         ],
         signature: "that of saturation, with a softer curve",
         confused_with: &["saturation"],
-        separated_by: "nothing that is measured at the terminals",
+        separated_by: &[Separation::by("nothing that is measured at the terminals")],
         source: "general machine theory",
         ..Description::USUAL
     };

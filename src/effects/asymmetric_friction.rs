@@ -7,7 +7,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -46,8 +46,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
         ],
         signature: "a torque error that does not change its sign with the direction and grows with the speed",
         confused_with: &["torque_offset", "coulomb_friction"],
-        separated_by: "motion in both directions at several speeds; breakaway from rest against a constant torque, which \
-                       holds or drives the rotor there too",
+        separated_by: &[
+            Separation::both_directions("motion in both directions at several speeds"),
+            Separation::by("breakaway from rest against a constant torque, which holds or drives the rotor there too"),
+        ],
         source: "Janot, Gautier, Brunot 2019 (EMPS), extended",
         ..Description::USUAL
     };

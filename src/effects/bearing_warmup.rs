@@ -7,7 +7,7 @@
 //! Source: viscosity of grease, with one thermal time constant.
 
 use super::memory::{accumulate, decay};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -46,7 +46,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
         ],
         signature: "a slow drift in the torque that does not depend on the current; the voltage balance is clean",
         confused_with: &["windage_exponent", "winding_temperature"],
-        separated_by: "the same recording repeated warm; a coast-down at the beginning and one at the end",
+        separated_by: &[
+            Separation::by("the same recording repeated warm"),
+            Separation::by("a coast-down at the beginning and one at the end"),
+        ],
         source: "viscosity of grease, one time constant",
         remembers: true,
         ..Description::USUAL

@@ -7,7 +7,7 @@
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -47,7 +47,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
         ],
         signature: "variance of the residual that follows |i| ω, with bursts; the mean passes for resistance",
         confused_with: &["brush_drop", "adc_resolution"],
-        separated_by: "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
+        separated_by: &[
+            Separation::by(
+                "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
+            ),
+        ],
         source: "general machine theory",
         ..Description::USUAL
     };

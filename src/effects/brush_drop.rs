@@ -5,7 +5,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
 //! exponential transition is the usual smooth one.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -45,7 +45,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
         signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
                     resistance",
         confused_with: &["saturation", "armature_reaction", "supply_dead_zone"],
-        separated_by: "a locked rotor at low current, a DC ramp through zero",
+        separated_by: &[
+            Separation::locked_rotor("a locked rotor at low current"),
+            Separation::by("a DC ramp through zero"),
+        ],
         source: "Modelica Standard Library, Machines.Losses.DCMachines.Brush",
         ..Description::USUAL
     };

@@ -11,7 +11,7 @@
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -42,7 +42,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
                     quadrature to i²; the opposite sign of eddy currents",
         confused_with: &["eddy_current", "transformer_emf", "hysteresis"],
-        separated_by: "a resistor in place of the motor; slow DC ramps against hysteresis; the sign against eddy currents",
+        separated_by: &[
+            Separation::by("a resistor in place of the motor"),
+            Separation::by("slow DC ramps against hysteresis"),
+            Separation::by("the sign against eddy currents"),
+        ],
         source: "sampling theory",
         remembers: true,
         ..Description::USUAL

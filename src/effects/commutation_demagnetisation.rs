@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory (resistance and linear commutation).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,7 +31,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
         }],
         signature: "resistance that seems to fall with the square of the speed, and a torque that falls with it; no harmonics",
         confused_with: &["skin_effect", "iron_loss_drag"],
-        separated_by: "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
+        separated_by: &[
+            Separation::by(
+                "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
+            ),
+        ],
         source: "general machine theory",
         ..Description::USUAL
     };

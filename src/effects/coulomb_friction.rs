@@ -5,7 +5,7 @@
 //! Source: C. A. Coulomb 1785; Modelica Standard Library, Machines.Losses.Friction and
 //! Mechanics.Rotational.Components.BearingFriction.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -34,7 +34,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         signature: "a constant torque error that changes its sign with the direction; a rotor that stops too late and \
                     starts too early",
         confused_with: &["torque_offset", "stribeck", "asymmetric_friction", "supply_dead_zone"],
-        separated_by: "motion in both directions; the end of a coast-down",
+        separated_by: &[
+            Separation::both_directions("motion in both directions"),
+            Separation::open_supply("the end of a coast-down"),
+        ],
         source: "Coulomb's law",
         ..Description::USUAL
     };

@@ -4,7 +4,7 @@
 //!
 //! Source: general theory of current sensors (magnetisation curve of the core).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -32,8 +32,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
         signature: "third harmonic in phase with the current, of the opposite sign of saturation, in resistance, back-EMF \
                     and inductance alike",
         confused_with: &["saturation", "armature_reaction", "adc_clipping", "inductance_saturation"],
-        separated_by: "a locked rotor, where saturation leaves the resistance alone; the sign of the third harmonic; a \
-                       resistor in place of the motor",
+        separated_by: &[
+            Separation::locked_rotor("a locked rotor, where saturation leaves the resistance alone"),
+            Separation::by("the sign of the third harmonic"),
+            Separation::by("a resistor in place of the motor"),
+        ],
         source: "magnetisation curve of the sensor's core",
         ..Description::USUAL
     };

@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -33,7 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
         }],
         signature: "none: parameters of the base model take its place",
         confused_with: &["voltage_gain", "speed_gain"],
-        separated_by: "a reference meter for the current",
+        separated_by: &[Separation::by("a reference meter for the current")],
         source: "scaling of the base equations",
         ..Description::USUAL
     };

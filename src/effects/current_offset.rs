@@ -4,7 +4,7 @@
 //!
 //! Source: error model of a current-sensing amplifier (offset and gain).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -31,8 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
         }],
         signature: "a direct voltage that grows with the speed, from R at standstill; a torque at mains frequency",
         confused_with: &["remanence", "voltage_offset"],
-        separated_by: "the record before switching on, where it shows a current without a voltage; a locked rotor, where \
-                       remanence gives nothing",
+        separated_by: &[
+            Separation::by("the record before switching on, where it shows a current without a voltage"),
+            Separation::locked_rotor("a locked rotor, where remanence gives nothing"),
+        ],
         source: "error model of a current-sensing amplifier",
         ..Description::USUAL
     };

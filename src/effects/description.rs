@@ -1,5 +1,6 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
+use super::separation::Separation;
 use crate::motor::FluxLaw;
 
 /// What a start value is relative to, so that one figure serves a watch motor and a traction drive.
@@ -141,8 +142,8 @@ pub struct Description {
     pub turns_into: Option<Turn>,
     /// Effects that look alike.
     pub confused_with: &'static [&'static str],
-    /// The recording that tells them apart.
-    pub separated_by: &'static str,
+    /// What tells them apart.
+    pub separated_by: &'static [Separation],
     /// Where the equation comes from.
     pub source: &'static str,
 }
@@ -179,7 +180,7 @@ impl Description {
         signature: "",
         turns_into: None,
         confused_with: &[],
-        separated_by: "",
+        separated_by: &[],
         source: "",
     };
 }

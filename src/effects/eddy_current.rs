@@ -7,7 +7,7 @@
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -49,8 +49,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, without a third \
                     harmonic; the opposite sign of a late current channel",
         confused_with: &["channel_delay", "transformer_emf", "hysteresis"],
-        separated_by: "a resistor in place of the motor, which shows the delay of the channels alone; slow DC ramps against \
-                       hysteresis; a locked rotor against the transformer EMF",
+        separated_by: &[
+            Separation::by("a resistor in place of the motor, which shows the delay of the channels alone"),
+            Separation::by("slow DC ramps against hysteresis"),
+            Separation::locked_rotor("a locked rotor against the transformer EMF"),
+        ],
         source: "Modelica Standard Library, Magnetic.FluxTubes (dynamic hysteresis)",
         remembers: true,
         ..Description::USUAL

@@ -8,7 +8,7 @@
 //! torque falls when the flow is throttled.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -47,7 +47,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
         ],
         signature: "too little load while the speed rises, too much while it falls; none at constant speed",
         confused_with: &["stray_load_torque", "windage_exponent", "iron_loss_drag"],
-        separated_by: "steps of the voltage at full speed against a steady run; a coast-down with the duct closed",
+        separated_by: &[
+            Separation::by("steps of the voltage at full speed against a steady run"),
+            Separation::by("a coast-down with the duct closed"),
+        ],
         source: "momentum of an air column, linearised",
         remembers: true,
         ..Description::USUAL

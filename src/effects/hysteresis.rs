@@ -18,7 +18,7 @@
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -138,7 +138,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         signature: "fundamental in quadrature with the current, nearly independent of the amplitude; a torque in quadrature to \
                     i²",
         confused_with: &["eddy_current", "channel_delay", "transformer_emf", "inductance_saturation"],
-        separated_by: "slow DC ramps, where the loop stays and every lag in time vanishes; different amplitudes",
+        separated_by: &[
+            Separation::by("slow DC ramps, where the loop stays and every lag in time vanishes"),
+            Separation::by("different amplitudes"),
+        ],
         source: "Duhem model; Bouc and Wen with exponent 1; plays of Prandtl and Ishlinskii",
         remembers: true,
         ..Description::USUAL

@@ -8,7 +8,7 @@
 //! Source: mechanics of a pendulum that turns.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -48,8 +48,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
         ],
         signature: "a line at the frequency of rotation in the speed, the stronger the slower, and in the current",
         confused_with: &["torque_ripple", "speed_ripple"],
-        separated_by: "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out \
-                       of true grows with it",
+        separated_by: &[
+            Separation::by(
+                "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
+                 true grows with it",
+            ),
+        ],
         source: "mechanics",
         remembers: true,
         ..Description::USUAL

@@ -5,7 +5,7 @@
 //!
 //! Source: arc-tangent flux of the SaturatingInductor of the Modelica Standard Library.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -54,7 +54,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
         ],
         signature: "third harmonic in quadrature with the current, at any speed; nothing in the torque",
         confused_with: &["hysteresis", "saturation", "current_compression"],
-        separated_by: "a locked rotor at two or three amplitudes",
+        separated_by: &[Separation::by("a locked rotor at two or three amplitudes")],
         source: "Modelica Standard Library, SaturatingInductor (arc-tangent flux)",
         ..Description::USUAL
     };

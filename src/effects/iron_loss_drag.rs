@@ -9,7 +9,7 @@
 //! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
 //! Machines.Losses.DCMachines.Core.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -51,8 +51,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
         ],
         signature: "a torque in proportion to i² that falls with the speed; the voltage balance is clean",
         confused_with: &["stray_load_torque", "commutation_demagnetisation", "quadratic_load", "fan_dynamics"],
-        separated_by: "a run at one speed and several currents; nothing against the stray load torque, with which it is \
-                       one class",
+        separated_by: &[
+            Separation::by("a run at one speed and several currents"),
+            Separation::by("nothing against the stray load torque, with which it is one class"),
+        ],
         source: "separation of iron losses by Jordan and Bertotti",
         ..Description::USUAL
     };

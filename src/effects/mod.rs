@@ -24,11 +24,13 @@ macro_rules! fields {
 
 mod description;
 mod memory;
+mod separation;
 
 use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
 pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
+pub use separation::{InWords, Recording, Separation};
 
 /// How many effects a model can combine.
 pub const MAX_EFFECTS: usize = 8;

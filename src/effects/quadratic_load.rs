@@ -5,7 +5,7 @@
 //! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
 //! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -33,7 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
         }],
         signature: "a braking torque that grows faster than the speed, in either direction",
         confused_with: &["windage_exponent", "stray_load_torque", "iron_loss_drag"],
-        separated_by: "a coast-down from full speed without a current",
+        separated_by: &[Separation::open_supply("a coast-down from full speed without a current")],
         source: "similarity law of turbomachines",
         ..Description::USUAL
     };

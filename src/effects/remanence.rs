@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,7 +32,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
         }],
         signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
         confused_with: &["current_offset", "voltage_offset"],
-        separated_by: "the coasting motor with an open supply, which shows the voltage without a current; a locked rotor",
+        separated_by: &[
+            Separation::open_supply(
+                "the coasting motor with an open supply, which shows the voltage without a current",
+            ),
+            Separation::locked_rotor("a locked rotor"),
+        ],
         source: "general machine theory",
         ..Description::USUAL
     };

@@ -20,7 +20,7 @@
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
 //! n = 4 blended under the root, which needs a fourth root alone.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -81,8 +81,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
         signature: "third harmonic in phase with the current, growing with speed and voltage; the base fit answers with a \
                     negative mu0 and too large a resistance",
         confused_with: &["armature_reaction", "current_compression", "brush_drop", "inductance_saturation"],
-        separated_by: "a locked rotor, where it vanishes from the voltage but for the inductance; DC steps show φ(i) point by \
-                       point",
+        separated_by: &[
+            Separation::locked_rotor("a locked rotor, where it vanishes from the voltage but for the inductance"),
+            Separation::by("DC steps show φ(i) point by point"),
+        ],
         source: "Froelich's law in its generalised form, with the exponents 2 and 4 blended",
         ..Description::USUAL
     };

@@ -6,7 +6,7 @@
 //!
 //! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -33,8 +33,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
         }],
         signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
         confused_with: &["commutation_demagnetisation", "commutation_resistance"],
-        separated_by: "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
-                       that seems to be there",
+        separated_by: &[
+            Separation::by(
+                "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
+                 that seems to be there",
+            ),
+        ],
         source: "general machine theory",
         ..Description::USUAL
     };

@@ -6,7 +6,7 @@
 //! Source: first-order low-pass filter.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -37,8 +37,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         signature: "speed ripple at twice the mains frequency that is too small and late; a torque error in proportion to \
                     d²ω/dt²",
         confused_with: &["channel_delay", "fan_dynamics"],
-        separated_by: "a coast-down or run-up with steps of the voltage; the back-EMF of the open motor against the speed \
-                       shown",
+        separated_by: &[
+            Separation::by("a coast-down or run-up with steps of the voltage"),
+            Separation::open_supply("the back-EMF of the open motor against the speed shown"),
+        ],
         source: "first-order low-pass filter",
         remembers: true,
         ..Description::USUAL

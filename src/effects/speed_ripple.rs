@@ -6,7 +6,7 @@
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -46,7 +46,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
         ],
         signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
         confused_with: &["imbalance", "torque_ripple"],
-        separated_by: "order tracking over a coast-down: it grows with the speed, that of an imbalance falls",
+        separated_by: &[
+            Separation::by("order tracking over a coast-down: it grows with the speed, that of an imbalance falls"),
+        ],
         source: "geometry of an eccentric disc",
         remembers: true,
         ..Description::USUAL

@@ -5,7 +5,7 @@
 //!
 //! Source: counting of pulses on one track.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -33,7 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
         signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
                     turns forwards",
         confused_with: &["asymmetric_friction", "torque_offset"],
-        separated_by: "the samples: a speed that is never negative although the current reverses",
+        separated_by: &[Separation::by("the samples: a speed that is never negative although the current reverses")],
         source: "counting of pulses on one track",
         ..Description::USUAL
     };

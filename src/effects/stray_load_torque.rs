@@ -4,7 +4,7 @@
 //!
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad, with the exponent 2 of the speed.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,8 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
         }],
         signature: "that of iron loss, with a steeper rise over the speed",
         confused_with: &["iron_loss_drag", "fan_dynamics", "quadratic_load"],
-        separated_by: "coast-downs with and without a current against the fan; nothing against iron loss, with which it is \
-                       one class",
+        separated_by: &[
+            Separation::by("coast-downs with and without a current against the fan"),
+            Separation::by("nothing against iron loss, with which it is one class"),
+        ],
         source: "Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad",
         ..Description::USUAL
     };

@@ -6,7 +6,7 @@
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -58,7 +58,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
         ],
         signature: "a braking torque at the start and at the end of a coast-down only",
         confused_with: &["windage_exponent", "coulomb_friction"],
-        separated_by: "a coast-down to standstill; slow motion at several speeds",
+        separated_by: &[
+            Separation::open_supply("a coast-down to standstill"),
+            Separation::by("slow motion at several speeds"),
+        ],
         source: "exponential form as in Simscape, Rotational Friction",
         ..Description::USUAL
     };

@@ -5,7 +5,7 @@
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -35,9 +35,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
                     voltage",
         confused_with: &["brush_drop", "coulomb_friction", "voltage_offset"],
-        separated_by: "the voltage at the motor's terminals; a load that shifts the current against the voltage, as the \
-                       brushes follow the current's sign and the supply the command's; currents at low voltage with a \
-                       locked rotor",
+        separated_by: &[
+            Separation::by("the voltage at the motor's terminals"),
+            Separation::by(
+                "a load that shifts the current against the voltage, as the brushes follow the current's sign and the \
+                 supply the command's",
+            ),
+            Separation::locked_rotor("currents at low voltage with a locked rotor"),
+        ],
         source: "dead time of a voltage-source inverter",
         ..Description::USUAL
     };

@@ -4,7 +4,7 @@
 //!
 //! Source: circuit theory.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -44,7 +44,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
         ],
         signature: "none: R and L take its place",
         confused_with: &["winding_temperature", "inductance_saturation"],
-        separated_by: "an ohmmeter at the terminals, or the voltage measured there",
+        separated_by: &[Separation::by("an ohmmeter at the terminals, or the voltage measured there")],
         source: "circuit theory",
         ..Description::USUAL
     };

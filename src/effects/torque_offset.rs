@@ -6,7 +6,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
 //! is the offset of the drive's force.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -33,7 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
         }],
         signature: "a torque error that does not change its sign with the direction of motion",
         confused_with: &["asymmetric_friction", "coulomb_friction"],
-        separated_by: "motion in both directions at several speeds",
+        separated_by: &[Separation::both_directions("motion in both directions at several speeds")],
         source: "Janot, Gautier, Brunot 2019 (EMPS)",
         ..Description::USUAL
     };

@@ -7,7 +7,7 @@
 //! Source: general machine theory (slot harmonics).
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -58,7 +58,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
         signature: "lines at n times the frequency of rotation in speed and current, above the filter but at low speed; \
                     folded at high speed",
         confused_with: &["imbalance", "speed_ripple"],
-        separated_by: "order tracking over a slow run-up or coast-down",
+        separated_by: &[Separation::by("order tracking over a slow run-up or coast-down")],
         source: "general machine theory",
         remembers: true,
         ..Description::USUAL

@@ -6,7 +6,7 @@
 //! Source: general machine theory (AC commutator machines).
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Turn};
+use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -58,7 +58,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
         signature: "that of eddy currents, stronger at standstill; none on DC",
         turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: "eddy_current" }),
         confused_with: &["eddy_current", "channel_delay", "hysteresis"],
-        separated_by: "a locked rotor against the running motor at the same current",
+        separated_by: &[Separation::locked_rotor("a locked rotor against the running motor at the same current")],
         source: "general machine theory",
         remembers: true,
         ..Description::USUAL

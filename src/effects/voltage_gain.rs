@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -34,7 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
         }],
         signature: "none: all parameters of the base model take its place",
         confused_with: &["current_gain", "speed_gain", "commutation_resistance"],
-        separated_by: "a reference meter for the voltage",
+        separated_by: &[Separation::by("a reference meter for the voltage")],
         source: "scaling of the base equations",
         ..Description::USUAL
     };

@@ -4,7 +4,7 @@
 //!
 //! Source: error model of an amplifier (offset and gain).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,8 +31,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
         }],
         signature: "a direct voltage that depends on neither current nor speed",
         confused_with: &["current_offset", "remanence"],
-        separated_by: "the record before switching on; an open circuit, where a current offset still shows a current; \
-                       several speeds against remanence, which grows with the speed",
+        separated_by: &[
+            Separation::by("the record before switching on"),
+            Separation::open_supply("an open circuit, where a current offset still shows a current"),
+            Separation::by("several speeds against remanence, which grows with the speed"),
+        ],
         source: "error model of an amplifier",
         ..Description::USUAL
     };

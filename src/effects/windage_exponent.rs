@@ -7,7 +7,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -50,7 +50,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
         signature: "a torque error that bends over the speed range; mu0, mu1 and mu2 of the base fit hide most of it and \
                     turn negative",
         confused_with: &["stribeck", "bearing_warmup", "quadratic_load", "fan_dynamics"],
-        separated_by: "a coast-down over the whole range of speeds",
+        separated_by: &[Separation::open_supply("a coast-down over the whole range of speeds")],
         source: "Modelica Standard Library, Machines.Losses.Friction",
         ..Description::USUAL
     };

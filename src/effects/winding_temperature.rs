@@ -10,7 +10,7 @@
 //! Machines.Thermal.Constants.
 
 use super::memory::accumulate;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative};
+use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -50,7 +50,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
         signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
                     run",
         confused_with: &["supply_impedance", "brush_drop", "bearing_warmup"],
-        separated_by: "a long run; the same recording cold and warm; an ohmmeter right after the stop",
+        separated_by: &[
+            Separation::by("a long run"),
+            Separation::by("the same recording cold and warm"),
+            Separation::by("an ohmmeter right after the stop"),
+        ],
         source: "one thermal body; temperature coefficient of copper of Modelica, Machines.Thermal.Constants",
         remembers: true,
         ..Description::USUAL

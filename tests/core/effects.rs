@@ -142,16 +142,16 @@ fn descriptions_are_complete() {
     for d in catalogue() {
         assert!(ids.insert(d.id), "{} is there twice", d.id);
         assert!(names.insert(d.name), "{} is there twice", d.name);
-        for (what, text) in [
-            ("id", d.id),
-            ("name", d.name),
-            ("equation", d.equation),
-            ("signature", d.signature),
-            ("separated_by", d.separated_by),
-            ("source", d.source),
-        ] {
+        for (what, text) in
+            [("id", d.id), ("name", d.name), ("equation", d.equation), ("signature", d.signature), ("source", d.source)]
+        {
             assert!(!text.trim().is_empty(), "{} has no {what}", d.id);
         }
+        assert!(
+            !d.separated_by.is_empty() && d.separated_by.iter().all(|way| !way.words.trim().is_empty()),
+            "{}",
+            d.id
+        );
         assert!(!d.parameters.is_empty() && d.parameters.len() <= greyrig::effects::MAX_EFFECT_PARAMETERS, "{}", d.id);
         assert!(!d.confused_with.is_empty(), "{} looks like nothing else", d.id);
         for other in d.confused_with {

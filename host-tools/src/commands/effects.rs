@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use greyrig::effects::{Acts, Description, Effect, Relative, Seen};
+use greyrig::effects::{Acts, Description, Effect, InWords, Relative, Seen};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
@@ -157,7 +157,7 @@ fn page(effects: &[&Description]) -> String {
         }
         if !d.confused_with.is_empty() {
             let ids: Vec<String> = d.confused_with.iter().map(|id| format!("`{id}`")).collect();
-            text += &format!("- Confused with {}. Separated by {}.\n", ids.join(", "), d.separated_by);
+            text += &format!("- Confused with {}. Separated by {}.\n", ids.join(", "), InWords(d.separated_by));
         }
         text += &format!("- Source: {}.\n", d.source);
     }
@@ -180,7 +180,7 @@ fn explained(d: &Description) -> String {
         text += &format!("turns into     {other} with {beyond}\n");
     }
     text += &format!("confused with  {}\n", d.confused_with.join(", "));
-    text += &format!("separated by   {}\n", d.separated_by);
+    text += &format!("separated by   {}\n", InWords(d.separated_by));
     text + &format!("source         {}", d.source)
 }
 
@@ -197,7 +197,7 @@ fn as_json(d: &Description) -> serde_json::Value {
         "signature": d.signature,
         "turns_into": turns_into(d).map(|(other, beyond)| json!({ "effect": other, "with": beyond })),
         "confused_with": d.confused_with,
-        "separated_by": d.separated_by,
+        "separated_by": InWords(d.separated_by).to_string(),
         "source": d.source,
     })
 }

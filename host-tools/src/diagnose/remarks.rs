@@ -1,7 +1,7 @@
 //! What a motor engineer would add to a verdict.
 
 use super::VerdictKind;
-use super::screening::Holds;
+use super::holds::Holds;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
 use crate::identify::scales::Scales;

@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::classes;
+use super::holds::Holds;
 use super::sizes::size_of;
-use crate::experiment::{Drive, Experiment};
 use crate::identify::minimise::{Refined, Residuals};
 use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
@@ -41,43 +41,6 @@ pub struct Promise {
     pub independent: f64,
     /// Its column, weighted.
     pub column: DVector<f64>,
-}
-
-/// What a set of recordings holds, as far as it decides which effects can be told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Holds {
-    /// Voltage and current: without, nothing is known of the electrical side by itself.
-    pub electrical: bool,
-    /// Motion in both directions: without, a constant torque is dry friction.
-    pub both_directions: bool,
-    /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
-    pub standstill: bool,
-    /// A rotor that turns: without, some effects are one ([`classes::at_standstill`]).
-    pub motion: bool,
-}
-
-/// Speed in the rarer direction, relative to that in the other one, from which both count as recorded.
-const BOTH: f64 = 0.02;
-
-impl Holds {
-    /// Looks at recordings.
-    pub fn of(experiments: &[Experiment]) -> Self {
-        let extremes = experiments.iter().filter_map(|e| e.speed.as_ref()).flatten();
-        let (low, high) = extremes.fold((0.0f64, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
-        Self {
-            electrical: experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some()),
-            standstill: experiments.iter().any(|e| (0..e.len()).any(|n| e.is_locked(n) || e.is_open(n))),
-            motion: low < high,
-            both_directions: (-low).min(high) > BOTH * (-low).max(high),
-        }
-    }
-
-    /// Whether such recordings can tell an effect.
-    pub fn tells(self, d: &Description) -> bool {
-        let one_way = matches!(d.id, "torque_offset" | "asymmetric_friction");
-        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, "speed_lag");
-        (self.electrical || of_speed) && (self.both_directions || !one_way)
-    }
 }
 
 /// Whether a kind of motor can have an effect, and whether it then shows in the error of a free run.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2};
 
 use greyrig::butterworth;
-use greyrig::effects::Description;
+use greyrig::effects::{Description, InWords};
 use greyrig::motor::Stepper;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -174,7 +174,12 @@ impl Bench {
             .collect();
         proposals.sort_by(|a, b| b.separation.total_cmp(&a.separation));
         let size = |d: &Description| self.effects.iter().find(|(e, _)| e.id == d.id).map_or(0.0, |e| e.1);
-        Contest { rivals: pair.map(|d| d.id), sizes: pair.map(size), separated_by: pair[0].separated_by, proposals }
+        Contest {
+            rivals: pair.map(|d| d.id),
+            sizes: pair.map(size),
+            separated_by: InWords(pair[0].separated_by).to_string(),
+            proposals,
+        }
     }
 
     fn trial(&self, waveform: Drawn, space: &Space) -> Result<Trial> {

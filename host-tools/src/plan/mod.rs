@@ -86,7 +86,7 @@ pub struct Contest {
     /// Their sizes: 1 % of the current of the usual staircase.
     pub sizes: [f64; 2],
     /// What the catalogue says.
-    pub separated_by: &'static str,
+    pub separated_by: String,
     /// Recordings, best first.
     pub proposals: Vec<Proposal>,
 }

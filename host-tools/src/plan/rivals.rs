@@ -1,6 +1,6 @@
 //! Which effects are to be told apart.
 
-use greyrig::effects::{Description, Motors, Seen};
+use greyrig::effects::{Description, InWords, Motors, Seen};
 
 use crate::diagnose::classes;
 use crate::error::{Error, Result};
@@ -51,7 +51,7 @@ pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description;
             _ => {
                 return Err(Error::usage(
                     format!("{id} does not show in the error of a free run"),
-                    format!("it is told by {}", d.separated_by),
+                    format!("it is told by {}", InWords(d.separated_by)),
                 ));
             }
         }

@@ -2,12 +2,12 @@
 
 use greyrig::effects::Description;
 
-use super::EACH_PART_ALONE;
 use super::words::{in_words, name};
 use crate::diagnose::classes::{self, OFFSETS};
 use crate::diagnose::climb::BEYOND_DOUBT;
+use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
-use crate::diagnose::screening::{self, Holds};
+use crate::diagnose::screening;
 use crate::diagnose::sizes::{Size, parameters_of, size_of};
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
@@ -31,7 +31,7 @@ impl Doubt {
         if !holds.motion {
             rivals.extend(alike_at_standstill(ladder));
         }
-        let of_offsets = if holds.standstill { None } else { of_offsets(ladder) };
+        let of_offsets = if holds.takes_a_part_away() { None } else { of_offsets(ladder) };
         if of_offsets.is_some() {
             rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
         }
@@ -50,7 +50,7 @@ impl Doubt {
     /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be zero: what acts
     /// so may then be something else. Several effects lend each other width, so nothing is said about these; and where the error
     /// falls to a third, it is the shape that leaves the size open, if there is one, as a knee beyond the data does.
-    pub fn about_size(ladder: &Ladder, sizes: &[Size]) -> Option<Self> {
+    pub fn about_size(ladder: &Ladder, sizes: &[Size], holds: Holds) -> Option<Self> {
         let [id] = ladder.found[..] else { return None };
         let by_its_shape = ladder.fall() > BEYOND_DOUBT && parameters_of(id) > 1;
         if ladder.fit.space.effects().len() > 1 || by_its_shape {
@@ -61,19 +61,19 @@ impl Doubt {
             "yet its size may as well be zero, {}: what acts so may be something else; another recording would tell",
             in_words(size)
         );
-        let experiment = format!("less noise, or larger currents and speeds; {EACH_PART_ALONE}");
+        let experiment = format!("less noise, or larger currents and speeds; {}", holds.each_part_alone());
         Some(Self { rivals: Vec::new(), reason, experiment })
     }
 }
 
 fn experiment(ladder: &Ladder, holds: Holds) -> String {
     let with_rivals = ladder.found.iter().zip(&ladder.rivals).find(|(_, rivals)| !rivals.is_empty());
-    let separating = with_rivals.and_then(|(id, _)| Description::of(id)).map(|d| d.separated_by);
-    let otherwise = match holds.motion {
-        true => "a locked rotor, and a coast-down with the supply open",
-        false => "the same currents with the rotor free to turn",
-    };
-    separating.unwrap_or(otherwise).to_owned()
+    let separating = with_rivals.and_then(|(id, _)| Description::of(id)).map(|d| holds.what_else_tells(d));
+    match separating {
+        Some(told) => told.unwrap_or_else(|| holds.each_part_alone()),
+        None if holds.motion => "a locked rotor, and a coast-down with the supply open".to_owned(),
+        None => "the same currents with the rotor free to turn".to_owned(),
+    }
 }
 
 /// Effects that do the same as those found, as long as the rotor stands still.

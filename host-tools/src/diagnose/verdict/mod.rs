@@ -10,19 +10,16 @@ use serde::Serialize;
 
 use super::classes::class_of;
 use super::completeness::Completeness;
+use super::holds::Holds;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
-use super::screening::Holds;
 use super::sizes::Size;
 use crate::model::Kind;
 use doubt::Doubt;
 use words::name;
 
 pub use strained::Strained;
-
-/// Recordings that tell more, whatever is missing.
-const EACH_PART_ALONE: &str = "a locked rotor, DC steps and a coast-down: each takes one part of the motor away";
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -70,7 +67,8 @@ impl Verdict {
     }
 
     /// An effect would lower the error, but here it looks like the supply or the base model.
-    fn swallowed(id: &str, sizes: Vec<Size>) -> Self {
+    fn swallowed(id: &str, sizes: Vec<Size>, holds: Holds) -> Self {
+        let also = Description::of(id).and_then(|d| holds.what_else_tells(d));
         Self {
             text: format!(
                 "{} would lower the error, but in these recordings its contribution can hardly be told from the supply \
@@ -79,7 +77,7 @@ impl Verdict {
             ),
             next_experiment: Some(format!(
                 "a ramp, a staircase or a sine of the voltage through zero{}",
-                Description::of(id).map_or_else(String::new, |d| format!("; {}", d.separated_by))
+                also.map_or_else(String::new, |ways| format!("; {ways}"))
             )),
             ..Self::without_effects(VerdictKind::InsufficientData, sizes)
         }
@@ -128,21 +126,21 @@ pub fn judge(
     if effects.is_empty() {
         let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
         return match swallowed {
-            Some(id) => Verdict::swallowed(id, sizes),
+            Some(id) => Verdict::swallowed(id, sizes, holds),
             None if explained => Verdict::none(kind, sizes),
-            None => outside::unexplained(ladder, lead, sizes, Vec::new()),
+            None => outside::unexplained(ladder, lead, sizes, Vec::new(), holds),
         };
     }
     let seen = findings.iter().map(|f| f.text.clone());
     let mut text: Vec<String> = seen.chain(words::reasons(ladder, &sizes)).collect();
     if !explained && !ladder.found.is_empty() {
-        return outside::unexplained(ladder, lead, sizes, text);
+        return outside::unexplained(ladder, lead, sizes, text, holds);
     }
     if let Some(strained) = strained {
         text.push(strained.in_words(&sizes));
-        return outside::strained(lead, sizes, text);
+        return outside::strained(lead, sizes, text, holds);
     }
-    let alone = || if findings.is_empty() { Doubt::about_size(ladder, &sizes) } else { None };
+    let alone = || if findings.is_empty() { Doubt::about_size(ladder, &sizes, holds) } else { None };
     let doubt = Doubt::about(ladder, holds).or_else(alone);
     match &doubt {
         Some(doubt) => {

@@ -1,7 +1,8 @@
 //! Real structure that no effect of the catalogue explains.
 
-use super::{EACH_PART_ALONE, Verdict, VerdictKind};
+use super::{Verdict, VerdictKind};
 use crate::diagnose::completeness::Completeness;
+use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::lead::Lead;
 use crate::diagnose::sizes::Size;
@@ -11,7 +12,7 @@ const BALANCES: [&str; 2] = ["voltage balance", "torque balance"];
 const FREE_RUN: [&str; 2] = ["current of the free run", "speed of the free run"];
 
 /// Something is left that no effect explains; `text` tells what was found beside it.
-pub fn unexplained(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
+pub fn unexplained(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -> Verdict {
     let judges = |(without, with): &(Completeness, Completeness)| {
         if ladder.found.is_empty() { ladder.after.is_complete() } else { !with.explains(without) }
     };
@@ -25,16 +26,16 @@ pub fn unexplained(ladder: &Ladder, lead: &Lead, sizes: Vec<Size>, mut text: Vec
     text.push(format!(
         "structure is left in the {side}, {times:.1} times what does not repeat, that no effect of the catalogue explains"
     ));
-    verdict(lead, sizes, text)
+    verdict(lead, sizes, text, holds)
 }
 
 /// Nothing is left, but one of the effects does not explain its part as what it is; `text` tells which.
-pub fn strained(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
+pub fn strained(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -> Verdict {
     text.insert(0, "the error looks like effects of the catalogue, but not within their physical range:".to_owned());
-    verdict(lead, sizes, text)
+    verdict(lead, sizes, text, holds)
 }
 
-fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
+fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -> Verdict {
     if !lead.terms.is_empty() {
         let formula: Vec<String> =
             lead.terms.iter().map(|t| format!("{:+.3e} {} ({})", t.coefficient, t.formula, t.balance)).collect();
@@ -55,6 +56,6 @@ fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>) -> Verdict {
         classes: Vec::new(),
         sizes,
         text: text.join("\n"),
-        next_experiment: Some(EACH_PART_ALONE.to_owned()),
+        next_experiment: Some(holds.each_part_alone()),
     }
 }

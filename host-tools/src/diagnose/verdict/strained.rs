@@ -8,8 +8,8 @@ use greyrig::effects::Description;
 
 use super::doubt::Doubt;
 use super::words::{name, without_interval};
+use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
-use crate::diagnose::screening::Holds;
 use crate::diagnose::sizes::Size;
 use crate::identify::space::Space;
 
