@@ -523,12 +523,33 @@ fn a_winding_that_heats_itself_is_named_on_a_locked_rotor() {
     names_alone(&diagnosed(Kind::PmDc, "locked", 6.0, &["winding_temperature=60"]), &["winding_temperature"]);
 }
 
+/// A motor of the lot.
+fn unit_of_the_lot(kind: Kind, profile: &str, seed: u64) -> Setup {
+    let motor = rig::Motor::sample_from_population(&rig::Motor::nominal(kind), 0.025, seed);
+    Setup::new(kind).profile(profile).expect("a profile").motor(motor).seed(seed)
+}
+
+/// A diagnosis by one recording.
+fn diagnosed_alone(setup: Setup) -> Diagnosis {
+    let kind = setup.motor.kind;
+    let recording = setup.run().expect("a run").recording;
+    diagnose(&[recording], &options(kind, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+}
+
 /// A diagnosis of a motor of the lot with an effect.
 fn of_the_lot(kind: Kind, profile: &str, seed: u64, effect: &str) -> Diagnosis {
-    let motor = rig::Motor::sample_from_population(&rig::Motor::nominal(kind), 0.025, seed);
-    let setup = Setup::new(kind).profile(profile).expect("a profile").motor(motor).seed(seed);
-    let recording = setup.effect(effect).expect("an effect").run().expect("a run").recording;
-    diagnose(&[recording], &options(kind, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+    diagnosed_alone(unit_of_the_lot(kind, profile, seed).effect(effect).expect("an effect"))
+}
+
+#[test]
+fn a_motor_without_flux_and_inertia_explains_nothing() {
+    // A warming winding with next to no flux and inertia makes the balances of strong saturation smaller than saturation itself does.
+    for (seed, second, size) in [(1, "brush_drop", "=3"), (2, "bearing_warmup", "")] {
+        let setup = unit_of_the_lot(Kind::Universal, "staircase", seed).seconds(8.0);
+        let with = |setup: Setup, effect: &str| setup.effect(effect).expect("an effect");
+        let setup = with(with(setup, "saturation:froelich=0.5"), &format!("{second}{size}"));
+        names_alone(&diagnosed_alone(setup), &["saturation", second]);
+    }
 }
 
 #[test]

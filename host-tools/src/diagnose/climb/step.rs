@@ -35,6 +35,9 @@ const CONVENTIONAL: f64 = 0.01;
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
+/// And by more than this of no motor, however much the error falls: strong saturation makes R and K of the model without it wrong by a
+/// factor of three to four, while a flux and an inertia of nothing fit any torque balance.
+const OF_NO_MOTOR: f64 = 30.0;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 const SMALLEST_SHARE: f64 = 0.02;
 
@@ -85,6 +88,7 @@ impl Climb<'_> {
             let parameters = refined.space.free().count() - fit.space.free().count();
             let single = p_value(before, held_out, &refined, self.problem.groups(), parameters);
             let p_value = (single * self.candidates.len() as f64).min(1.0);
+            let shift = shift(&fit.space, &refined.space);
             let objection = if gain < smallest {
                 Some(Objection::TooSmall)
             } else if p_value > if gain > BEYOND_DOUBT { CONVENTIONAL } else { SIGNIFICANCE }
@@ -93,7 +97,9 @@ impl Climb<'_> {
                 Some(Objection::NotSignificant)
             } else if promise.independent < LEAST_INDEPENDENT && gain < BEYOND_DOUBT {
                 Some(Objection::NotIndependent)
-            } else if shift(&fit.space, &refined.space) > LARGEST_SHIFT && gain < BEYOND_DOUBT {
+            } else if shift > OF_NO_MOTOR {
+                Some(Objection::OfNoMotor)
+            } else if shift > LARGEST_SHIFT && gain < BEYOND_DOUBT {
                 Some(Objection::Implausible)
             } else {
                 None

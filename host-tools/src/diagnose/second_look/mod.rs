@@ -7,6 +7,7 @@
 //!
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
+mod another_form;
 mod by_chance;
 mod more;
 mod reconsidered;
@@ -65,7 +66,8 @@ impl<'a> SecondLook<'a> {
             let other = self.by_loop(&judged.0, progress)?;
             self.take_if_better(&mut judged, other)?;
         }
-        let mut best = self.with_more(judged, progress)?;
+        let judged = self.with_more(judged, progress)?;
+        let mut best = self.in_another_form(judged, progress)?;
         for look in [Self::by_loop, Self::again, Self::by_two].into_iter().skip(usize::from(has_begun)) {
             if best.0.is_explained() {
                 break;

@@ -17,7 +17,7 @@ use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
 /// Excess over the floor, sum of the logarithms of both signals, below which nothing is looked for.
-const WORTH_LOOKING: f64 = 0.3;
+pub(super) const WORTH_LOOKING: f64 = 0.3;
 /// Share that may be left, in the signal that gains more, of the logarithm by which the error exceeds its floor.
 const LEFT: f64 = 0.4;
 /// The same of a rough fit that is worth finishing. In 40 cases with a withheld and 24 with three effects on AC the end of 66 fits

@@ -1,0 +1,41 @@
+//! What the form of a law has swallowed.
+//!
+//! Two laws of a class may fit alike as long as something else is missing, one because it is bent to take that along: of a motor with
+//! saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the drop, so that nothing seemed to be
+//! missing beside it. Beside the other law the drop is seen at once.
+
+use super::more::WORTH_LOOKING;
+use super::{Judged, SecondLook};
+use crate::diagnose::climb::SMALLEST_GAIN;
+use crate::diagnose::ladder::Tried;
+use crate::diagnose::{Progress, Watch, classes};
+use crate::error::Result;
+
+impl SecondLook<'_> {
+    /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which takes most of that.
+    pub(super) fn in_another_form(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+        if self.audit.excess(&judged.1, &judged.1).iter().sum::<f64>() <= WORTH_LOOKING {
+            return Ok(judged);
+        }
+        let ladder = &judged.0;
+        let kind = judged.1.space.kind();
+        let tried = |id: &str| ladder.steps.iter().flat_map(|step| &step.tried).find(|t| t.id == id);
+        let of_its_class = |id: &&'static str| -> Vec<(&'static str, &Tried)> {
+            let others = classes::class_of(kind, id).unwrap_or(&[]).iter().filter(|other| *other != id);
+            others.filter_map(|other| tried(other)).map(|t| (*id, t)).collect()
+        };
+        for (id, other) in ladder.found.iter().flat_map(of_its_class) {
+            progress(Progress::Doing(other.id));
+            let exchange = self.climb.exchange(ladder, id, other)?;
+            let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
+            if self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
+                continue;
+            }
+            let more = self.judged(more)?;
+            if self.is_better(&judged, &more) {
+                return Ok(more);
+            }
+        }
+        Ok(judged)
+    }
+}
