@@ -28,7 +28,9 @@ impl SecondLook<'_> {
             progress(Progress::Doing(other.id));
             let exchange = self.climb.exchange(ladder, id, other)?;
             let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
-            if self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
+            // An inductance is what two laws of the flux differ by, and nothing besides.
+            let differs = |id: &&'static str| !ladder.found.contains(id) && classes::wants_proof(id, &more.found);
+            if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
                 continue;
             }
             let more = self.judged(more)?;
