@@ -18,7 +18,7 @@ pub enum Objection {
     NotSignificant,
     /// It makes R or K those of another motor.
     Implausible,
-    /// It makes R or K those of no motor.
+    /// It leaves a motor without flux and inertia.
     OfNoMotor,
     /// Its column is that of the supply or of the base parameters.
     NotIndependent,
@@ -31,7 +31,7 @@ impl Objection {
             Self::TooSmall => "error hardly falls",
             Self::NotSignificant => "not significant, or no better than a decoy",
             Self::Implausible => "R or K would be those of another motor",
-            Self::OfNoMotor => "R or K would be those of no motor",
+            Self::OfNoMotor => "flux and inertia would be those of no motor",
             Self::NotIndependent => "looks like the supply or the base model here",
         }
     }

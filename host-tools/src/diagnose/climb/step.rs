@@ -35,8 +35,8 @@ const CONVENTIONAL: f64 = 0.01;
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
-/// And by more than this of no motor, however much the error falls: strong saturation makes R and K of the model without it wrong by a
-/// factor of three to four, while a flux and an inertia of nothing fit any torque balance.
+/// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and an inertia of
+/// nothing fit any torque balance.
 const OF_NO_MOTOR: f64 = 30.0;
 /// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
 const SMALLEST_SHARE: f64 = 0.02;
@@ -88,7 +88,6 @@ impl Climb<'_> {
             let parameters = refined.space.free().count() - fit.space.free().count();
             let single = p_value(before, held_out, &refined, self.problem.groups(), parameters);
             let p_value = (single * self.candidates.len() as f64).min(1.0);
-            let shift = shift(&fit.space, &refined.space);
             let objection = if gain < smallest {
                 Some(Objection::TooSmall)
             } else if p_value > if gain > BEYOND_DOUBT { CONVENTIONAL } else { SIGNIFICANCE }
@@ -97,9 +96,9 @@ impl Climb<'_> {
                 Some(Objection::NotSignificant)
             } else if promise.independent < LEAST_INDEPENDENT && gain < BEYOND_DOUBT {
                 Some(Objection::NotIndependent)
-            } else if shift > OF_NO_MOTOR {
+            } else if is_no_motor(&fit.space, &refined.space) {
                 Some(Objection::OfNoMotor)
-            } else if shift > LARGEST_SHIFT && gain < BEYOND_DOUBT {
+            } else if shift(&fit.space, &refined.space) > LARGEST_SHIFT && gain < BEYOND_DOUBT {
                 Some(Objection::Implausible)
             } else {
                 None
@@ -131,6 +130,11 @@ pub fn winner(tried: &[Tried]) -> Option<&Tried> {
         .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))?;
     let other = winner.fit.space.turned(winner.id).and_then(|into| tried.iter().find(|t| t.id == into));
     Some(other.filter(|other| other.gain > winner.gain - SAME_ERROR).unwrap_or(winner))
+}
+
+/// Whether flux and inertia have gone.
+fn is_no_motor(before: &Space, after: &Space) -> bool {
+    ["K", "J"].iter().all(|name| before.value(name) > OF_NO_MOTOR * after.value(name))
 }
 
 /// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)
