@@ -101,9 +101,4 @@ impl Climb<'_> {
         let again = self.fit_from(Some(there.rms), &space, Effort::PATIENT)?;
         Ok((self.error(&again) < self.error(refined)).then_some(again))
     }
-
-    /// Fall of the error on data held out from one fit to another, sum of the logarithms of both balances.
-    pub fn gain(&self, before: &Fit, fit: &Fit) -> f64 {
-        self.held_out(before).log_error() - self.held_out(fit).log_error()
-    }
 }

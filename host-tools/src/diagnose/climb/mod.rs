@@ -133,7 +133,7 @@ impl<'a> Climb<'a> {
     ) -> Result<Ladder> {
         let left_out = left_out(base.space.kind(), &steps, &found);
         while found.len() < self.most {
-            let gained = self.held_out(base).log_error() - self.held_out(&fit).log_error();
+            let gained = self.gain(base, &fit);
             let shown = if steps.is_empty() { SHOWN } else { 0 };
             let mut step = self.step(&fit, &left_out, gained, shown, progress)?;
             let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
@@ -210,7 +210,7 @@ impl<'a> Climb<'a> {
         promises: &[Promise],
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
-        let gain = self.held_out(base).log_error() - self.held_out(&begun).log_error();
+        let gain = self.gain(base, &begun);
         let parameters = begun.space.free().count() - base.space.free().count();
         let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
         let tries = self.candidates.len().pow(winners.len() as u32) as f64;
@@ -316,6 +316,11 @@ impl<'a> Climb<'a> {
     /// the others tell next to nothing.
     fn may_hold_an_inrush(&self) -> bool {
         self.is_of_whole_motor()
+    }
+
+    /// Fall of the error on data held out from one fit to another, sum of the logarithms of both balances.
+    pub fn gain(&self, before: &Fit, fit: &Fit) -> f64 {
+        self.held_out(before).log_error() - self.held_out(fit).log_error()
     }
 
     fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {

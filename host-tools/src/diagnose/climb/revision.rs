@@ -51,12 +51,12 @@ impl Climb<'_> {
                 let mut space = fit.space.without_effect(present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
                 let begun = self.fit_beside(fit, &space, Effort::ESTIMATE)?;
-                if self.held_out(&begun).log_error() - self.held_out(fit).log_error() > SMALLEST_GAIN {
+                if self.gain(&begun, fit) > SMALLEST_GAIN {
                     continue;
                 }
                 let exchanged = self.go_on(&begun, THOROUGH)?;
                 // A soft curve may reach farther beyond the data than the right one does, and still be the wrong one.
-                let gains = self.held_out(fit).log_error() - self.held_out(&exchanged).log_error() >= SMALLEST_GAIN;
+                let gains = self.gain(fit, &exchanged) >= SMALLEST_GAIN;
                 if gains && self.error(&exchanged) < self.error(fit) {
                     step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
                     *fit = exchanged;
@@ -78,7 +78,7 @@ impl Climb<'_> {
                 continue;
             }
             let less = self.fit_from(Some(fit.rms), &fit.space.without_effect(found[k]), Effort::USUAL)?;
-            if self.held_out(&less).log_error() - self.held_out(fit).log_error() < SMALLEST_GAIN {
+            if self.gain(&less, fit) < SMALLEST_GAIN {
                 found.remove(k);
                 *fit = less;
             } else {
@@ -105,7 +105,7 @@ impl Climb<'_> {
         let scales = Scales::of(&fit.space, self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(id));
         let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
-        if self.held_out(&given).log_error() - self.held_out(fit).log_error() >= SAME_ERROR {
+        if self.gain(&given, fit) >= SAME_ERROR {
             return Ok(());
         }
         *fit = given;
