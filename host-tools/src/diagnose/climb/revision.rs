@@ -200,6 +200,12 @@ impl Climb<'_> {
         Ok(Exchange { given, taken: other.id, fit })
     }
 
+    /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most beside it.
+    pub fn may_come_closer_by(&self, exchange: &Exchange, ladder: &Ladder) -> bool {
+        let promised = self.screen(&exchange.fit, &[]).first().map_or(0.0, |promise| promise.gain);
+        self.gain(&ladder.fit, &exchange.fit) + promised >= SMALLEST_GAIN
+    }
+
     /// Climbs on from an exchange in what was found beside `base`.
     ///
     /// # Errors

@@ -27,6 +27,9 @@ impl SecondLook<'_> {
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
             progress(Progress::Doing(other.id));
             let exchange = self.climb.exchange(ladder, id, other)?;
+            if !self.climb.may_come_closer_by(&exchange, ladder) {
+                continue;
+            }
             let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
             // An inductance is what two laws of the flux differ by, and nothing besides.
             let differs = |id: &&'static str| !ladder.found.contains(id) && classes::wants_proof(id, &more.found);

@@ -66,6 +66,9 @@ impl<'a> SecondLook<'a> {
             let other = self.by_loop(&judged.0, progress)?;
             self.take_if_better(&mut judged, other)?;
         }
+        // Beside a wrong choice there is more to look for, and in vain.
+        let judged = self.exchanged(judged, progress)?;
+        let settled = judged.0.found.clone();
         let judged = self.with_more(judged, progress)?;
         let mut best = self.in_another_form(judged, progress)?;
         for look in [Self::by_loop, Self::again, Self::by_two].into_iter().skip(usize::from(has_begun)) {
@@ -75,7 +78,7 @@ impl<'a> SecondLook<'a> {
             let other = look(self, &best.0, progress)?;
             self.take_if_better(&mut best, other)?;
         }
-        if best.0.may_have_chosen_too_early(&self.audit.over_floor(&best.1, &best.1)) {
+        if best.0.found != settled {
             best = self.exchanged(best, progress)?;
         }
         self.climb.find_rivals(&mut best.0, progress)?;
@@ -168,8 +171,14 @@ impl<'a> SecondLook<'a> {
     /// Exchanges an effect for another one that was passed over, where the free run comes clearly closer by that: the first effects of
     /// several are chosen while the others are missing, and a later one may be named for what a wrong one of them leaves.
     fn exchanged(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+        if !judged.0.may_have_chosen_too_early(&self.audit.over_floor(&judged.1, &judged.1)) {
+            return Ok(judged);
+        }
         for exchange in self.climb.exchanges(&judged.0, progress)? {
             let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
+            if self.climb.gain(&judged.0.fit, &other.fit) < SMALLEST_GAIN {
+                continue;
+            }
             let other = self.judged(other)?;
             if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1) > SMALLEST_FALL {
                 return self.without_later_than(exchange.taken, other);
