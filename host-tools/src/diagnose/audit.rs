@@ -145,7 +145,7 @@ impl<'a> Audit<'a> {
             let all = self.fall(base, &fit);
             let worths = found.iter().filter(|id| !proved.contains(id)).map(|id| (*id, self.worth(&fit, id)));
             let doubtful = worths.map(|(id, worth)| (id, worth, smallest_share(id, found, all)));
-            let doubtful = doubtful.filter(|(id, worth, smallest)| worth < smallest || classes::wants_proof(id, found));
+            let doubtful = doubtful.filter(|(id, worth, smallest)| worth < smallest || classes::bends_with(id, found));
             let least = doubtful.min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((id, _, smallest)) = least else { return Ok(fit) };
             // Over a long way the others only seem to be able to take its part.
@@ -222,9 +222,14 @@ impl<'a> Audit<'a> {
         self.error_at(space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
     }
 
+    /// Logarithm of a fit's error: sum over both signals.
+    pub fn log_error(&self, fit: &Refined) -> f64 {
+        (0..2).filter(|g| self.has()[*g]).map(|g| fit.rms[g].ln()).sum()
+    }
+
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
     pub fn fall(&self, before: &Refined, after: &Refined) -> f64 {
-        (0..2).filter(|g| self.has()[*g]).map(|g| (before.rms[g] / after.rms[g]).ln()).sum()
+        self.log_error(before) - self.log_error(after)
     }
 
     /// Fall of the error on blocks of time held out, from one fit to another: sum of the logarithms of both signals.

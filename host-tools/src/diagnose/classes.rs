@@ -54,8 +54,8 @@ pub fn rounds_off(id: &str, present: &[&str]) -> bool {
 /// that up on a curved way: of a motor with saturation that runs steadily it seemed to earn a fifth of all, and earned nothing.
 const BENT_TOGETHER: (&[&str], &str) = (&["saturation", "armature_reaction"], "inductance_saturation");
 
-/// Whether a fit has to prove what an effect earns beside those that are `present`, whatever a linearisation says.
-pub fn wants_proof(id: &str, present: &[&str]) -> bool {
+/// Whether an effect may be the rest of a law of the flux that is `present`: whatever a linearisation says, a fit has to prove what it earns.
+pub fn bends_with(id: &str, present: &[&str]) -> bool {
     let (laws, rest) = BENT_TOGETHER;
     id == rest && laws.iter().any(|law| present.contains(law))
 }

@@ -32,7 +32,7 @@ impl SecondLook<'_> {
             }
             let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
             // An inductance is what two laws of the flux differ by, and nothing besides.
-            let differs = |id: &&'static str| !ladder.found.contains(id) && classes::wants_proof(id, &more.found);
+            let differs = |id: &&'static str| !ladder.found.contains(id) && classes::bends_with(id, &more.found);
             if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
                 continue;
             }

@@ -34,7 +34,7 @@ impl SecondLook<'_> {
         let (ladder, kept) = judged;
         let Some((own, tried)) = of_first_step(ladder) else { return Ok(Vec::new()) };
         let kind = kept.space.kind();
-        let here = self.audit.log_error_at(&kept.space);
+        let here = self.audit.log_error(kept);
         let is_near = |t: &&Tried| self.audit.log_error_at(&t.fit.space) - here < NEAR;
         let counts = |t: &&Tried| !classes::same(kind, own.id, t.id) && t.objection.is_none_or(|o| o.is_of_size());
         let near: Vec<&Tried> = tried.iter().filter(counts).filter(is_near).collect();
