@@ -21,5 +21,6 @@ mod recording;
 mod recording_mutation;
 mod report;
 mod rig;
+mod swallowed;
 mod synthetic_comparison;
 mod train;
