@@ -176,7 +176,8 @@ impl<'a> SecondLook<'a> {
         }
         for exchange in self.climb.exchanges(&judged.0, progress)? {
             let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
-            if self.climb.gain(&judged.0.fit, &other.fit) < SMALLEST_GAIN {
+            // Where the balances cannot tell, the free run may.
+            if self.climb.gain(&other.fit, &judged.0.fit) > SMALLEST_GAIN {
                 continue;
             }
             let other = self.judged(other)?;
