@@ -27,7 +27,7 @@ fn diagnosed(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagn
     diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
 }
 
-fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
+pub fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
     Options {
         settings: Settings { base, ..Settings::new(kind) },
         exclude: exclude.iter().map(|id| (*id).to_owned()).collect(),
