@@ -393,6 +393,9 @@ fn an_offset_of_the_current_is_not_two_others_together() {
     assert_eq!(d.verdict.effects, ["current_offset"], "{}", d.verdict.text);
     let size = &d.verdict.sizes[0];
     assert!(size.ci95.is_some_and(|[low, high]| low < 0.063 && 0.063 < high), "{size:?}");
+    // The voltage's share is seen where the resistance grows to six times what the balances know of it without the offset.
+    let setup = Setup::new(Kind::PmDc).profile("dc-ramp").expect("a profile").seed(1);
+    names_alone(&diagnosed_alone(setup.effect("current_offset").expect("an effect")), &["current_offset"]);
 }
 
 #[test]

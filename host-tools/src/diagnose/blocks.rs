@@ -2,8 +2,8 @@
 //!
 //! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact for a
 //! model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the parameters from all
-//! other blocks, `r_b + J_b d`. A block of a staircase has an amplitude of its own, so that this is an error on another
-//! excitation.
+//! other blocks, `r_b + J_b d`. A parameter that rests at an end of its range stays there: the other blocks push it against it as
+//! well. A block of a staircase has an amplitude of its own, so that this is an error on another excitation.
 //!
 //! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974) 111–147.
 
@@ -12,6 +12,7 @@ use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 
 use crate::identify::intervals::correlation_time_s;
 use crate::identify::minimise::{PRIOR, Refined};
+use crate::identify::space::Entry;
 
 /// How many blocks the recordings are cut into, about.
 const BLOCKS: f64 = 32.0;
@@ -49,24 +50,29 @@ pub struct HeldOut {
 
 /// Leaves out each block in turn.
 pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
-    let p = fit.jacobian.ncols();
+    let entries: Vec<&Entry> = fit.space.free().collect();
     let count = blocks.iter().max().map_or(0, |b| b + 1);
     let mut rows_of: Vec<Vec<usize>> = vec![Vec::new(); count];
     for (row, block) in blocks.iter().enumerate() {
         rows_of[*block].push(row);
     }
-    let lengths: Vec<f64> = fit.jacobian.column_iter().map(|c| c.norm().max(1e-300)).collect();
+    // What rests at a limit stays there, whichever block is left out.
+    let moves = |column: &usize| !entries[*column].rests_at_a_limit();
+    let columns: Vec<usize> = (0..entries.len()).filter(moves).collect();
+    let p = columns.len();
+    let lengths: Vec<f64> = columns.iter().map(|c| fit.jacobian.column(*c).norm().max(1e-300)).collect();
     let part = |rows: &[usize]| {
-        let j = DMatrix::from_fn(rows.len(), p, |r, c| fit.jacobian[(rows[r], c)] / lengths[c]);
+        let j = DMatrix::from_fn(rows.len(), p, |r, c| fit.jacobian[(rows[r], columns[c])] / lengths[c]);
         let r = DVector::from_fn(rows.len(), |k, _| fit.residuals[rows[k]]);
         (j, r)
     };
     let parts: Vec<(DMatrix<f64>, DVector<f64>)> = rows_of.iter().map(|rows| part(rows)).collect();
     let normals: Vec<DMatrix<f64>> = parts.iter().map(|(j, _)| j.tr_mul(j)).collect();
     let mut whole = normals.iter().fold(DMatrix::zeros(p, p), |sum, n| sum + n);
-    for (k, entry) in fit.space.free().enumerate() {
+    for (k, column) in columns.iter().enumerate() {
         // What a single block tells all by itself stays where it is, and a shape keeps its prior.
-        whole[(k, k)] += SMALLEST_CURVATURE + if entry.is_shape() { PRIOR / lengths[k].powi(2) } else { 0.0 };
+        whole[(k, k)] +=
+            SMALLEST_CURVATURE + if entries[*column].is_shape() { PRIOR / lengths[k].powi(2) } else { 0.0 };
     }
     let mut predicted = fit.residuals.clone();
     for (b, (j, r)) in parts.iter().enumerate() {
@@ -139,4 +145,30 @@ fn sign_test(before: &HeldOut, after: &HeldOut) -> f64 {
         .collect();
     let better = gains.iter().filter(|g| **g > 0.0).count() as u64;
     Binomial::new(0.5, gains.len() as u64).map_or(1.0, |d| if better == 0 { 1.0 } else { d.sf(better - 1) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::space::{Freedom, Space};
+    use crate::model::{Base, Kind};
+
+    /// A fit of R and L to two blocks of two rows, of which the second alone tells L.
+    fn fit(inductance: f64) -> Refined {
+        let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
+        space.hold(&["K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
+        space.start("L", inductance);
+        let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 1.0, 2.0]);
+        Refined { space, jacobian, residuals: DVector::from_vec(vec![0.1, -0.1, 0.3, 0.3]), rms: [1.0; 2], ended: true }
+    }
+
+    #[test]
+    fn what_rests_at_a_limit_does_not_move_with_a_block_that_is_left_out() {
+        let second = |fit: &Refined| held_out(fit, &[0; 4], &[0, 0, 1, 1]).squares[1][0];
+        // R alone: without the second block, its gradient 0.6 over the curvature of the first block, 2, more in each of its rows.
+        let alone = 2.0 * (0.3f64 + 0.3).powi(2);
+        // The curvature that keeps every parameter in place is a millionth.
+        assert!((second(&fit(1e5)) - alone).abs() < 1e-5, "{}", second(&fit(1e5)));
+        assert!(second(&fit(1.0)) > 1e3 * alone, "L is told by nothing else, and runs away");
+    }
 }

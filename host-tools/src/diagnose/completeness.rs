@@ -15,9 +15,10 @@
 //! come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e e'⟩ is the floor of the torque balance where
 //! that is more, and stands for σ² in the free run, where e are means over a period, whatever the phase of the mains was.
 //!
-//! Turbulence passes to the current by way of the speed, where it is slow as well. With d the free run's current less that at the
-//! measured speed, and e the error of the speed, the square of the current's floor is larger by
-//! `min(1, f²/⟨e²⟩) (⟨d²⟩ − ⟨(d(t + T) − d(t))²⟩/2)` where a verdict is judged.
+//! Turbulence passes to the current by way of the speed, where it is slow as well. With d the current of the model at the
+//! speed that its measuring chain shows of the free run, less that at the measured speed, and e the error of the speed, the square of the
+//! current's floor is larger by `min(1, f²/⟨e²⟩) (⟨d²⟩ − ⟨(d(t + T) − d(t))²⟩/2)` where a verdict is judged; unless that is more than the
+//! whole error of the current, as of a motor whose resistance has gone: then the fit is wrong about that way, and excuses nothing.
 
 use std::collections::BTreeMap;
 
@@ -124,11 +125,13 @@ impl Floor {
     ) -> Self {
         let passed_on = Signal::of(through_the_speed, problem, course.times, 0).slow(course.period_s);
         let [current, speed] = self.0;
-        if current == 0.0 {
+        let passed_on = (speed / fit.rms[1]).powi(2).min(1.0) * passed_on;
+        // Of 170 healthy motors it makes up to 0.13 of the error's square, of 160 with an effect up to 0.4; without a resistance thousands.
+        let is_refuted = passed_on > fit.rms[0].powi(2);
+        if current == 0.0 || is_refuted {
             return self;
         }
-        let share = (speed / fit.rms[1]).powi(2).min(1.0);
-        Self([(current * current + share * passed_on).sqrt(), speed])
+        Self([current.hypot(passed_on.sqrt()), speed])
     }
 
     fn new(fit: &Refined, variances: [f64; 2]) -> Self {

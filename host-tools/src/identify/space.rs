@@ -8,6 +8,8 @@ use super::scales::Scales;
 use crate::model::{BASE_PARAMETERS, Base, Kind, Model};
 use crate::term::Formula;
 
+/// Distance from a limit, in the optimiser's coordinate, within which a value lies at it.
+const AT_REST: f64 = 1e-9;
 /// Share of the end of a shape's range from which it rests there.
 const AT_THE_LIMIT: f64 = 0.99;
 
@@ -74,6 +76,12 @@ impl Entry {
     /// Whether a fit has left it at the lower end of its physical range.
     fn rests_at_its_least(&self) -> bool {
         self.freedom == Freedom::Free(None) && self.value <= self.range.0 / AT_THE_LIMIT
+    }
+
+    /// Whether the value lies at an end of its range.
+    pub fn rests_at_a_limit(&self) -> bool {
+        let (x, (low, high)) = (self.encode(self.value), self.limits());
+        x - low < AT_REST || high - x < AT_REST
     }
 
     /// The range in the optimiser's coordinate.

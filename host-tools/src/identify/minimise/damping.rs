@@ -92,6 +92,48 @@ pub fn descend(
     (None, rung.damping)
 }
 
+/// What a coordinate is of the parameter that a step changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Itself, or a function of it that residuals go with.
+    Plain,
+    /// Its logarithm, though residuals go with the parameter: a step changes it by a share of itself.
+    Logarithm,
+}
+
+/// Share of a parameter, lost, beyond which its logarithm goes on straight: it comes near zero, not there.
+const MOST_LOST: f64 = -0.5;
+
+impl Coordinate {
+    /// What becomes of the coordinate by a change.
+    fn moved_by(self, change: f64) -> f64 {
+        match self {
+            Self::Logarithm if change >= MOST_LOST => change.ln_1p(),
+            Self::Logarithm => MOST_LOST.ln_1p() + (change - MOST_LOST) / (1.0 + MOST_LOST),
+            Self::Plain => change,
+        }
+    }
+
+    /// The change by which the coordinate moves so far.
+    fn change_for(self, coordinate: f64) -> f64 {
+        match self {
+            Self::Logarithm if coordinate >= MOST_LOST.ln_1p() => coordinate.exp_m1(),
+            Self::Logarithm => MOST_LOST + (coordinate - MOST_LOST.ln_1p()) * (1.0 + MOST_LOST),
+            Self::Plain => coordinate,
+        }
+    }
+
+    /// How much of a change may be done, if the coordinate may change by `longest`. What grows by a share of itself may grow as far as it
+    /// has to: a parameter that had nearly gone, and what is one thousandth of it now, says nothing of where it belongs.
+    fn share(self, change: f64, longest: f64) -> f64 {
+        let most = match self {
+            Self::Logarithm if change > 0.0 => return 1.0,
+            _ => self.change_for(longest.copysign(change)),
+        };
+        (most / change).min(1.0)
+    }
+}
+
 /// The point after a damped step within the limits; parameters that would leave them stay at the limit, and the others
 /// are solved for again.
 pub fn bounded_step(
@@ -100,6 +142,7 @@ pub fn bounded_step(
     theta: &[f64],
     limits: &[(f64, f64)],
     longest: &[f64],
+    coordinates: &[Coordinate],
     damping: f64,
 ) -> Option<Vec<f64>> {
     let p = theta.len();
@@ -131,12 +174,13 @@ pub fn bounded_step(
             change[*k] = x / size;
         }
         let leaves = moves.iter().copied().find(|k| {
-            let there = theta[*k] + change[*k];
+            let there = theta[*k] + coordinates[*k].moved_by(change[*k]);
             there < limits[*k].0 || there > limits[*k].1
         });
         match leaves {
             Some(k) => {
-                change[k] = (theta[k] + change[k]).clamp(limits[k].0, limits[k].1) - theta[k];
+                let there = theta[k] + coordinates[k].moved_by(change[k]);
+                change[k] = coordinates[k].change_for(there.clamp(limits[k].0, limits[k].1) - theta[k]);
                 held[k] = true;
             }
             None => break,
@@ -145,13 +189,46 @@ pub fn bounded_step(
     if change.iter().any(|d| !d.is_finite()) {
         return None;
     }
-    let share = change.iter().zip(longest).fold(1.0f64, |share, (d, longest)| share.min(longest / d.abs()));
-    Some(theta.iter().zip(&change).zip(limits).map(|((x, d), (lo, hi))| (x + share * d).clamp(*lo, *hi)).collect())
+    let share = (0..p).map(|k| coordinates[k].share(change[k], longest[k])).fold(1.0, f64::min);
+    let there = |k: usize| (theta[k] + coordinates[k].moved_by(share * change[k])).clamp(limits[k].0, limits[k].1);
+    Some((0..p).map(there).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// One undamped step towards the least square of `slope (parameter − wanted)`, in the parameter's logarithm.
+    fn stepped(parameter: f64, wanted: f64) -> f64 {
+        let derivative = 3.0 * parameter;
+        let residual = 3.0 * (parameter - wanted);
+        let normal = DMatrix::from_element(1, 1, derivative * derivative);
+        let gradient = DVector::from_element(1, derivative * residual);
+        let at = [parameter.ln()];
+        let there = bounded_step(&normal, &gradient, &at, &[(-20.0, 20.0)], &[1.4], &[Coordinate::Logarithm], 0.0);
+        there.expect("a step")[0].exp()
+    }
+
+    #[test]
+    fn what_residuals_go_with_is_right_after_one_step_however_far_it_grows() {
+        for parameter in [3.4, 3.0, 0.56, 1e-4] {
+            assert!((stepped(parameter, 3.4) / 3.4 - 1.0).abs() < 1e-9, "{parameter}");
+        }
+        assert!((stepped(5.0, 3.4) / 3.4 - 1.0).abs() < 1e-9, "a third is lost");
+    }
+
+    #[test]
+    fn what_should_be_negative_falls_to_a_quarter_and_no_farther() {
+        assert!((stepped(1.0, -3.0) - (-1.4f64).exp()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_coordinate_tells_the_change_that_it_follows() {
+        for change in [-3.0, -0.9, -0.5, -0.1, 0.0, 0.5, 40.0] {
+            let back = Coordinate::Logarithm.change_for(Coordinate::Logarithm.moved_by(change));
+            assert!((back - change).abs() < 1e-12 * (1.0 + change.abs()), "{change}: {back}");
+        }
+    }
 
     #[test]
     fn a_place_beside_one_that_was_worse_is_not_tried() {

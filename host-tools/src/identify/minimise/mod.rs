@@ -2,7 +2,9 @@
 //!
 //! The Levenberg–Marquardt method with the physical ranges as bounds (a parameter at its bound that is pushed outwards
 //! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
-//! factor of e", so that a shape on which the data say nothing stays where it is usual. The rows are of two groups, the
+//! factor of e", so that a shape on which the data say nothing stays where it is usual. The coordinates of R, L, K and J are their
+//! logarithms, which keeps them positive, but a step is one of the parameters themselves, in which the balances are straight: R may
+//! grow to its sixfold in one step, with all else that goes with it. The rows are of two groups, the
 //! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
 //! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
 //! on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were carried on
@@ -16,7 +18,7 @@ mod damping;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use damping::{ALIKE, Trial, bounded_step, descend};
+use damping::{ALIKE, Coordinate, Trial, bounded_step, descend};
 
 use super::space::{Entry, Freedom, Space};
 use crate::error::Result;
@@ -201,6 +203,7 @@ fn search(
     let groups = problem.groups();
     let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
     let usual: Vec<Option<f64>> = space.free().map(Entry::usual).collect();
+    let coordinates: Vec<Coordinate> = space.free().map(coordinate).collect();
     let mut damping = 1e-6;
     let mut ended_on = None;
     for _ in 0..effort.steps {
@@ -216,7 +219,7 @@ fn search(
         };
         let present = cost(&residuals, &theta);
         let longest: Vec<f64> = space.free().zip(&theta).map(|(entry, x)| LONGEST * entry.reach(*x)).collect();
-        let place = |damping| bounded_step(&normal, &gradient, &theta, &limits, &longest, damping);
+        let place = |damping| bounded_step(&normal, &gradient, &theta, &limits, &longest, &coordinates, damping);
         let at = |there: Vec<f64>| {
             let residuals = problem.at(space, &there);
             Trial { cost: cost(&residuals, &there), there, residuals }
@@ -229,7 +232,7 @@ fn search(
         let (accepted, last) = descend(damping, present, &place, &alike, &at);
         damping = last;
         let fell = accepted.map(|trial| {
-            carry_on(&mut jacobian, &theta, &trial.there, &residuals, &trial.residuals);
+            carry_on(&mut jacobian, &theta, &trial.there, &residuals, &trial.residuals, &coordinates);
             (theta, residuals) = (trial.there, trial.residuals);
             damping = (damping / 30.0).max(LEAST_DAMPING);
             1.0 - trial.cost / present
@@ -254,6 +257,11 @@ fn search(
     let mut space = space.clone();
     space.set_coordinates(&theta);
     Ok(weighted(space, problem, residuals, jacobian, ended))
+}
+
+/// What residuals go with: of R, L, K and J themselves, of which the coordinates are the logarithms, but of a shape as a factor.
+fn coordinate(entry: &Entry) -> Coordinate {
+    if entry.positive && !entry.of_effect() { Coordinate::Logarithm } else { Coordinate::Plain }
 }
 
 /// The residuals and their derivatives at the present values, without a step.
@@ -313,12 +321,26 @@ fn from_columns(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
 }
 
 /// Broyden's update: the least change of the derivatives that agrees with the step just done.
-fn carry_on(jacobian: &mut DMatrix<f64>, from: &[f64], to: &[f64], before: &DVector<f64>, after: &DVector<f64>) {
-    let step = DVector::from_iterator(from.len(), to.iter().zip(from).map(|(b, a)| b - a));
+fn carry_on(
+    jacobian: &mut DMatrix<f64>,
+    from: &[f64],
+    to: &[f64],
+    before: &DVector<f64>,
+    after: &DVector<f64>,
+    coordinates: &[Coordinate],
+) {
+    let change = |k: usize| match coordinates[k] {
+        Coordinate::Plain => to[k] - from[k],
+        Coordinate::Logarithm => (to[k] - from[k]).exp_m1(),
+    };
+    let step = DVector::from_fn(from.len(), |k, _| change(k));
     let length = step.norm_squared();
     if length > 0.0 {
         let missed = after - before - &*jacobian * &step;
         jacobian.ger(1.0 / length, &missed, &step, 1.0);
+        for k in (0..from.len()).filter(|k| coordinates[*k] == Coordinate::Logarithm) {
+            jacobian.column_mut(k).scale_mut(1.0 + step[k]);
+        }
     }
 }
 
