@@ -38,6 +38,9 @@ const LEAST_DAMPING: f64 = 1e-12;
 /// Change of a weight, as a logarithm, below which it has settled.
 const SETTLED: f64 = 1e-3;
 
+/// The shortest step that tells of derivatives; what shorter ones change is rounding.
+const SHORTEST: f64 = 1e-3 * DIFFERENCE;
+
 /// Steps over which derivatives are carried on where a fit is one of dozens.
 pub const CARRIED_ON: usize = 3;
 
@@ -335,7 +338,7 @@ fn carry_on(
     };
     let step = DVector::from_fn(from.len(), |k, _| change(k));
     let length = step.norm_squared();
-    if length > 0.0 {
+    if length > SHORTEST * SHORTEST {
         let missed = after - before - &*jacobian * &step;
         jacobian.ger(1.0 / length, &missed, &step, 1.0);
         for k in (0..from.len()).filter(|k| coordinates[*k] == Coordinate::Logarithm) {
@@ -442,6 +445,28 @@ mod tests {
         fn sizes(&self) -> [f64; 2] {
             [1.0; 2]
         }
+    }
+
+    /// 3 V/Ω times a resistance, carried on from the logarithm of one to that of another.
+    fn carried_on(from: f64, to: f64, rounding: f64) -> f64 {
+        let mut jacobian = DMatrix::from_element(1, 1, 3.0 * from.exp());
+        let at = |theta: f64| DVector::from_element(1, 3.0 * theta.exp());
+        let after = at(to).add_scalar(rounding);
+        carry_on(&mut jacobian, &[from], &[to], &at(from), &after, &[Coordinate::Logarithm]);
+        jacobian[0]
+    }
+
+    #[test]
+    fn derivatives_by_what_residuals_go_with_are_right_after_any_step() {
+        for to in [0.2, 1.4, -0.7] {
+            assert!((carried_on(0.1, to, 0.0) / (3.0 * f64::exp(to)) - 1.0).abs() < 1e-12, "{to}");
+        }
+    }
+
+    #[test]
+    fn rounding_is_no_derivative() {
+        let was = 3.0 * f64::exp(0.1);
+        assert!((carried_on(0.1, 0.1 + 4e-15, 4e-13) / was - 1.0).abs() < 1e-9);
     }
 
     #[test]
