@@ -56,7 +56,6 @@ pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
     for (row, block) in blocks.iter().enumerate() {
         rows_of[*block].push(row);
     }
-    // What rests at a limit stays there, whichever block is left out.
     let moves = |column: &usize| !entries[*column].rests_at_a_limit();
     let columns: Vec<usize> = (0..entries.len()).filter(moves).collect();
     let p = columns.len();
@@ -159,13 +158,19 @@ mod tests {
         space.hold(&["K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
         space.start("L", inductance);
         let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 1.0, 2.0]);
-        Refined { space, jacobian, residuals: DVector::from_vec(vec![0.1, -0.1, 0.3, 0.3]), rms: [1.0; 2], ended: true }
+        Refined {
+            space,
+            jacobian,
+            residuals: DVector::from_vec(vec![-0.3, -0.3, 0.3, 0.3]),
+            rms: [1.0; 2],
+            ended: true,
+        }
     }
 
     #[test]
     fn what_rests_at_a_limit_does_not_move_with_a_block_that_is_left_out() {
         let second = |fit: &Refined| held_out(fit, &[0; 4], &[0, 0, 1, 1]).squares[1][0];
-        // R alone: without the second block, its gradient 0.6 over the curvature of the first block, 2, more in each of its rows.
+        // R alone: by the first block it is 0.3 more, which adds to each row of the second.
         let alone = 2.0 * (0.3f64 + 0.3).powi(2);
         // The curvature that keeps every parameter in place is a millionth.
         assert!((second(&fit(1e5)) - alone).abs() < 1e-5, "{}", second(&fit(1e5)));

@@ -78,6 +78,11 @@ impl Entry {
         self.freedom == Freedom::Free(None) && self.value <= self.range.0 / AT_THE_LIMIT
     }
 
+    /// Whether the optimiser's coordinate is the logarithm: of what is positive and has no bounds but its physical range.
+    pub fn is_logarithmic(&self) -> bool {
+        self.positive && !matches!(self.freedom, Freedom::Free(Some(_)))
+    }
+
     /// Whether the value lies at an end of its range.
     pub fn rests_at_a_limit(&self) -> bool {
         let (x, (low, high)) = (self.encode(self.value), self.limits());

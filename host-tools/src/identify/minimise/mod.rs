@@ -28,7 +28,7 @@ use crate::output;
 /// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// The longest step of a coordinate: a factor of four, or that many typical sizes, of which a size that has grown beyond them
+/// The longest step of a coordinate, but for R, L, K and J where they grow: a factor of four, or that many typical sizes, of which a size that has grown beyond them
 /// may take as many of its own: what is typical is known to an order of magnitude or two.
 const LONGEST: f64 = 1.4;
 
@@ -262,9 +262,9 @@ fn search(
     Ok(weighted(space, problem, residuals, jacobian, ended))
 }
 
-/// What residuals go with: of R, L, K and J themselves, of which the coordinates are the logarithms, but of a shape as a factor.
+/// Residuals go with R, L, K and J themselves, but with a shape as with a factor.
 fn coordinate(entry: &Entry) -> Coordinate {
-    if entry.positive && !entry.of_effect() { Coordinate::Logarithm } else { Coordinate::Plain }
+    if entry.is_logarithmic() && !entry.of_effect() { Coordinate::Logarithm } else { Coordinate::Plain }
 }
 
 /// The residuals and their derivatives at the present values, without a step.
@@ -461,6 +461,17 @@ mod tests {
         for to in [0.2, 1.4, -0.7] {
             assert!((carried_on(0.1, to, 0.0) / (3.0 * f64::exp(to)) - 1.0).abs() < 1e-12, "{to}");
         }
+    }
+
+    #[test]
+    fn a_resistance_between_bounds_has_another_coordinate_than_its_logarithm() {
+        let mut space = Space::new(Kind::PmDc, Base::Full, &["speed_lag"]);
+        space.hold(&["R"], Freedom::Free(Some((1.0, 3.0))));
+        let of = |name: &str| coordinate(space.get(name).unwrap());
+        assert_eq!(
+            ["R", "L", "mu1", "speed_lag"].map(of).map(|c| c == Coordinate::Logarithm),
+            [false, true, false, false]
+        );
     }
 
     #[test]
