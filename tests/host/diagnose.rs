@@ -644,3 +644,17 @@ fn the_catalogue_of_the_documentation_is_that_of_the_program() {
     let stored = include_str!("../../docs/effects.md");
     assert!(page == stored.as_bytes(), "run: greyrig effects --markdown > docs/effects.md");
 }
+
+/// A constant flux neither bends nor lags, a meter's gain shows in no recording of its own, and friction is in every motor.
+#[test]
+fn the_catalogue_tells_in_which_motors_an_effect_is_tried() {
+    let all = json(&greyrig(Path::new("."), &["effects", "--json"]));
+    let kinds_of = |id: &str| {
+        let described = all["effects"].as_array().unwrap().iter().find(|d| d["id"] == id).expect("in the catalogue");
+        described["diagnosed_in"].clone()
+    };
+    assert_eq!(kinds_of("saturation"), serde_json::json!(["universal"]));
+    assert_eq!(kinds_of("commutation_resistance"), serde_json::json!(["pm-dc"]));
+    assert_eq!(kinds_of("stribeck"), serde_json::json!(["universal", "pm-dc"]));
+    assert_eq!(kinds_of("voltage_gain"), serde_json::json!([]));
+}

@@ -2,14 +2,15 @@
 
 use std::process::ExitCode;
 
+use clap::ValueEnum;
 use greyrig::effects::{Acts, Description, Effect, InWords, Relative, Seen};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
 use super::words;
-use crate::diagnose::classes;
+use crate::diagnose::{classes, screening};
 use crate::error::Result;
-use crate::model::catalogue;
+use crate::model::{Kind, catalogue};
 use crate::output;
 
 /// The catalogue of physical effects, explained.
@@ -93,6 +94,20 @@ fn shows(d: &Description) -> String {
     }
 }
 
+/// The kinds of motor in which a diagnosis tries an effect.
+fn diagnosed_in(d: &Description) -> Vec<Kind> {
+    Kind::value_variants().iter().copied().filter(|kind| screening::shows(*kind, d)).collect()
+}
+
+/// The same in words.
+fn tried(d: &Description) -> String {
+    match diagnosed_in(d)[..] {
+        [] => "in no motor".to_owned(),
+        [kind] => format!("in {kind} motors"),
+        _ => "in all motors".to_owned(),
+    }
+}
+
 /// What a start value is relative to, in words.
 fn relative(relative: Relative) -> &'static str {
     match relative {
@@ -150,7 +165,7 @@ fn page(effects: &[&Description]) -> String {
                 relative(p.relative)
             );
         }
-        text += &format!("\n- Enters: {}. Shows {}.\n", enters(d), shows(d));
+        text += &format!("\n- Enters: {}. Shows {}. `greyrig diagnose` tries it {}.\n", enters(d), shows(d), tried(d));
         text += &format!("- Signature: {}.\n", d.signature);
         if let Some((other, beyond)) = turns_into(d) {
             text += &format!("- Turns into `{other}` with {beyond}.\n");
@@ -174,7 +189,7 @@ fn explained(d: &Description) -> String {
     for p in d.parameters {
         text += &format!("  {} ({}): {}; {} to {}\n", p.name, p.unit, p.meaning, p.range.0, p.range.1);
     }
-    text += &format!("\nenters         {}\nshows          {}", enters(d), shows(d));
+    text += &format!("\nenters         {}\nshows          {}\ndiagnosed      {}", enters(d), shows(d), tried(d));
     text += &format!("\nsignature      {}\n", d.signature);
     if let Some((other, beyond)) = turns_into(d) {
         text += &format!("turns into     {other} with {beyond}\n");
@@ -194,6 +209,7 @@ fn as_json(d: &Description) -> serde_json::Value {
         })).collect::<Vec<_>>(),
         "enters": enters(d),
         "shows": shows(d),
+        "diagnosed_in": diagnosed_in(d),
         "signature": d.signature,
         "turns_into": turns_into(d).map(|(other, beyond)| json!({ "effect": other, "with": beyond })),
         "confused_with": d.confused_with,

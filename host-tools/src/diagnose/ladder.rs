@@ -111,6 +111,11 @@ impl Ladder {
         added.into_iter().any(|other| classes::same(self.fit.space.kind(), other, id))
     }
 
+    /// Whether the effects that stay are those of another climb, in whatever order.
+    pub fn has_found_the_same_as(&self, other: &Self) -> bool {
+        self.found.len() == other.found.len() && self.found.iter().all(|id| other.found.contains(id))
+    }
+
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
     /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. It does not where the free

@@ -11,14 +11,22 @@ use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals};
 use crate::identify::scales::Scales;
-use crate::identify::space::Freedom;
+use crate::identify::space::{Freedom, Space};
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
 /// Exchanges that are worth climbing on from.
 const EXCHANGES: usize = 2;
+/// How hard exchanges are fitted at first where there are more than are fitted any further.
+const FIRST_LOOK: Effort = Effort { steps: 3, ..Effort::ESTIMATE };
+/// Exchanges that are fitted any further. In the hardest cases known, with 14 to 25 of them, the two to climb on from, and all that
+/// came near these, were among the first six after these steps.
+const CLOSEST: usize = 8;
 /// An effect without which the error would rise by more than this, by linearisation, is not superfluous.
 const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
+
+/// An effect that was found, and a candidate to give it for.
+type Pair<'t> = (&'static str, &'t Tried);
 
 /// An effect that was found given for another one.
 pub struct Exchange {
@@ -163,8 +171,10 @@ impl Climb<'_> {
         others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
         others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
         others.dedup_by_key(|t| t.id);
-        let pairs: Vec<_> = ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect();
-        let fit = |(given, other): (&'static str, &Tried)| {
+        let pairs: Vec<Pair<'_>> =
+            ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect();
+        let pairs = if pairs.len() > CLOSEST { self.closest(&ladder.fit, pairs, progress)? } else { pairs };
+        let fit = |(given, other): Pair<'_>| {
             progress(Progress::Doing(other.id));
             let fit = self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?;
             Ok((self.held_out(&fit).log_error(), Exchange { given, taken: other.id, fit }))
@@ -172,6 +182,18 @@ impl Climb<'_> {
         let mut fits: Vec<_> = pairs.into_par_iter().map(fit).collect::<Result<_>>()?;
         fits.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(fits.into_iter().map(|(_, exchange)| exchange).take(EXCHANGES).collect())
+    }
+
+    /// The exchanges that come closest after a few steps.
+    fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>, progress: &Watch<'_>) -> Result<Vec<Pair<'t>>> {
+        let look = |(given, other): Pair<'t>| {
+            progress(Progress::Doing(other.id));
+            let begun = self.fit_beside(fit, &self.space_swapped(fit, given, other), FIRST_LOOK)?;
+            Ok((self.error(&begun), (given, other)))
+        };
+        let mut looks: Vec<_> = pairs.into_par_iter().map(look).collect::<Result<_>>()?;
+        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(looks.into_iter().map(|(_, pair)| pair).take(CLOSEST).collect())
     }
 
     /// Candidates that another one was preferred to for its error on data held out, though they fit the balances better: with the
@@ -226,15 +248,21 @@ impl Climb<'_> {
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
     fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
-        let scales = Scales::of(&fit.space, self.experiments);
-        let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
-        if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
-            entry.value = known.value;
-        }
+        let mut space = self.space_swapped(fit, id, rival);
         if bends && let Some(d) = Description::of(rival.id) {
             let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
             space.hold(&shapes, Freedom::Pinned);
         }
         self.fit_from(Some(fit.rms), &space, effort)
+    }
+
+    /// Where such a fit begins: with the rival of the size that it had when it was tried.
+    fn space_swapped(&self, fit: &Refined, id: &str, rival: &Tried) -> Space {
+        let scales = Scales::of(&fit.space, self.experiments);
+        let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
+        if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
+            entry.value = known.value;
+        }
+        space
     }
 }

@@ -93,11 +93,11 @@ impl<'a> SecondLook<'a> {
 
     /// Takes another climb, if there is one and it has ended clearly better.
     fn take_if_better(&self, best: &mut Judged, other: Option<Ladder>) -> Result<()> {
-        if let Some(other) = other {
-            let other = self.judged(other)?;
-            if self.is_better(best, &other) {
-                *best = other;
-            }
+        let Some(other) = other else { return Ok(()) };
+        if let Some(other) = self.judged_if_closer(other, best)?
+            && self.is_better(best, &other)
+        {
+            *best = other;
         }
         Ok(())
     }
@@ -114,9 +114,29 @@ impl<'a> SecondLook<'a> {
         if ladder.found.is_empty() {
             return Ok((Ladder { free_run: Some(self.completeness(&self.free)), ..ladder }, self.free.clone()));
         }
-        let scales = Scales::of(&self.free.space, self.climb.experiments());
-        let all = self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)?;
+        let all = self.fit_with_all(&ladder)?;
         self.narrowed(ladder, all)
+    }
+
+    /// The same of another climb, if that may come out clearly better than the best one. It cannot where the best one's error on data held
+    /// out is hardly more than that of all that the other one has found on the data that it is fitted to: what is then dropped brings a
+    /// fit no closer, nor do data held out.
+    fn judged_if_closer(&self, other: Ladder, best: &Judged) -> Result<Option<Judged>> {
+        if other.found.is_empty() {
+            return self.judged(other).map(Some);
+        }
+        let all = self.fit_with_all(&other)?;
+        let may_fall = self.error(&best.1) - self.audit.log_error(&all);
+        if may_fall < if all.ended { SMALLEST_FALL } else { 0.0 } {
+            return Ok(None);
+        }
+        self.narrowed(other, all).map(Some)
+    }
+
+    /// All that a climb has found, fitted in the free run.
+    fn fit_with_all(&self, ladder: &Ladder) -> Result<Fit> {
+        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)
     }
 
     /// Drops what does not earn its place in a fit of the free run.
@@ -177,10 +197,12 @@ impl<'a> SecondLook<'a> {
         for exchange in self.climb.exchanges(&judged.0, progress)? {
             let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
             // Where the balances cannot tell, the free run may.
-            if self.climb.gain(&other.fit, &judged.0.fit) > SMALLEST_GAIN {
+            let farther = self.climb.gain(&other.fit, &judged.0.fit);
+            let leads_back = other.has_found_the_same_as(&judged.0) && farther > -SAME_ERROR;
+            if leads_back || farther > SMALLEST_GAIN {
                 continue;
             }
-            let other = self.judged(other)?;
+            let Some(other) = self.judged_if_closer(other, &judged)? else { continue };
             if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1) > SMALLEST_FALL {
                 return self.without_later_than(exchange.taken, other);
             }
