@@ -3,7 +3,7 @@
 //! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late commutation
 //! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
 
-use crate::compare::compare;
+use crate::compare::{Comparison, PerSignal, compare};
 use crate::diagnose::classes::class_of;
 use crate::diagnose::sizes::size_of;
 use crate::error::Result;
@@ -19,6 +19,55 @@ pub struct Addition {
     pub effects: Vec<&'static str>,
     /// What came of its identification.
     pub identification: Identification,
+}
+
+/// A model on the way, with its errors on the data that the fit saw and on those that it did not.
+#[derive(Debug, Clone)]
+pub struct Stage {
+    /// What it has got last, such as `+ saturation`; `before` if nothing.
+    pub label: String,
+    /// As fitted to the training data.
+    pub model: Model,
+    /// Error-to-signal ratio on the training data.
+    pub training: PerSignal,
+    /// Model against the data held out.
+    pub held_out: Comparison,
+}
+
+impl Stage {
+    /// Whether what has been added to a model changes its error on data held out, and these are more than noise.
+    ///
+    /// # Errors
+    /// Recordings that cannot be simulated.
+    pub fn shows(&self, before: &Model, held_out: &[Recording]) -> Result<bool> {
+        let mut without = self.model.clone();
+        without.effects.retain(|e| before.effects.iter().any(|known| known.id == e.id));
+        without.terms.truncate(before.terms.len());
+        let esr = self.held_out.esr;
+        Ok(esr != PerSignal::default() && compare(&without, held_out)?.esr != esr)
+    }
+}
+
+/// A model with effects and terms, identified again with the training data and judged on those held out.
+///
+/// # Errors
+/// Recordings from which nothing can be identified, with the reason; an interrupt.
+pub fn stage(
+    model: &Model,
+    effects: &[&'static str],
+    terms: &[Formula],
+    training: &[Recording],
+    held_out: &[Recording],
+) -> Result<Stage> {
+    let Addition { effects, identification } = add_to(model, terms, training, effects)?;
+    let model = identification.model;
+    let last = terms.last().map(Formula::text).or(effects.last().copied());
+    Ok(Stage {
+        label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
+        training: compare(&model, training)?.esr,
+        held_out: compare(&model, held_out)?,
+        model,
+    })
 }
 
 /// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell, such as the inertia

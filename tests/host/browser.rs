@@ -1,4 +1,4 @@
-//! The report in a real browser, Chromium through chromedriver: it opens from a file with the network cut off, draws,
+//! A real browser, Chromium through chromedriver; and the report in it, which opens from a file with the network cut off, draws,
 //! zooms, measures and exports.
 
 use std::io::{BufRead, BufReader, Read, Write};
@@ -73,14 +73,25 @@ impl WebDriverCompatibleCommand for Own {
 }
 
 /// A browser with a page open, and the folder that its downloads go to.
-struct Browser {
-    client: Client,
+pub struct Browser {
+    pub client: Client,
     folder: TempDir,
     _driver: Driver,
 }
 
 impl Browser {
+    /// With a file open, and no network.
     async fn open(page: &Path) -> Self {
+        let browser = Self::start().await;
+        browser.devtools("Network.enable", json!({})).await;
+        let offline = json!({ "offline": true, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0 });
+        browser.devtools("Network.emulateNetworkConditions", offline).await;
+        browser.client.goto(&format!("file://{}", page.display())).await.expect("the report opens");
+        browser
+    }
+
+    /// With nothing open, and this machine for a network.
+    pub async fn start() -> Self {
         let driver = Driver::start();
         let folder = tempfile::tempdir().expect("a temporary folder");
         let profile = format!("--user-data-dir={}", folder.path().join("profile").display());
@@ -96,7 +107,7 @@ impl Browser {
             "--disable-dev-shm-usage",
             "--window-size=1280,1000",
             // No name resolves: whatever a page asks of a network fails.
-            "--host-resolver-rules=MAP * ~NOTFOUND",
+            "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
         ];
         arguments.push(&profile);
         let capabilities: Capabilities = serde_json::from_value(json!({
@@ -112,12 +123,7 @@ impl Browser {
             .connect(&format!("http://127.0.0.1:{}", driver.port))
             .await
             .expect("Chromium starts; install the packages chromium and chromium-driver");
-        let browser = Self { client, folder, _driver: driver };
-        browser.devtools("Network.enable", json!({})).await;
-        let offline = json!({ "offline": true, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0 });
-        browser.devtools("Network.emulateNetworkConditions", offline).await;
-        browser.client.goto(&format!("file://{}", page.display())).await.expect("the report opens");
-        browser
+        Self { client, folder, _driver: driver }
     }
 
     async fn devtools(&self, command: &str, parameters: Value) -> Value {
@@ -126,20 +132,20 @@ impl Browser {
     }
 
     /// Runs the body of a function in the page.
-    async fn run(&self, script: &str) -> Value {
+    pub async fn run(&self, script: &str) -> Value {
         self.client.execute(script, vec![]).await.unwrap_or_else(|e| panic!("{script}: {e}"))
     }
 
-    async fn number(&self, script: &str) -> f64 {
+    pub async fn number(&self, script: &str) -> f64 {
         let value = self.run(script).await;
         value.as_f64().unwrap_or_else(|| panic!("{script} gives {value}"))
     }
 
-    async fn text(&self, selector: &str) -> String {
+    pub async fn text(&self, selector: &str) -> String {
         self.client.find(Locator::Css(selector)).await.expect(selector).text().await.expect("text")
     }
 
-    async fn click(&self, selector: &str) {
+    pub async fn click(&self, selector: &str) {
         self.client.find(Locator::Css(selector)).await.expect(selector).click().await.expect(selector);
     }
 
@@ -179,7 +185,7 @@ impl Browser {
         (self.number(&get("from")).await, self.number(&get("to")).await)
     }
 
-    async fn screenshot(&self, name: &str) {
+    pub async fn screenshot(&self, name: &str) {
         // Kept where a person can look at them, if one asks.
         let Some(folder) = std::env::var_os("GREYRIG_SCREENSHOTS").map(PathBuf::from) else { return };
         let height = self.number("return document.documentElement.scrollHeight").await;
@@ -193,7 +199,7 @@ impl Browser {
     }
 
     /// The one downloaded file with an ending.
-    async fn download(&self, ending: &str) -> (String, Vec<u8>) {
+    pub async fn download(&self, ending: &str) -> (String, Vec<u8>) {
         let end = Instant::now() + Duration::from_secs(10);
         loop {
             let entries = std::fs::read_dir(self.folder.path()).expect("the folder").flatten();
@@ -210,12 +216,17 @@ impl Browser {
 
     /// Fails on whatever the console holds, and on anything that was loaded from elsewhere.
     async fn assert_quiet(&self) {
-        let log = self.client.issue_cmd(Own("se/log", json!({ "type": "browser" }))).await.expect("the log");
-        assert_eq!(log, json!([]), "the console");
+        self.assert_no_complaint().await;
         assert_eq!(self.run("return performance.getEntriesByType('resource').length").await, json!(0));
     }
 
-    async fn close(self) {
+    /// Fails on whatever the console holds.
+    pub async fn assert_no_complaint(&self) {
+        let log = self.client.issue_cmd(Own("se/log", json!({ "type": "browser" }))).await.expect("the log");
+        assert_eq!(log, json!([]), "the console");
+    }
+
+    pub async fn close(self) {
         self.client.clone().close().await.expect("the browser closes");
     }
 }

@@ -21,6 +21,7 @@ mod recording;
 mod recording_mutation;
 mod report;
 mod rig;
+mod serve;
 mod swallowed;
 mod synthetic_comparison;
 mod train;

@@ -8,13 +8,12 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::{input, words};
-use crate::addition::{Addition, add_to};
-use crate::compare::{Comparison, PerSignal, compare};
+use crate::addition::{Addition, Stage, add_to, stage};
 use crate::error::{Error, Result};
 use crate::held_out::split;
 use crate::model::{Model, Origin};
 use crate::output;
-use crate::recording::{MapArgs, Recording};
+use crate::recording::MapArgs;
 use crate::report::{Report, Step};
 use crate::term::Formula;
 
@@ -43,14 +42,6 @@ pub struct Args {
     map: MapArgs,
     #[command(flatten)]
     answer: Answer,
-}
-
-/// A model on the way, with its errors on the data that the fit saw and on those that it did not.
-struct Stage {
-    label: String,
-    model: Model,
-    training: PerSignal,
-    held_out: Comparison,
 }
 
 /// Runs the command.
@@ -89,7 +80,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         stages.push(stage(&model, &effects, &args.term[..count], &training, &held_out)?);
     }
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
-    let judged = shows(&model, last, &held_out)?;
+    let judged = last.shows(&model, &held_out)?;
     let accepted = judged && first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
     let Addition { effects: added, identification: mut final_fit } = add_to(&model, &args.term, &recordings, &effects)?;
@@ -149,34 +140,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The model with effects and terms, named by what it has got last.
-fn stage(
-    model: &Model,
-    effects: &[&'static str],
-    terms: &[Formula],
-    training: &[Recording],
-    held_out: &[Recording],
-) -> Result<Stage> {
-    let Addition { effects, identification } = add_to(model, terms, training, effects)?;
-    let model = identification.model;
-    let last = terms.last().map(Formula::text).or(effects.last().copied());
-    Ok(Stage {
-        label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
-        training: compare(&model, training)?.esr,
-        held_out: compare(&model, held_out)?,
-        model,
-    })
-}
-
-/// Whether what has been added to a model changes its error on data held out, and these are more than noise.
-fn shows(before: &Model, stage: &Stage, held_out: &[Recording]) -> Result<bool> {
-    let mut without = stage.model.clone();
-    without.effects.retain(|e| before.effects.iter().any(|known| known.id == e.id));
-    without.terms.truncate(before.terms.len());
-    let esr = stage.held_out.esr;
-    Ok(esr != PerSignal::default() && compare(&without, held_out)?.esr != esr)
 }
 
 fn waterfall(stages: &[Stage]) -> String {

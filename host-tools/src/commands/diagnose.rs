@@ -258,7 +258,8 @@ fn shape_rows(shape: &Shape) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value {
+/// The fields of the answer.
+pub fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value {
     json!({
         "esr_before": d.esr_before,
         "esr_after": d.esr_after,

@@ -19,6 +19,7 @@ pub mod master;
 pub mod monitor;
 pub mod plan;
 pub mod record;
+pub mod serve;
 pub mod simulate;
 pub mod train;
 mod words;
@@ -56,6 +57,8 @@ pub enum Command {
     Challenge(challenge::Args),
     /// The recording that would best tell rival effects apart.
     Plan(plan::Args),
+    /// The same loop in the browser, on this machine alone.
+    Serve(serve::Args),
     /// Learn a correction of what the model leaves over.
     Train(train::Args),
     /// Learn the detector's limits from runs of healthy motors.
@@ -96,6 +99,7 @@ impl Command {
             Self::Diagnose(args) => diagnose::run(args),
             Self::Challenge(args) => challenge::run(args),
             Self::Plan(args) => plan::run(args),
+            Self::Serve(args) => serve::run(args),
             Self::Train(args) => train::run(args),
             Self::Calibrate(args) => calibrate::run(args),
             Self::Monitor(args) => monitor::run(args),

@@ -144,13 +144,21 @@ impl Model {
         Ok(())
     }
 
+    /// The text of the model file.
+    ///
+    /// # Errors
+    /// A number that TOML cannot hold.
+    pub fn text(&self) -> Result<String> {
+        toml::to_string_pretty(self)
+            .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))
+    }
+
     /// Writes the model file, whole or not at all.
     ///
     /// # Errors
     /// An existing file without `force`, or what the system refuses.
     pub fn save(&self, path: &Path, force: bool) -> Result<()> {
-        let text = toml::to_string_pretty(self)
-            .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))?;
+        let text = self.text()?;
         output::write_file(path, force, |out| out.write_all(text.as_bytes()))
     }
 }

@@ -1,0 +1,265 @@
+//! What a page shows: the recordings, the versions of the model, and what is being done.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::task::{Outcome, Task};
+use crate::compare::{PerSignal, compare};
+use crate::error::{Error, Result};
+use crate::identify::Estimate;
+use crate::model::{Kind, Model, Origin};
+use crate::recording::{self, Mapping, Recording};
+use crate::report::{Report, Step, figures};
+
+/// A version of the model.
+#[derive(Debug, Clone)]
+pub struct Version {
+    /// What it has got last.
+    pub label: String,
+    /// As identified from all recordings.
+    pub model: Model,
+    /// Its parameters with their intervals.
+    pub parameters: Vec<Estimate>,
+    /// What the identification has to say.
+    pub notes: Vec<String>,
+    /// Error-to-signal ratio on the data that a fit of the training data has seen.
+    pub training: PerSignal,
+    /// The same on the data held out from it.
+    pub held_out: PerSignal,
+    /// Noise floor of these.
+    pub floor: PerSignal,
+    /// Whether the error on data held out falls by what it has got last; the first version has no such thing.
+    pub accepted: Option<bool>,
+    /// Number of the recordings that all this rests on.
+    pub recordings: usize,
+    /// The answer of `diagnose`, with its headline.
+    pub diagnosis: Option<Value>,
+}
+
+/// What is being done.
+struct Job {
+    what: String,
+    doing: Arc<Mutex<String>>,
+    steps: Arc<AtomicUsize>,
+}
+
+/// A page's state.
+struct State {
+    recordings: Arc<Vec<Recording>>,
+    versions: Vec<Version>,
+    present: usize,
+    job: Option<Job>,
+    error: Option<String>,
+}
+
+/// A page's state, shared by those who ask for it and who works on it.
+#[derive(Clone)]
+pub struct Session {
+    state: Arc<Mutex<State>>,
+    mapping: Arc<Mapping>,
+    kind: Option<Kind>,
+    /// Where recordings go that are added on the page.
+    folder: Arc<TempDir>,
+}
+
+impl Session {
+    /// A session with recordings and no model yet.
+    ///
+    /// # Errors
+    /// A system without a folder for temporary files.
+    pub fn new(recordings: Vec<Recording>, mapping: Mapping, kind: Option<Kind>) -> Result<Self> {
+        let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+        let state =
+            State { recordings: Arc::new(recordings), versions: Vec::new(), present: 0, job: None, error: None };
+        Ok(Self { state: Arc::new(Mutex::new(state)), mapping: Arc::new(mapping), kind, folder: Arc::new(folder) })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a task, whose outcome the state shows when it is there.
+    ///
+    /// # Errors
+    /// Another task that has not ended, or something that the task needs and that is missing.
+    pub fn begin(&self, task: Task) -> Result<()> {
+        let mut state = self.free()?;
+        if state.recordings.is_empty() {
+            return Err(Error::usage("there is no recording", "add one"));
+        }
+        let before = state.versions.get(state.present).cloned();
+        if before.is_none() && !matches!(task, Task::Identify) {
+            return Err(Error::usage("there is no model", "identify one first"));
+        }
+        let (doing, steps) = (Arc::new(Mutex::new(String::new())), Arc::new(AtomicUsize::new(0)));
+        state.job = Some(Job { what: task.name(), doing: Arc::clone(&doing), steps: Arc::clone(&steps) });
+        state.error = None;
+        let (recordings, session, kind) = (Arc::clone(&state.recordings), self.clone(), self.kind);
+        std::thread::spawn(move || {
+            let watch = |what: &str| {
+                what.clone_into(&mut doing.lock().unwrap_or_else(PoisonError::into_inner));
+                steps.fetch_add(1, Ordering::Relaxed);
+            };
+            let run = std::panic::AssertUnwindSafe(|| task.run(&recordings, kind, before.as_ref(), &watch));
+            let outcome = std::panic::catch_unwind(run)
+                .unwrap_or_else(|_| Err(Error::usage("this has failed within greyrig", "report it as a bug")));
+            session.end(outcome);
+        });
+        Ok(())
+    }
+
+    fn end(&self, outcome: Result<Outcome>) {
+        let mut state = self.state();
+        state.job = None;
+        match outcome {
+            Ok(Outcome::First(version)) => {
+                state.versions = vec![*version];
+                state.present = 0;
+            }
+            Ok(Outcome::Next(version)) => {
+                let kept = state.present + 1;
+                state.versions.truncate(kept);
+                state.versions.push(*version);
+                state.present = kept;
+            }
+            Ok(Outcome::Diagnosis(answer)) => {
+                let present = state.present;
+                state.versions[present].diagnosis = Some(answer);
+            }
+            Err(error) => state.error = Some(error.to_string()),
+        }
+    }
+
+    /// The state while nothing works on it.
+    fn free(&self) -> Result<MutexGuard<'_, State>> {
+        let state = self.state();
+        match &state.job {
+            Some(job) => Err(Error::usage(format!("{} has not ended", job.what), "wait until it has")),
+            None => Ok(state),
+        }
+    }
+
+    /// Adds a recording that the page has sent.
+    ///
+    /// # Errors
+    /// A task that has not ended, or a file that is no recording.
+    pub fn add_recording(&self, name: &str, content: &[u8]) -> Result<()> {
+        drop(self.free()?);
+        let name = Path::new(name).file_name().ok_or_else(|| Error::usage("the file has no name", "give it one"))?;
+        let path = self.folder.path().join(name);
+        std::fs::write(&path, content).map_err(|e| Error::io(name, e))?;
+        let mut added = recording::load(&path, &self.mapping).map_err(|e| named(e, &path, Path::new(name)))?;
+        added.path = name.into();
+        let mut state = self.free()?;
+        let mut all = state.recordings.to_vec();
+        all.push(added);
+        state.recordings = Arc::new(all);
+        Ok(())
+    }
+
+    /// Goes to another version of the model.
+    ///
+    /// # Errors
+    /// A task that has not ended, or no such version.
+    pub fn go_to(&self, version: usize) -> Result<()> {
+        let mut state = self.free()?;
+        if version >= state.versions.len() {
+            return Err(Error::usage(format!("there is no version {version}"), "reload the page"));
+        }
+        state.present = version;
+        Ok(())
+    }
+
+    /// The model file of the present version.
+    ///
+    /// # Errors
+    /// No model yet.
+    pub fn model_file(&self) -> Result<String> {
+        let state = self.state();
+        let version = state.versions.get(state.present);
+        version.ok_or_else(|| Error::usage("there is no model", "identify one first"))?.model.text()
+    }
+
+    /// The report on a version: the model against all recordings.
+    ///
+    /// # Errors
+    /// No such version, or a model that cannot be simulated on these recordings.
+    pub fn report(&self, version: usize) -> Result<String> {
+        let (label, model, recordings) = {
+            let state = self.state();
+            let version = state.versions.get(version);
+            let version = version.ok_or_else(|| Error::usage("there is no such version", "reload the page"))?;
+            (version.label.clone(), version.model.clone(), Arc::clone(&state.recordings))
+        };
+        let comparison = compare(&model, &recordings)?;
+        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        Ok(Report::new(label).comparison("Model against measurement", &comparison, &model).recordings(&files).html())
+    }
+
+    /// The error falling from version to version up to the present one, as far as they rest on the same recordings.
+    pub fn error_falling(&self) -> String {
+        let state = self.state();
+        let Some(present) = state.versions.get(state.present) else { return String::new() };
+        let shown = state.versions[..=state.present].iter().filter(|v| v.recordings == present.recordings);
+        let steps: Vec<Step> = shown.map(|v| Step { label: v.label.clone(), esr: v.held_out }).collect();
+        figures::error_falling(&steps, present.floor)
+    }
+
+    /// The state as the page reads it.
+    pub fn as_json(&self) -> Value {
+        let state = self.state();
+        json!({
+            "schema": 1,
+            "recordings": state.recordings.iter().map(recording_as_json).collect::<Vec<_>>(),
+            "versions": state.versions.iter().map(version_as_json).collect::<Vec<_>>(),
+            "present": state.present,
+            "job": state.job.as_ref().map(|job| json!({
+                "what": job.what,
+                "doing": *job.doing.lock().unwrap_or_else(PoisonError::into_inner),
+                "steps": job.steps.load(Ordering::Relaxed),
+            })),
+            "error": state.error,
+        })
+    }
+}
+
+/// An error with the name that the user knows a file by.
+fn named(error: Error, path: &Path, name: &Path) -> Error {
+    match error {
+        Error::Input { mut place, what, remedy } if place.path == path => {
+            place.path = name.to_owned();
+            Error::Input { place, what, remedy }
+        }
+        Error::Io { source, remedy, .. } => Error::Io { path: name.to_owned(), source, remedy },
+        other => other,
+    }
+}
+
+fn recording_as_json(r: &Recording) -> Value {
+    json!({
+        "name": r.path.display().to_string(),
+        "seconds": r.duration_s(),
+        "sample_time_s": r.sample_time_s,
+        "channels": r.channels.keys().map(|c| c.column()).collect::<Vec<_>>(),
+        "warnings": r.warnings,
+    })
+}
+
+fn version_as_json(v: &Version) -> Value {
+    json!({
+        "label": v.label,
+        "effects": v.model.effects.iter().map(|e| &e.id).collect::<Vec<_>>(),
+        "parameters": v.parameters,
+        "notes": v.notes,
+        "training": v.training,
+        "held_out": v.held_out,
+        "noise_floor": v.floor,
+        "accepted": v.accepted,
+        "recordings": v.recordings,
+        "diagnosis": v.diagnosis,
+    })
+}
