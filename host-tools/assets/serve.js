@@ -106,6 +106,7 @@ function showVerdict(state) {
 function show(state) {
   const { job } = state;
   find("#job").textContent = job ? `${job.what}… ${job.doing}${job.steps ? ` (step ${job.steps})` : ""}` : "";
+  find("#stop").hidden = !job;
   if (state.error) say(state.error);
   const text = JSON.stringify({ ...state, job: Boolean(job) });
   if (text === shown) return;
@@ -137,6 +138,7 @@ async function refresh() {
 }
 
 find("#identify").addEventListener("click", () => post("identify"));
+find("#stop").addEventListener("click", () => post("stop"));
 find("#diagnose").addEventListener("click", () => post("diagnose"));
 async function addRecordings(files) {
   for (const file of files) await post(`recordings?name=${encodeURIComponent(file.name)}`, file);

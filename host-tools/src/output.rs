@@ -11,6 +11,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use crate::error::{Error, Result};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static STOPPED: AtomicBool = AtomicBool::new(false);
 
 /// Arranges that Ctrl-C (and a polite kill) stops long work at its next check instead of in the middle of a file.
 pub fn catch_interrupts() {
@@ -18,9 +19,19 @@ pub fn catch_interrupts() {
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
 }
 
-/// Fails with [`Error::Interrupted`] once the user has pressed Ctrl-C. Long loops call this often.
+/// Whether the user has pressed Ctrl-C.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// Stops long work in a program that goes on, or lets it begin again.
+pub fn stop_work(stopped: bool) {
+    STOPPED.store(stopped, Ordering::Relaxed);
+}
+
+/// Fails with [`Error::Interrupted`] once the user has pressed Ctrl-C or the work was stopped. Long loops call this often.
 pub fn check_interrupt() -> Result<()> {
-    if INTERRUPTED.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+    if is_interrupted() || STOPPED.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 /// The bars on the terminal, one below the other.

@@ -94,6 +94,19 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
     assert_eq!(browser.run("return document.querySelector('#diagnose').disabled").await, true, "there is no model");
     browser.click("#identify").await;
     wait_for(&browser, &versions(1, 0)).await;
+    // It takes seconds, in which one may think better of it.
+    browser.click("#diagnose").await;
+    wait_for(
+        &browser,
+        "const stop = document.querySelector('#stop'); if (stop.hidden) return false; stop.click(); return true",
+    )
+    .await;
+    let stopped = "const error = document.querySelector('#error').textContent; return error.startsWith('stopped')";
+    let end = Instant::now() + Duration::from_secs(20);
+    while browser.run(stopped).await != Value::Bool(true) {
+        assert!(Instant::now() < end, "it does not stop");
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
     browser.click("#diagnose").await;
     wait_for(&browser, "return !document.querySelector('#verdict').hidden").await;
     assert_eq!(browser.text("#verdict-title").await, "missing: saturation (or armature_reaction)");

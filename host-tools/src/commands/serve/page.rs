@@ -45,7 +45,7 @@ pub fn page() -> String {
                             button #redo { "Redo" } " "
                             a #model download="model.toml" href="model.toml" hidden { "Download model.toml" }
                         }
-                        p #job role="status" {}
+                        p.actions { span #job role="status" {} button #stop hidden { "Stop" } }
                         div.scroll { table #versions hidden {
                             caption { "Versions of the model: error-to-signal ratio in free run on data held out, its noise floor, and on training data" }
                             thead { tr {

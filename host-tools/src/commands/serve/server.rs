@@ -47,7 +47,7 @@ pub async fn serve(session: Session, port: u16, listening: impl FnOnce(SocketAdd
 }
 
 async fn interrupted() {
-    while output::check_interrupt().is_ok() {
+    while !output::is_interrupted() {
         tokio::time::sleep(LOOK).await;
     }
 }
@@ -64,6 +64,7 @@ fn router(session: Session, port: u16) -> Router {
         .route("/identify", post(|session: State<Session>| async move { begin(&session, Ok(Task::Identify)) }))
         .route("/diagnose", post(|session: State<Session>| async move { begin(&session, Ok(Task::Diagnose)) }))
         .route("/add", post(add))
+        .route("/stop", post(|session: State<Session>| async move { answer(session.stop()) }))
         .route("/go", post(go))
         .route("/recordings", post(add_recording))
         .layer(DefaultBodyLimit::max(LARGEST))

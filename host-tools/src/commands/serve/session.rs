@@ -12,6 +12,7 @@ use crate::compare::{PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::identify::Estimate;
 use crate::model::{Kind, Model, Origin};
+use crate::output;
 use crate::recording::{self, Mapping, Recording};
 use crate::report::{Report, Step, figures};
 
@@ -112,9 +113,22 @@ impl Session {
         Ok(())
     }
 
+    /// Stops the task at its next step; the state is then what it was before.
+    ///
+    /// # Errors
+    /// None that could be stopped.
+    pub fn stop(&self) -> Result<()> {
+        match &self.state().job {
+            Some(_) => output::stop_work(true),
+            None => return Err(Error::usage("there is nothing to stop", "it has ended")),
+        }
+        Ok(())
+    }
+
     fn end(&self, outcome: Result<Outcome>) {
         let mut state = self.state();
         state.job = None;
+        output::stop_work(false);
         match outcome {
             Ok(Outcome::First(version)) => {
                 state.versions = vec![*version];
@@ -130,6 +144,7 @@ impl Session {
                 let present = state.present;
                 state.versions[present].diagnosis = Some(answer);
             }
+            Err(Error::Interrupted) => state.error = Some("stopped; all is as it was before".to_owned()),
             Err(error) => state.error = Some(error.to_string()),
         }
     }
@@ -158,6 +173,7 @@ impl Session {
         let mut all = state.recordings.to_vec();
         all.push(added);
         state.recordings = Arc::new(all);
+        state.error = None;
         Ok(())
     }
 
@@ -171,6 +187,7 @@ impl Session {
             return Err(Error::usage(format!("there is no version {version}"), "reload the page"));
         }
         state.present = version;
+        state.error = None;
         Ok(())
     }
 
