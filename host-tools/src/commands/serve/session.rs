@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::task::{Outcome, Task};
+use super::task::{Outcome, Task, no_model};
 use crate::compare::{PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::identify::Estimate;
@@ -94,7 +94,7 @@ impl Session {
         }
         let before = state.versions.get(state.present).cloned();
         if before.is_none() && !matches!(task, Task::Identify) {
-            return Err(Error::usage("there is no model", "identify one first"));
+            return Err(no_model());
         }
         let (doing, steps) = (Arc::new(Mutex::new(String::new())), Arc::new(AtomicUsize::new(0)));
         state.job = Some(Job { what: task.name(), doing: Arc::clone(&doing), steps: Arc::clone(&steps) });
@@ -198,7 +198,7 @@ impl Session {
     pub fn model_file(&self) -> Result<String> {
         let state = self.state();
         let version = state.versions.get(state.present);
-        version.ok_or_else(|| Error::usage("there is no model", "identify one first"))?.model.text()
+        version.ok_or_else(no_model)?.model.text()
     }
 
     /// The report on a version: the model against all recordings.

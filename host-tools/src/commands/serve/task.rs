@@ -65,13 +65,17 @@ impl Task {
         watch: &(dyn Fn(&str) + Sync),
     ) -> Result<Outcome> {
         match (self, before) {
+            (Self::Identify, _) => identified(recordings, kind, watch).map(|v| Outcome::First(Box::new(v))),
             (Self::Diagnose, Some(before)) => diagnosed(recordings, before, watch).map(Outcome::Diagnosis),
             (Self::Add(id), Some(before)) => added(recordings, before, id, watch).map(|v| Outcome::Next(Box::new(v))),
-            (Self::Identify | Self::Diagnose | Self::Add(_), _) => {
-                identified(recordings, kind, watch).map(|v| Outcome::First(Box::new(v)))
-            }
+            (Self::Diagnose | Self::Add(_), None) => Err(no_model()),
         }
     }
+}
+
+/// What a task says that needs a model.
+pub fn no_model() -> Error {
+    Error::usage("there is no model", "identify one first")
 }
 
 fn identified(recordings: &[Recording], kind: Option<Kind>, watch: &(dyn Fn(&str) + Sync)) -> Result<Version> {
