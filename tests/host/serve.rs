@@ -68,10 +68,15 @@ fn simulate(folder: &Path, profile: &str, seconds: &str, out: &str) {
 async fn wait_for(browser: &Browser, script: &str) {
     let end = Instant::now() + Duration::from_secs(120);
     while browser.run(script).await != Value::Bool(true) {
-        let error = browser.text("#error").await;
-        assert!(error.is_empty() && Instant::now() < end, "{script}: {error}");
+        assert!(Instant::now() < end, "{script}: {}", browser.text("#error").await);
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
+}
+
+/// Waits until the page tells an error that begins so.
+async fn wait_for_error(browser: &Browser, beginning: &str) {
+    let script = format!("return document.querySelector('#error').textContent.startsWith({beginning:?})");
+    wait_for(browser, &script).await;
 }
 
 fn versions(count: usize, present: usize) -> String {
@@ -101,12 +106,7 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
         "const stop = document.querySelector('#stop'); if (stop.hidden) return false; stop.click(); return true",
     )
     .await;
-    let stopped = "const error = document.querySelector('#error').textContent; return error.startsWith('stopped')";
-    let end = Instant::now() + Duration::from_secs(20);
-    while browser.run(stopped).await != Value::Bool(true) {
-        assert!(Instant::now() < end, "it does not stop");
-        tokio::time::sleep(Duration::from_millis(20)).await;
-    }
+    wait_for_error(&browser, "stopped").await;
     browser.click("#diagnose").await;
     wait_for(&browser, "return !document.querySelector('#verdict').hidden").await;
     assert_eq!(browser.text("#verdict-title").await, "missing: saturation (or armature_reaction)");
@@ -149,13 +149,7 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
 
     // A file that is no recording: one line, and nothing is lost.
     browser.run("post('recordings?name=notes.csv', 'no numbers here'); return true").await;
-    let end = Instant::now() + Duration::from_secs(20);
-    while browser.text("#error").await.is_empty() {
-        assert!(Instant::now() < end, "the file was taken");
-        tokio::time::sleep(Duration::from_millis(50)).await;
-    }
-    let error = browser.text("#error").await;
-    assert!(error.starts_with("notes.csv:1: "), "{error}");
+    wait_for_error(&browser, "notes.csv:1: ").await;
     assert_eq!(browser.run(&versions(2, 1)).await, true);
     browser.close().await;
     assert_eq!(server.interrupt(), 0, "Ctrl-C is how it ends");

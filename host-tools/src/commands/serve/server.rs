@@ -38,11 +38,9 @@ pub async fn serve(session: Session, port: u16, listening: impl FnOnce(SocketAdd
     let listener = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await.map_err(refused)?;
     let address = listener.local_addr().map_err(refused)?;
     listening(address)?;
-    let served = axum::serve(listener, router(session, address.port())).with_graceful_shutdown(interrupted());
-    // Connections that a browser keeps open would keep the program, too.
     tokio::select! {
-        done = async { served.await } => done.map_err(refused),
-        () = async { interrupted().await; tokio::time::sleep(LOOK).await } => Ok(()),
+        done = axum::serve(listener, router(session, address.port())).into_future() => done.map_err(refused),
+        () = interrupted() => Ok(()),
     }
 }
 
