@@ -43,6 +43,14 @@ const PAIRS: usize = 4;
 /// How hard a model is fitted before candidates are tried on it.
 const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON, confirmed: true };
 
+/// How far a climb has come.
+struct Way {
+    fit: Fit,
+    /// The effects that the fit holds beside those of the base.
+    found: Vec<&'static str>,
+    steps: Vec<Step>,
+}
+
 /// The data and the settings of a climb.
 pub struct Climb<'a> {
     experiments: &'a [Experiment],
@@ -126,27 +134,42 @@ impl<'a> Climb<'a> {
     pub(super) fn climb_on(
         &self,
         base: &Fit,
-        mut fit: Fit,
-        mut found: Vec<&'static str>,
-        mut steps: Vec<Step>,
+        fit: Fit,
+        found: Vec<&'static str>,
+        steps: Vec<Step>,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
-        let left_out = left_out(base.space.kind(), &steps, &found);
-        while found.len() < self.most {
-            let gained = self.gain(base, &fit);
-            let shown = if steps.is_empty() { SHOWN } else { 0 };
-            let mut step = self.step(&fit, &left_out, gained, shown, progress)?;
-            let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
-            step.winners = winner.iter().map(|w| w.0).collect();
-            steps.push(step);
-            let Some((id, next)) = winner else { break };
-            found.push(id);
-            // To its end, or the next candidates would be praised for what more steps alone bring.
-            fit = self.go_on(&next, THOROUGH)?;
-            if found.len() > 1 {
-                self.better_forms(&mut fit, &mut found, &mut steps, progress)?;
-            }
+        let mut way = Way { fit, found, steps };
+        while self.add_the_next(base, &mut way, progress)?.is_some() {}
+        self.ended(base, way, progress)
+    }
+
+    /// The next effect of a climb, and the fit with it; none, if nothing is left to add.
+    fn add_the_next(&self, base: &Fit, way: &mut Way, progress: &Watch<'_>) -> Result<Option<&'static str>> {
+        if way.found.len() >= self.most {
+            return Ok(None);
         }
+        let Way { fit, found, steps } = way;
+        let left_out = left_out(base.space.kind(), steps, found);
+        let gained = self.gain(base, fit);
+        let shown = if steps.is_empty() { SHOWN } else { 0 };
+        let mut step = self.step(fit, &left_out, gained, shown, progress)?;
+        let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
+        step.winners = winner.iter().map(|w| w.0).collect();
+        steps.push(step);
+        let Some((id, next)) = winner else { return Ok(None) };
+        found.push(id);
+        // To its end, or the next candidates would be praised for what more steps alone bring.
+        *fit = self.go_on(&next, THOROUGH)?;
+        if found.len() > 1 {
+            self.better_forms(fit, found, steps, progress)?;
+        }
+        Ok(Some(id))
+    }
+
+    /// Looks back at the end of a climb.
+    fn ended(&self, base: &Fit, way: Way, progress: &Watch<'_>) -> Result<Ladder> {
+        let Way { mut fit, mut found, mut steps } = way;
         self.look_back(&mut fit, &mut found, progress)?;
         self.one_for_two(&mut fit, &mut found, &mut steps, progress)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };

@@ -3,7 +3,7 @@
 use greyrig::effects::Description;
 use rayon::prelude::*;
 
-use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH};
+use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH, Way};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::{parameters_of, size_of};
@@ -166,13 +166,7 @@ impl Climb<'_> {
     /// # Errors
     /// An interrupt.
     pub fn exchanges(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Vec<Exchange>> {
-        let kind = ladder.fit.space.kind();
-        let mut others: Vec<&Tried> = ladder.steps.iter().flat_map(|s| &s.tried).collect();
-        others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
-        others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
-        others.dedup_by_key(|t| t.id);
-        let pairs: Vec<Pair<'_>> =
-            ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect();
+        let pairs = to_exchange(ladder);
         let pairs = if pairs.len() > CLOSEST { self.closest(&ladder.fit, pairs, progress)? } else { pairs };
         let fit = |(given, other): Pair<'_>| {
             progress(Progress::Doing(other.id));
@@ -239,11 +233,36 @@ impl Climb<'_> {
         ladder: &Ladder,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
+        let Way { fit, found, steps } = self.exchanged(exchange, ladder)?;
+        self.climb_on(base, fit, found, steps, progress)
+    }
+
+    /// The same, unless the climb takes back what was given, and comes no closer by having both.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn climb_away_from(
+        &self,
+        exchange: &Exchange,
+        base: &Fit,
+        ladder: &Ladder,
+        progress: &Watch<'_>,
+    ) -> Result<Option<Ladder>> {
+        let mut way = self.exchanged(exchange, ladder)?;
+        while let Some(added) = self.add_the_next(base, &mut way, progress)? {
+            if added == exchange.given && self.gain(&ladder.fit, &way.fit) < SMALLEST_GAIN {
+                return Ok(None);
+            }
+        }
+        self.ended(base, way, progress).map(Some)
+    }
+
+    /// What was found, with an effect given for another one.
+    fn exchanged(&self, exchange: &Exchange, ladder: &Ladder) -> Result<Way> {
         let (mut found, mut steps) = (ladder.found.clone(), ladder.steps.clone());
         let winners = steps.iter_mut().flat_map(|step| &mut step.winners);
         winners.chain(&mut found).filter(|id| **id == exchange.given).for_each(|id| *id = exchange.taken);
-        let fit = self.go_on(&exchange.fit, THOROUGH)?;
-        self.climb_on(base, fit, found, steps, progress)
+        Ok(Way { fit: self.go_on(&exchange.fit, THOROUGH)?, found, steps })
     }
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
@@ -264,5 +283,92 @@ impl Climb<'_> {
             entry.value = known.value;
         }
         space
+    }
+}
+
+/// Each effect found, and each candidate that gained something in a step and was not added.
+fn to_exchange(ladder: &Ladder) -> Vec<Pair<'_>> {
+    let kind = ladder.fit.space.kind();
+    let mut others: Vec<&Tried> = ladder.steps.iter().flat_map(|s| &s.tried).collect();
+    others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
+    others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
+    others.dedup_by_key(|t| t.id);
+    ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect::<Vec<_>>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::base;
+    use crate::diagnose::holds::Holds;
+    use crate::experiment::Experiment;
+    use crate::identify::{self, Settings};
+    use crate::model::Kind;
+    use crate::rig::Setup;
+
+    /// What a motor with saturation, hysteresis and a brush drop leaves to `look` at: the climb, the fit that it begins with, and what it
+    /// has found.
+    fn climbed(look: impl FnOnce(&Climb<'_>, &Fit, &Ladder)) {
+        let setup = Setup::new(Kind::Universal).profile("staircase").unwrap().seconds(6.0);
+        let effects = ["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"];
+        let setup = effects.iter().fold(setup, |setup, effect| setup.effect(effect).unwrap());
+        let settings = Settings::new(Kind::Universal);
+        let full = identify::prepare(&[setup.run().unwrap().recording], &settings.filter).unwrap();
+        let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
+        let mut space = identify::build_space(&settings).unwrap();
+        base::start(&mut space, &full, &coarse).unwrap();
+        let candidates = screening::candidates(Kind::Universal, Holds::of(&full), |_| false);
+        let climb = Climb::new(&coarse, candidates, 6).unwrap();
+        let base = climb.fit(&space).unwrap();
+        let ladder = climb.climb(&base, &|_| ()).unwrap();
+        assert_eq!(ladder.found.len(), 3, "{:?}", ladder.found);
+        look(&climb, &base, &ladder);
+    }
+
+    /// A candidate that a climb has tried.
+    fn tried<'l>(ladder: &'l Ladder, id: &str) -> &'l Tried {
+        ladder.steps.iter().flat_map(|s| &s.tried).find(|t| t.id == id).unwrap_or_else(|| panic!("{id} was not tried"))
+    }
+
+    #[test]
+    fn a_climb_that_takes_back_what_was_given_is_over() {
+        climbed(|climb, base, ladder| {
+            for (given, taken) in [("brush_drop", "winding_temperature"), ("hysteresis", "stray_load_torque")] {
+                let exchange = climb.exchange(ladder, given, tried(ladder, taken)).unwrap();
+                let away = climb.climb_away_from(&exchange, base, ladder, &|_| ()).unwrap();
+                assert!(away.is_none(), "{taken} is not there: {:?}", away.map(|other| other.found));
+            }
+        });
+    }
+
+    #[test]
+    fn having_both_counts_where_that_comes_closer() {
+        climbed(|climb, base, ladder| {
+            // As if saturation alone had been found, and the rest passed over.
+            let alone = tried(ladder, "saturation").fit.as_ref().clone();
+            let ladder =
+                Ladder { found: vec!["saturation"], fit: alone, steps: ladder.steps[..1].to_vec(), ..ladder.clone() };
+            let exchange = climb.exchange(&ladder, "saturation", tried(&ladder, "brush_drop")).unwrap();
+            let away = climb.climb_away_from(&exchange, base, &ladder, &|_| ()).unwrap().expect("a climb");
+            let all = ["saturation", "hysteresis", "brush_drop"];
+            assert!(all.iter().all(|id| away.found.contains(id)), "{:?}", away.found);
+        });
+    }
+
+    #[test]
+    fn exchanges_that_are_far_behind_after_a_few_steps_are_so_at_their_end() {
+        climbed(|climb, _, ladder| {
+            let pairs = to_exchange(ladder);
+            assert!(pairs.len() > CLOSEST, "all are fitted to their end");
+            let to_its_end = |(given, other): Pair<'_>| {
+                let fit = climb.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE).unwrap();
+                (climb.held_out(&fit).log_error(), [given, other.id])
+            };
+            let mut all: Vec<_> = pairs.into_iter().map(to_its_end).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let best: Vec<_> = all.iter().map(|(_, pair)| *pair).take(EXCHANGES).collect();
+            let exchanges = climb.exchanges(ladder, &|_| ()).unwrap();
+            assert_eq!(exchanges.iter().map(|e| [e.given, e.taken]).collect::<Vec<_>>(), best);
+        });
     }
 }

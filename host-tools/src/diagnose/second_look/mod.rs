@@ -195,7 +195,7 @@ impl<'a> SecondLook<'a> {
             return Ok(judged);
         }
         for exchange in self.climb.exchanges(&judged.0, progress)? {
-            let other = self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?;
+            let Some(other) = self.climb.climb_away_from(&exchange, self.base, &judged.0, progress)? else { continue };
             // Where the balances cannot tell, the free run may.
             let farther = self.climb.gain(&other.fit, &judged.0.fit);
             let leads_back = other.has_found_the_same_as(&judged.0) && farther > -SAME_ERROR;

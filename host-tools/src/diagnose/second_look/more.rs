@@ -72,10 +72,15 @@ impl SecondLook<'_> {
                 found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
             }
             let Some((ids, fit, mut as_well)) = found else { break };
+            let before = ladder.found.clone();
             as_well.extend(hidden.iter().filter(|h| ids.iter().all(|id| !classes::same(kept.space.kind(), id, h))));
             ladder.found.extend(&ids);
             ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len()));
             (ladder, kept) = self.narrowed(ladder, fit)?;
+            // Where nothing of it has stayed, the same would promise most once more.
+            if ladder.found == before {
+                break;
+            }
         }
         Ok((ladder, kept))
     }
