@@ -20,15 +20,15 @@ pub enum Drive {
     Torque,
 }
 
-/// Which measured signal stands in for its equation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Imposed {
+/// Which signal stands in for its equation, sample by sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Imposed<'a> {
     /// None: free run from the driving signal alone.
     Nothing,
-    /// The measured speed: the electrical side alone.
-    Speed,
-    /// The measured current: the mechanical side alone.
-    Current,
+    /// A speed, rad/s: the electrical side alone.
+    Speed(&'a [f64]),
+    /// A current, A: the mechanical side alone.
+    Current(&'a [f64]),
 }
 
 /// What can be stepped through a recording.
@@ -303,7 +303,7 @@ impl Experiment {
         &self,
         motor: &Motor<S>,
         substeps: u8,
-        imposed: Imposed,
+        imposed: Imposed<'_>,
         take: impl FnMut(usize, State<S>),
     ) -> std::result::Result<(), ParameterError> {
         let stepper = Stepper::with_substeps(motor.clone(), S::constant(self.interval_s), substeps)?;
@@ -315,16 +315,17 @@ impl Experiment {
     pub fn step_through<S: Scalar<Base = S>>(
         &self,
         mut stepper: impl Stepped<S>,
-        imposed: Imposed,
+        imposed: Imposed<'_>,
         mut take: impl FnMut(usize, State<S>),
     ) {
         stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
         let middle = |signal: &[f64], n: usize| S::constant(0.5 * (signal[n - 1] + signal[n]));
-        let speed = self.speed.as_deref().filter(|_| imposed == Imposed::Speed);
-        let current = match self.drive {
-            Drive::Torque => Some(self.input.as_slice()),
-            Drive::Voltage => self.current.as_deref().filter(|_| imposed == Imposed::Current),
+        let (speed, current) = match imposed {
+            Imposed::Nothing => (None, None),
+            Imposed::Speed(speed) => (Some(speed), None),
+            Imposed::Current(current) => (None, Some(current)),
         };
+        let current = if self.drive == Drive::Torque { Some(self.input.as_slice()) } else { current };
         take(0, stepper.reading());
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {

@@ -239,8 +239,8 @@ fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]], floors
 /// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves both.
 fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
-    let electrical = traces::simulate(motor, None, e, Imposed::Speed)?;
-    let mechanical = traces::simulate(motor, None, e, Imposed::Current)?;
+    let electrical = traces::simulate(motor, None, e, Imposed::Speed(w))?;
+    let mechanical = traces::simulate(motor, None, e, Imposed::Current(i))?;
     let counted = |n: usize| e.counted[n];
     Ok([
         sums(&electrical.current, &traces::filtered(e, i), counted),

@@ -27,7 +27,7 @@ pub fn simulate(
     motor: &Motor<f32>,
     correction: Option<&Anfis3x3>,
     e: &Experiment,
-    imposed: Imposed,
+    imposed: Imposed<'_>,
 ) -> Result<Simulated> {
     let refused = |error: greyrig::motor::ParameterError| {
         Error::usage(format!("{}: {error}", e.name), "check the model's parameters")

@@ -96,7 +96,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Modelled signals at the rows.
-    fn modelled(&self, space: &Space, theta: &[f64], imposed: Imposed) -> Vec<f64> {
+    fn modelled(&self, space: &Space, theta: &[f64], imposed: Imposed<'_>) -> Vec<f64> {
         let attempt = || {
             let motor = space.motor_at(theta).ok()?;
             let stepper = Stepper::with_substeps(motor, self.experiment.interval_s, self.substeps).ok()?;
@@ -117,9 +117,7 @@ impl<'a> Rows<'a> {
             Some(shown)
         };
         let Some(shown) = shown() else { return self.hopeless() };
-        let experiment = Experiment { speed: Some(shown), ..self.experiment.clone() };
-        let rows = Rows { experiment: &experiment, observations: self.observations.clone(), substeps: self.substeps };
-        rows.modelled(space, theta, Imposed::Speed)
+        self.modelled(space, theta, Imposed::Speed(&shown))
     }
 
     /// The same at several points that lie close together.
@@ -139,7 +137,7 @@ impl<'a> Rows<'a> {
     fn run<S: Scalar<Base = S>, const MOTORS: usize>(
         &self,
         stepper: impl Stepped<S>,
-        imposed: Imposed,
+        imposed: Imposed<'_>,
         each: impl Fn(S) -> [f64; MOTORS],
     ) -> [Vec<f64>; MOTORS] {
         let coefficients = self.experiment.coefficients::<f64>();
@@ -230,9 +228,10 @@ impl<'a> OutputError<'a> {
     pub fn through_the_speed(&self, fit: &Refined) -> DVector<f64> {
         let theta = fit.space.coordinates();
         let made = |rows: &Rows<'_>| -> Vec<f64> {
+            let measured = rows.experiment.speed.as_deref().map_or(Imposed::Nothing, Imposed::Speed);
             let (own, measured) = rayon::join(
                 || rows.modelled_at_its_own_speed(&fit.space, &theta),
-                || rows.modelled(&fit.space, &theta, Imposed::Speed),
+                || rows.modelled(&fit.space, &theta, measured),
             );
             own.into_iter().zip(measured).map(|(own, measured)| own - measured).collect()
         };
