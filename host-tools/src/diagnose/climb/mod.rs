@@ -144,7 +144,7 @@ impl<'a> Climb<'a> {
         self.ended(base, way, progress)
     }
 
-    /// The next effect of a climb, and the fit with it; none, if nothing is left to add.
+    /// Adds the effect of the next step to what a climb has found, and tells it; none, if nothing is left to add.
     fn add_the_next(&self, base: &Fit, way: &mut Way, progress: &Watch<'_>) -> Result<Option<&'static str>> {
         if way.found.len() >= self.most {
             return Ok(None);

@@ -293,7 +293,7 @@ fn to_exchange(ladder: &Ladder) -> Vec<Pair<'_>> {
     others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
     others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
     others.dedup_by_key(|t| t.id);
-    ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect::<Vec<_>>()
+    ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect()
 }
 
 #[cfg(test)]
