@@ -44,11 +44,13 @@ const PAIRS: usize = 4;
 const THOROUGH: Effort = Effort { steps: 24, tolerance: 1e-4, carried_on: CARRIED_ON, confirmed: true };
 
 /// How far a climb has come.
-struct Way {
-    fit: Fit,
-    /// The effects that the fit holds beside those of the base.
-    found: Vec<&'static str>,
-    steps: Vec<Step>,
+pub struct Way {
+    /// The fit of the balances.
+    pub fit: Fit,
+    /// The effects that it holds beside those of the base.
+    pub found: Vec<&'static str>,
+    /// The steps so far.
+    pub steps: Vec<Step>,
 }
 
 /// The data and the settings of a climb.
@@ -127,19 +129,11 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn climb(&self, base: &Fit, progress: &Watch<'_>) -> Result<Ladder> {
-        self.climb_on(base, base.clone(), Vec::new(), Vec::new(), progress)
+        self.climb_on(base, Way { fit: base.clone(), found: Vec::new(), steps: Vec::new() }, progress)
     }
 
-    /// Climbs on from a fit that holds the effects found in earlier steps, without those that have been dropped since.
-    pub(super) fn climb_on(
-        &self,
-        base: &Fit,
-        fit: Fit,
-        found: Vec<&'static str>,
-        steps: Vec<Step>,
-        progress: &Watch<'_>,
-    ) -> Result<Ladder> {
-        let mut way = Way { fit, found, steps };
+    /// Climbs on from where earlier steps have led, without what has been dropped since.
+    pub(super) fn climb_on(&self, base: &Fit, mut way: Way, progress: &Watch<'_>) -> Result<Ladder> {
         while self.add_the_next(base, &mut way, progress)?.is_some() {}
         self.ended(base, way, progress)
     }
@@ -256,7 +250,7 @@ impl<'a> Climb<'a> {
             decoys: [0, 0],
         };
         let fit = self.go_on(&begun, THOROUGH)?;
-        self.climb_on(base, fit, winners, vec![step], progress)
+        self.climb_on(base, Way { fit, found: winners, steps: vec![step] }, progress)
     }
 
     /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and

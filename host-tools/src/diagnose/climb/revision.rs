@@ -233,8 +233,7 @@ impl Climb<'_> {
         ladder: &Ladder,
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
-        let Way { fit, found, steps } = self.exchanged(exchange, ladder)?;
-        self.climb_on(base, fit, found, steps, progress)
+        self.climb_on(base, self.exchanged(exchange, ladder)?, progress)
     }
 
     /// The same, unless the climb takes back what was given, and comes no closer by having both.

@@ -15,7 +15,7 @@ mod reconsidered;
 use rayon::prelude::*;
 
 use super::audit::Audit;
-use super::climb::{Climb, SAME_ERROR, SMALLEST_GAIN};
+use super::climb::{Climb, SAME_ERROR, SMALLEST_GAIN, Way};
 use super::completeness::Completeness;
 use super::fit::Fit;
 use super::ladder::Ladder;
@@ -183,8 +183,8 @@ impl<'a> SecondLook<'a> {
         if !ladder.has_dropped() {
             return Ok(None);
         }
-        let (fit, found, steps) = (ladder.fit.clone(), ladder.found.clone(), ladder.steps.clone());
-        let again = self.climb.climb_on(self.base, fit, found, steps, progress)?;
+        let way = Way { fit: ladder.fit.clone(), found: ladder.found.clone(), steps: ladder.steps.clone() };
+        let again = self.climb.climb_on(self.base, way, progress)?;
         Ok((again.found != ladder.found).then_some(again))
     }
 
