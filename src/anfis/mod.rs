@@ -55,8 +55,8 @@ mod network;
 mod settings;
 
 pub use kernel::{EXP2_ERROR, Kernel, LOG2_ERROR};
-pub use network::{Anfis, Correction};
-pub use settings::{Firing, MAX_EXPONENT, MAX_WIDTHS, Premise, Settings, SettingsError, Shape};
+pub use network::{Anfis, Correction, Firing};
+pub use settings::{MAX_EXPONENT, MAX_WIDTHS, Premise, Settings, SettingsError, Shape};
 
 /// The network of the rig: three inputs, three membership functions each, in `f32`.
 pub type Anfis3x3 = Anfis<f32, 3, 3, 27>;

@@ -1,7 +1,8 @@
 //! The network as it is evaluated.
 
+use serde::{Deserialize, Serialize};
+
 use super::kernel::Kernel;
-use super::settings::Firing;
 
 /// What a network says about a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -11,6 +12,16 @@ pub struct Correction<S> {
     /// 1 inside the trained box, falling to 0 at the end of the margin; 0 where an input is NaN or infinite. Below 1 the
     /// network is asked about what it has not seen.
     pub validity: S,
+}
+
+/// How a rule's memberships become its firing strength.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Firing {
+    /// Their product. On a full grid the normalised strength is then a product, too, one factor for each input.
+    #[default]
+    Product,
+    /// Their minimum. It does not factorise: every rule is compared, summed and divided, at some three times the cost.
+    Minimum,
 }
 
 /// How memberships are computed.

@@ -5,7 +5,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::kernel::{BOX, Kernel};
-use super::network::{Anfis, Consequent, Exponent, Member, differences};
+use super::network::{Anfis, Consequent, Exponent, Firing, Member, differences};
 
 /// Farthest that a point of the trained box may lie from the centre of a membership function, in widths a: there
 /// the bell with b = 2 has fallen to 2^-32.
@@ -32,16 +32,6 @@ pub enum Shape {
     Bell,
     /// Gaussian: μ = exp(−(x − c)²/(2a²)).
     Gaussian,
-}
-
-/// How a rule's memberships become its firing strength.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Firing {
-    /// Their product. On a full grid the normalised strength is then a product, too, one factor for each input.
-    #[default]
-    Product,
-    /// Their minimum. It does not factorise: every rule is compared, summed and divided, at some three times the cost.
-    Minimum,
 }
 
 /// A trained network: N inputs with M membership functions each, and RULES = M^N rules.

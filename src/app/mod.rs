@@ -26,6 +26,7 @@ pub mod grid;
 mod hardware;
 mod judged;
 pub mod plausibility;
+mod raw;
 pub mod ring;
 pub mod sampler;
 mod serve;
@@ -34,7 +35,8 @@ mod shared;
 pub mod telemetry;
 
 pub use hardware::Hardware;
-pub use sampler::{Raw, Sampler};
+pub use raw::Raw;
+pub use sampler::Sampler;
 pub use serve::{receive_all, send_waiting, serve};
 pub use server::{Outgoing, Server};
 pub use shared::Shared;

@@ -3,7 +3,7 @@
 use super::fresh::begin;
 use super::judged::{self, HEAD};
 use super::plausibility::Watch;
-use super::ring::Words;
+use super::raw::Raw;
 use super::shared::Shared;
 use super::telemetry::Window;
 use crate::detector::{Detector, Progress, Verdict};
@@ -12,26 +12,6 @@ use crate::motor::Constraints;
 use crate::parameters::Active;
 use crate::tick::Output;
 use crate::units::Counts;
-
-/// A raw sample with its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Raw {
-    /// Samples before it since the start.
-    pub number: u32,
-    /// What the converter gave.
-    pub counts: Counts,
-}
-
-impl Words<3> for Raw {
-    fn to_words(&self) -> [u32; 3] {
-        let Counts { voltage, current, speed } = self.counts;
-        [self.number, u32::from(voltage) | u32::from(current) << 16, speed.into()]
-    }
-
-    fn from_words([number, pair, speed]: [u32; 3]) -> Self {
-        Self { number, counts: Counts { voltage: pair as u16, current: (pair >> 16) as u16, speed: speed as u16 } }
-    }
-}
 
 /// The interrupt's side of the application. In this order, as in [`Tick`](crate::tick::Tick).
 #[repr(C)]

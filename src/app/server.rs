@@ -1,7 +1,7 @@
 //! What the thread does with bytes from the host, and what it has to send unasked.
 
 use super::hardware::Hardware;
-use super::sampler::Raw;
+use super::raw::Raw;
 use super::shared::Shared;
 use crate::faults::Fault;
 use crate::link::frame::{self, MAX_FRAME, Receiver};

@@ -29,11 +29,9 @@ mod separation;
 use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
+pub use crate::motor::MAX_EFFECTS;
 pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
 pub use separation::{InWords, Recording, Separation};
-
-/// How many effects a model can combine.
-pub const MAX_EFFECTS: usize = 8;
 
 /// How many parameters an effect has at most.
 pub const MAX_EFFECT_PARAMETERS: usize = 4;

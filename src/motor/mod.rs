@@ -23,12 +23,14 @@
 //! No saturation, no hysteresis, one lumped flux path, constant temperature: what is missing is what the effects of
 //! [`crate::effects`] are for.
 
+mod balance;
 mod equations;
 mod gradient;
 mod parameters;
 mod stepper;
 
-pub use equations::{Balance, MAX_TERMS, Memories, Motor, OperatingPoint, Remembered, Slopes};
+pub use balance::{Balance, OperatingPoint, State};
+pub use equations::{MAX_TERMS, Memories, Motor, Remembered, Slopes};
 pub use gradient::Gradient;
-pub use parameters::{FluxLaw, ParameterError, Parameters};
-pub use stepper::{Constraints, LIMITS, Snapshot, State, Stepper};
+pub use parameters::{FluxLaw, MAX_EFFECTS, ParameterError, Parameters};
+pub use stepper::{Constraints, LIMITS, Snapshot, Stepper};

@@ -4,6 +4,9 @@ use core::fmt;
 
 use crate::scalar::Scalar;
 
+/// How many effects a model can combine.
+pub const MAX_EFFECTS: usize = 8;
+
 /// How the magnetic flux depends on the current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub enum FluxLaw {
@@ -76,7 +79,7 @@ impl fmt::Display for ParameterError {
                 write!(f, "the motor is faster than the sampling: J is too small for K, mu2 and this sampling rate")
             }
             Self::TooManyEffects => {
-                write!(f, "at most {} effects can be combined", crate::effects::MAX_EFFECTS)
+                write!(f, "at most {} effects can be combined", MAX_EFFECTS)
             }
         }
     }

@@ -34,7 +34,8 @@
 //! atmospheric chemistry problems II: Rosenbrock solvers. Atmospheric Environment 31 (1997) 3459–3472, method ROS3.
 
 use crate::effects::Passed;
-use crate::motor::equations::{Memories, Motor, OperatingPoint};
+use crate::motor::balance::{OperatingPoint, State};
+use crate::motor::equations::{Memories, Motor};
 use crate::motor::gradient::Gradient;
 use crate::motor::parameters::{FluxLaw, ParameterError};
 use crate::scalar::Scalar;
@@ -57,15 +58,6 @@ const MOST_SUBSTEPS: u8 = 16;
 
 /// The largest current (A) and speed (rad/s) that the model is meant for.
 pub const LIMITS: (f64, f64) = (100.0, 10_000.0);
-
-/// Current and speed.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct State<S> {
-    /// i, A.
-    pub current: S,
-    /// ω, rad/s.
-    pub speed: S,
-}
 
 /// What is imposed on the motor during an interval, instead of following from the equations.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::section::Tag;
+use super::tag::Tag;
 use crate::anfis;
 use crate::butterworth::SettingsError;
 use crate::detector;

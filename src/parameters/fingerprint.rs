@@ -1,6 +1,6 @@
 //! A number that two programs share if they mean the same by a block.
 
-use super::section::Tag;
+use super::tag::Tag;
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
 use crate::term::{MAX_OPS, MAX_UNKNOWNS};

@@ -17,7 +17,7 @@
 //!
 //! # Extending
 //! A further part of the computation (a learned correction, the thresholds of a detector) is a further section: a tag in
-//! [`section::Tag`], a serialisable type, and an `Option` in [`Settings`]. A program that does not know a section refuses
+//! [`Tag`], a serialisable type, and an `Option` in [`Settings`]. A program that does not know a section refuses
 //! the block, because leaving out a part of the computation silently would change its result.
 
 pub mod block;
@@ -25,9 +25,11 @@ mod error;
 pub mod fingerprint;
 pub mod section;
 pub mod store;
+mod tag;
 
 pub use error::Error;
 pub use fingerprint::FINGERPRINT;
+pub use tag::Tag;
 
 use crate::anfis::Settings3x3;
 use crate::butterworth;

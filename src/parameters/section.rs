@@ -14,6 +14,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::block::MAX_PAYLOAD;
+use super::tag::Tag;
 use super::{Error, Settings, Text};
 use crate::anfis::{Firing, Premise, Settings3x3, Shape};
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
@@ -22,73 +23,6 @@ use crate::term::{MAX_OPS, MAX_UNKNOWNS, Op, Target, Term};
 
 /// Length of what stands before a section's body, bytes.
 const HEAD: usize = 4;
-
-/// What a section holds. Numbers are never used again for anything else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Tag {
-    /// Names of the motor type and the rig.
-    Identity = 0x01,
-    /// Calibration of the three channels.
-    Calibration = 0x02,
-    /// Settings of the filter.
-    Filter = 0x03,
-    /// Base model.
-    Motor = 0x04,
-    /// Effects: identifiers and values.
-    Effects = 0x05,
-    /// Terms of the user's own.
-    Terms = 0x06,
-    /// Learned correction; need not be there.
-    Correction = 0x07,
-    /// Thresholds of the detector; need not be there.
-    Detector = 0x08,
-}
-
-impl Tag {
-    /// All tags with the version that is written, and the only one that is read; none: reserved for later.
-    pub const ALL: [(Self, Option<u8>); 8] = [
-        (Self::Identity, Some(1)),
-        (Self::Calibration, Some(1)),
-        (Self::Filter, Some(1)),
-        (Self::Motor, Some(1)),
-        (Self::Effects, Some(1)),
-        (Self::Terms, Some(1)),
-        (Self::Correction, Some(1)),
-        (Self::Detector, Some(1)),
-    ];
-
-    /// What messages call it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Identity => "identity",
-            Self::Calibration => "calibration",
-            Self::Filter => "filter",
-            Self::Motor => "motor",
-            Self::Effects => "effects",
-            Self::Terms => "terms",
-            Self::Correction => "correction",
-            Self::Detector => "detector",
-        }
-    }
-
-    /// Whether a block can do without.
-    const fn is_optional(self) -> bool {
-        matches!(self, Self::Correction | Self::Detector)
-    }
-
-    fn known(number: u8, version: u8) -> Result<Self, Error> {
-        Self::ALL
-            .into_iter()
-            .find(|(tag, known)| *tag as u8 == number && *known == Some(version))
-            .map(|(tag, _)| tag)
-            .ok_or(Error::Unsupported { tag: number, version })
-    }
-
-    fn version(self) -> u8 {
-        Self::ALL.into_iter().find(|(tag, _)| *tag == self).and_then(|(_, version)| version).unwrap_or(0)
-    }
-}
 
 #[derive(Serialize, Deserialize)]
 struct Identity<'a> {
@@ -199,7 +133,7 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
     let mut seen = [false; Tag::ALL.len()];
     let mut rest = payload;
     while let Some((&[number, version, low, high], after)) = rest.split_first_chunk::<HEAD>() {
-        let tag = Tag::known(number, version)?;
+        let tag = Tag::known(number, version).ok_or(Error::Unsupported { tag: number, version })?;
         let length = usize::from(u16::from_le_bytes([low, high]));
         let (body, next) = after.split_at_checked(length).ok_or(Error::Truncated)?;
         rest = next;
