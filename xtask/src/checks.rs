@@ -1,11 +1,13 @@
 //! The checks, in the order in which they run: quick ones first.
 
 use std::path::Path;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
 use crate::needs::{self, Need};
 use crate::size;
+use crate::structure;
 use crate::tally::Tally;
 
 /// A check that can be run by its name.
@@ -43,6 +45,12 @@ pub const ALL: &[Check] = &[
         what: "the code is formatted",
         needs: &[Need::Rustfmt],
         run: |_| cargo(&["fmt", "--all", "--check"]),
+    },
+    Check {
+        name: "structure",
+        what: "no circle between files, no arrow up between modules, no comment too wide",
+        needs: &[],
+        run: |_| structure::check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..")).map(|()| Tally::default()),
     },
     Check {
         name: "clippy",
@@ -203,35 +211,6 @@ fn firmware(_: Length) -> Result<Tally, String> {
     }
     size::images()?;
     Ok(Tally::default())
-}
-
-fn cargo(arguments: &[&str]) -> Result<Tally, String> {
-    run_command(&mut cargo_command(arguments))
-}
-
-/// Cargo in the workspace's root: the one that runs this program, so that the toolchain is the same.
-pub fn cargo_command(arguments: &[&str]) -> Command {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
-    command.args(arguments).current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."));
-    command
-}
-
-/// Runs a command whose output goes to the terminal.
-fn run_command(command: &mut Command) -> Result<Tally, String> {
-    let status = command.status().map_err(|error| not_started(command, &error))?;
-    if status.success() { Ok(Tally::default()) } else { Err(format!("{} ended with {status}", shown(command))) }
-}
-
-/// Why a command could not be run at all.
-pub fn not_started(command: &Command, error: &std::io::Error) -> String {
-    format!("{} cannot be started: {error}", shown(command))
-}
-
-/// The command as one would type it.
-fn shown(command: &Command) -> String {
-    let arguments = command.get_args().map(|argument| argument.to_string_lossy());
-    std::iter::once("cargo".into()).chain(arguments).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

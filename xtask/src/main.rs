@@ -2,10 +2,12 @@
 //! examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo xtask size` prints
 //! what the firmware takes.
 
+mod cargo;
 mod checks;
 mod firmware;
 mod needs;
 mod size;
+mod structure;
 mod tally;
 
 use std::process::ExitCode;
@@ -41,7 +43,7 @@ fn main() -> ExitCode {
 }
 
 fn usage() -> String {
-    let steps: String = checks::ALL.iter().map(|check| format!("  {:8} {}\n", check.name, check.what)).collect();
+    let steps: String = checks::ALL.iter().map(|check| format!("  {:10} {}\n", check.name, check.what)).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\

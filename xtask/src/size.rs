@@ -2,7 +2,7 @@
 
 use std::process::Stdio;
 
-use crate::checks::{cargo_command, not_started};
+use crate::cargo::{cargo_command, not_started};
 use crate::firmware::elf::Image;
 use crate::firmware::report::{Program, Stack};
 use crate::needs::{self, Need};
