@@ -243,7 +243,7 @@ impl<'a> Rig<'a> {
         space.take_model(model);
         let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
         diagnose::base::start(&mut start, full, &coarse)?;
-        let scales = Scales::of(&start, full);
+        let scales = start.scales(full);
         for id in found {
             start = start.with_effect(id, &scales);
         }

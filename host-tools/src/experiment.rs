@@ -7,8 +7,8 @@ use greyrig::scalar::Scalar;
 use crate::averaging;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
+use crate::filtering::Filter;
 use crate::mains;
-use crate::model::Filter;
 use crate::recording::{Channel, Recording};
 
 /// What drives the model.

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use greyrig::motor::State;
 
-use crate::anfis::{self, Builder, Epoch, Method, Ridge, Settings, Trained, file};
+use crate::anfis::{self, Builder, Epoch, Method, Ridge, Settings, Trained};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::model::Model;
@@ -120,6 +120,6 @@ pub fn train(
     let Trained { epochs, best, stopped, rmse_chk, .. } = checked;
     let trained = Trained { epochs, best, stopped, rmse_chk, ..all };
     let names = INPUTS.map(str::to_owned);
-    let correction = file::File::new(&trained, settings.method, MARGIN, &names, TARGET);
+    let correction = trained.file(settings.method, MARGIN, &names, TARGET);
     Ok((Model { correction: Some(correction), ..bare }, trained))
 }

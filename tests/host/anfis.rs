@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use greyrig::anfis::{Firing, Shape};
-use greyrig_host::anfis::file::File;
 use greyrig_host::anfis::hybrid::StepSize;
-use greyrig_host::anfis::{Builder, Epoch, Method, Net, Reach, Settings, Stopped, Table, Trained, train};
+use greyrig_host::anfis::{Builder, Epoch, Method, Reach, Settings, Stopped, Table, Trained, train};
+use greyrig_host::network::{File, Net};
 use serde_json::Value;
 
 use crate::bad_input::refused;

@@ -6,7 +6,6 @@ use greyrig_host::experiment::Experiment;
 use greyrig_host::identify::equation_error::EquationError;
 use greyrig_host::identify::minimise::Residuals;
 use greyrig_host::identify::output_error::{OutputError, Rows};
-use greyrig_host::identify::scales::Scales;
 use greyrig_host::identify::space::Space;
 use greyrig_host::identify::{Settings, build_space, prepare};
 use greyrig_host::model::{Filter, Kind};
@@ -40,7 +39,7 @@ fn points_at_once_have_the_bits_of_each_alone() {
             Settings { effects: effects.iter().map(|id| (*id).to_owned()).collect(), ..Settings::new(Kind::Universal) };
         let mut space = build_space(&settings).unwrap();
         space.take_typical_values();
-        space.take_scales(&Scales::of(&space, &experiments));
+        space.take_scales(&space.scales(&experiments));
         let theta = space.coordinates();
         let rows = experiments.iter().map(|e| Rows::new(e, 1)).collect();
         let (free_run, balances) = (OutputError::new(rows).unwrap(), EquationError::new(&experiments).unwrap());

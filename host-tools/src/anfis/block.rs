@@ -4,7 +4,7 @@
 use greyrig::anfis::{Firing, Shape};
 
 use super::elementary;
-use super::net::{Net, Scale};
+use crate::network::{Net, Scale};
 
 /// Rows in a block: few enough that a block's columns stay in the cache.
 pub const BLOCK: usize = 128;

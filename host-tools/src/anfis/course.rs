@@ -3,11 +3,11 @@
 use std::ops::ControlFlow;
 
 use super::fold::Workers;
-use super::net::{Net, Scale};
 use super::sweep::{Want, sweep};
 use super::table::Table;
 use super::{Epoch, Keep, Stopped};
 use crate::error::Result;
+use crate::network::{Net, Scale};
 use crate::output;
 
 /// What is trained on, and how.

@@ -8,12 +8,12 @@ use super::block::{BLOCK, Block, column};
 use super::course::{Course, Problem};
 use super::fold::{Sum, Workers, fold};
 use super::moments::moments;
-use super::net::{Net, Scale};
 use super::solve::{solve, solve_active};
 use super::sweep::{Want, sweep};
 use super::table::Table;
 use super::{Epoch, Settings, Stopped, Trained};
 use crate::error::{Error, Result};
+use crate::network::{Net, Scale};
 
 /// Points of the box at which the output is looked at.
 const POINTS: usize = 20_000;
@@ -45,6 +45,23 @@ impl Reach {
     pub const FLAGGED: f64 = 1.0;
     /// An excess from which a network is not to be used.
     pub const REFUSED: f64 = 10.0;
+
+    /// Whether the network can be used; `output` is the range of the targets.
+    ///
+    /// # Errors
+    /// An output that runs away over the box.
+    pub fn check(&self, output: (f64, f64)) -> Result<()> {
+        if self.excess <= Self::REFUSED {
+            return Ok(());
+        }
+        Err(Error::usage(
+            format!(
+                "the output runs from {:.3e} to {:.3e} over the box of the training data, the targets from {:.3e} to {:.3e}",
+                self.low, self.high, output.0, output.1
+            ),
+            "raise --ridge, take fewer membership functions, or train on data that fill the box",
+        ))
+    }
 }
 
 /// Picks the network and judges it.

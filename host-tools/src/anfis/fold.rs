@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::block::{BLOCK, Block};
-use super::net::{Net, Scale};
 use super::table::Table;
 use crate::error::{Error, Result};
+use crate::network::{Net, Scale};
 
 /// Chunks that are under way at a time; their sums are in memory together.
 const WAVE: usize = 32;

@@ -13,10 +13,10 @@ use greyrig::anfis::Premise;
 use super::Stopped;
 use super::course::{Course, Problem};
 use super::moments::moments;
-use super::net::Net;
 use super::solve::solve;
 use super::sweep::{Want, parameters, sweep};
 use crate::error::Result;
+use crate::network::Net;
 
 /// Trains from the premises of a network.
 ///

@@ -27,13 +27,11 @@ mod block;
 mod course;
 pub mod csv;
 mod elementary;
-pub mod file;
+mod file;
 mod finish;
 mod fold;
 pub mod hybrid;
 mod moments;
-mod net;
-pub mod report;
 mod solve;
 mod sweep;
 mod table;
@@ -45,10 +43,10 @@ use greyrig::anfis::{Firing, Shape};
 use serde::Serialize;
 
 pub use finish::{Reach, Support};
-pub use net::{Net, Scale};
 pub use table::{Builder, CHUNK, Table};
 
 use crate::error::{Error, Result};
+use crate::network::{Net, Scale};
 use course::{Course, Problem};
 
 /// Consequent parameters that a network may have: their normal matrix then takes 32 MB.

@@ -12,9 +12,9 @@ use nalgebra::{DMatrix, DMatrixView, DVector, Dyn};
 
 use super::block::{BLOCK, Block, column, column_mut, dot, multiply, products};
 use super::fold::{Sum, Workers, fold};
-use super::net::{Net, Scale};
 use super::table::Table;
 use crate::error::Result;
+use crate::network::{Net, Scale};
 
 /// AᵀA and Aᵀy.
 #[derive(Debug, Clone)]

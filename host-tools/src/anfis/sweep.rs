@@ -12,9 +12,9 @@ use nalgebra::{DMatrix, DVector};
 use super::block::{BLOCK, Block, column, column_mut, dot, multiply, multiply_add, products};
 use super::fold::{Sum, Workers, fold};
 use super::moments::{add_product, design};
-use super::net::{Net, Scale};
 use super::table::Table;
 use crate::error::Result;
+use crate::network::{Net, Scale};
 
 /// What is summed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -17,10 +17,10 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::Stopped;
 use super::course::{Course, Problem};
 use super::moments::moments;
-use super::net::Net;
 use super::solve::{Solution, solve};
 use super::sweep::{Sweep, Want, parameters, sweep};
 use crate::error::Result;
+use crate::network::Net;
 
 /// Trials with more and more damping before a step counts as the last.
 const TRIALS: usize = 12;

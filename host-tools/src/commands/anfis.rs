@@ -11,10 +11,11 @@ use serde_json::json;
 use super::answer::Answer;
 use super::words;
 use crate::anfis::csv::{self, Named};
-use crate::anfis::file::{File, FiringName, ShapeName};
-use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, report, train};
+use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, train};
 use crate::error::{Error, Result};
+use crate::network::{FiringName, ShapeName};
 use crate::output;
+use crate::report::training;
 
 /// How far outside the trained box the output fades to zero, as a fraction of the box.
 const MARGIN: f64 = 0.1;
@@ -170,16 +171,13 @@ fn fit(args: &Fit) -> Result<ExitCode> {
         eprintln!("greyrig: {note}");
     }
     if let Some(path) = &args.out {
-        File::new(&trained, args.method, MARGIN, &data.inputs, &data.target).save(
-            path,
-            &trained.reach,
-            args.answer.force,
-        )?;
+        trained.reach.check(trained.output)?;
+        trained.file(args.method, MARGIN, &data.inputs, &data.target).save(path, args.answer.force)?;
     }
     if let Some(path) = &args.answer.report {
         let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
         let command = format!("greyrig {}", words.join(" "));
-        report::report(&data, &trained, &command).write(path, args.answer.force)?;
+        training::report(&data, &trained, &command).write(path, args.answer.force)?;
     }
     if args.answer.json {
         let names: Vec<String> =

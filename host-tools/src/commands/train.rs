@@ -10,16 +10,16 @@ use super::anfis::{Bell, notes, parse_bell};
 use super::answer::Answer;
 use super::input::Input;
 use super::words;
-use crate::anfis::file::FiringName;
-use crate::anfis::report::network;
 use crate::anfis::{Method, Ridge, Settings, Trained};
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::held_out::split;
 use crate::hybrid;
 use crate::model::{Model, Origin};
+use crate::network::FiringName;
 use crate::output;
 use crate::recording::Recording;
+use crate::report::training::network;
 use crate::report::{Curves, Report, Step};
 
 /// Trains the correction (ANFIS) on what the model leaves over, and judges it on data held out.

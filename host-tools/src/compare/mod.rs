@@ -13,6 +13,7 @@ pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Regio
 
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
+use crate::filtering::directions;
 use crate::model::Model;
 use crate::recording::Recording;
 
@@ -254,7 +255,7 @@ fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Opt
 fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>; 2] {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return [None; 2] };
     let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));
-    let direction = crate::identify::regression::directions(w);
+    let direction = directions(w);
     let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
     let state = |n: usize| State { current: i[n], speed: w[n] };
     let mut memories = motor.memories_at_start(state(0));

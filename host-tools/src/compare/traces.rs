@@ -8,7 +8,7 @@ use greyrig::motor::{Constraints, Motor, State};
 use super::result::Traces;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
-use crate::identify::inverse_dynamics::{directions_by_quantum, zero_phase};
+use crate::filtering::{directions_by_quantum, zero_phase};
 
 /// A filtered simulation: current and speed, sample by sample.
 pub struct Simulated {

@@ -9,8 +9,8 @@ use greyrig::effects::Description;
 
 use super::blocks::{self, HeldOut, p_value};
 use super::classes;
-use super::climb::SMALLEST_GAIN;
 use super::completeness::{self, Completeness, Course, Floor};
+use super::criteria::SMALLEST_GAIN;
 use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::repeats;

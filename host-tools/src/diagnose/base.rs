@@ -7,7 +7,6 @@ use super::climb::Climb;
 use super::fit::Fit;
 use crate::error::Result;
 use crate::experiment::{Drive, Experiment};
-use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression};
 use crate::recording::Recording;
@@ -33,7 +32,7 @@ pub fn error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> 
 pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
     if full.iter().all(|e| e.drive == Drive::Torque) {
         space.hold(&["R", "L", "K"], Freedom::Absent);
-        space.take_scales(&Scales::of(space, coarse));
+        space.take_scales(&space.scales(coarse));
         return Ok(());
     }
     if full.iter().all(|e| e.current.is_none()) {
@@ -51,7 +50,7 @@ pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> R
     identifiability::missing_channels(space, full)?;
     space.take_typical_values();
     regression::start_values(space, coarse);
-    space.take_scales(&Scales::of(space, coarse));
+    space.take_scales(&space.scales(coarse));
     Ok(())
 }
 

@@ -17,6 +17,7 @@ pub mod candidates;
 pub mod classes;
 pub mod climb;
 pub mod completeness;
+pub mod criteria;
 pub mod decoys;
 pub mod dither;
 pub mod fit;

@@ -4,9 +4,8 @@ use super::VerdictKind;
 use super::holds::Holds;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
-use crate::identify::scales::Scales;
 use crate::identify::space::Space;
-use crate::report::numbers::figure;
+use crate::numbers::figure;
 
 /// Effects that take flux away where the current is large.
 const LESS_FLUX: [&str; 2] = ["saturation", "armature_reaction"];
@@ -71,7 +70,7 @@ pub fn held_voltage(space: &Space, found: &[&'static str], experiments: &[Experi
 /// What effects of the flux come to: their parameters by themselves say little.
 pub fn flux(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
     found.iter().find(|id| LESS_FLUX.contains(id))?;
-    let current = Scales::of(space, experiments).current;
+    let current = space.scales(experiments).current;
     let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];
     Some(format!(
         "at the largest current, {} A, the flux is {:.0} % below the straight line of small currents",

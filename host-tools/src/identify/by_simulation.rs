@@ -6,7 +6,6 @@ use super::identification::Outcome;
 use super::intervals::of_fit::blocks_of_rows;
 use super::minimise::{Effort, Refined, Residuals as _, as_it_is, minimise};
 use super::output_error::{OutputError, Rows};
-use super::scales::Scales;
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
 use super::{identifiability, regression};
@@ -126,12 +125,12 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment])
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
     let mut typical = space.clone();
     let Some(balances) = EquationError::new(&coarse) else {
-        typical.take_scales(&Scales::of(&typical, experiments));
+        typical.take_scales(&typical.scales(experiments));
         return Ok(typical);
     };
     let bare = minimise(bare, &balances, Effort::ROUGH, None, &mut || ())?.space;
     typical.take_values(&bare);
-    typical.take_scales(&Scales::of(&typical, experiments));
+    typical.take_scales(&typical.scales(experiments));
     let mut absent = typical.clone();
     absent.remove_sizes();
     let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };

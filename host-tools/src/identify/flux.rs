@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use super::intervals::Covariance;
 use super::intervals::of_fit::half_width;
-use super::scales::Scales;
 use super::space::Space;
 use crate::experiment::Experiment;
 
@@ -46,7 +45,7 @@ impl FluxAtPeak {
         if space.kind().flux_law() != FluxLaw::Series {
             return None;
         }
-        let current = Scales::of(space, experiments).current;
+        let current = space.scales(experiments).current;
         let speed = mean_speed(experiments)?;
         let theta = space.coordinates();
         let at = |theta: &[f64]| space.motor_at(theta).ok().map(|motor| linkage(&motor, current, speed));

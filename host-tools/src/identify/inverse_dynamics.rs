@@ -10,12 +10,13 @@
 
 use std::f64::consts::PI;
 
-use greyrig::butterworth::{Cascade, Settings};
+use greyrig::butterworth::Settings;
 use nalgebra::{DMatrix, DVector};
 use realfft::RealFftPlanner;
 
 use super::space::{Freedom, Space};
 use crate::experiment::{Experiment, derivative};
+use crate::filtering::{directions_by_quantum, zero_phase};
 
 /// Noise that the cut-off may let through, relative to the signal.
 const NOISE_SHARE: f64 = 0.02;
@@ -35,25 +36,6 @@ pub struct Columns {
     pub target: DVector<f64>,
     /// Recording and time block base of each row: (recording, seconds).
     pub times: Vec<(usize, f64)>,
-}
-
-/// Runs a low-pass forward and backward, with the ends continued by point reflection.
-pub fn zero_phase(signal: &[f64], settings: Settings) -> Option<Vec<f64>> {
-    let coefficients = settings.build::<f64>().ok()?;
-    let pad = (settings.settling_samples().ok()? as usize * 2).min(signal.len().saturating_sub(1));
-    let (first, last) = (*signal.first()?, *signal.last()?);
-    let mut padded: Vec<f64> = (1..=pad).rev().map(|k| 2.0 * first - signal[k]).collect();
-    padded.extend_from_slice(signal);
-    padded.extend((1..=pad).map(|k| 2.0 * last - signal[signal.len() - 1 - k]));
-    for _ in 0..2 {
-        let mut cascade = Cascade::default();
-        cascade.reset_to(padded[0]);
-        for x in &mut padded {
-            *x = cascade.process(&coefficients, *x);
-        }
-        padded.reverse();
-    }
-    Some(padded[pad..pad + signal.len()].to_vec())
 }
 
 /// Power spectral density by Welch's method (Hann window, half overlap); frequencies are multiples of the second value.
@@ -177,14 +159,4 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
     }
     let matrix = DMatrix::from_fn(target.len(), entries.len(), |r, c| rows[c][r]);
     Some(Columns { entries, matrix, target: DVector::from_vec(target), times })
-}
-
-/// Direction of motion; 0 where the speed is below half its resolution.
-pub fn directions_by_quantum(speed: &[f64]) -> Vec<f64> {
-    let quantum = speed.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-    let quantised = speed.windows(2).filter(|w| w[0] == w[1]).count() * 4 > speed.len();
-    if !quantised || !quantum.is_finite() {
-        return speed.iter().map(|w| if *w == 0.0 { 0.0 } else { w.signum() }).collect();
-    }
-    speed.iter().map(|w| if w.abs() < 0.5 * quantum { 0.0 } else { w.signum() }).collect()
 }

@@ -16,16 +16,13 @@
 use greyrig::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
 
-use super::scales::Scales;
 use super::space::{Freedom, Space};
 use crate::experiment::{Drive, Experiment, derivative};
+use crate::filtering::directions;
 use crate::model::Kind;
 
 /// Windows of the weak form are at least this long, s.
 const WINDOW_S: f64 = 0.1;
-
-/// A speed below this share of the largest does not tell the direction of motion.
-const STANDSTILL_SHARE: f64 = 0.005;
 
 /// A linear regression with named columns, some of them with a known coefficient.
 #[derive(Debug, Clone)]
@@ -86,7 +83,7 @@ impl Regression {
 
 /// Finds start values for all free parameters.
 pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
-    space.take_scales(&Scales::of(space, experiments));
+    space.take_scales(&space.scales(experiments));
     let with_current: Vec<_> =
         experiments.iter().filter(|e| e.drive == Drive::Voltage && e.current.is_some()).collect();
     if with_current.is_empty() {
@@ -94,21 +91,15 @@ pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
     } else {
         electrical(space, &with_current);
     }
-    space.take_scales(&Scales::of(space, experiments));
+    space.take_scales(&space.scales(experiments));
     mechanical(space, experiments);
-    space.take_scales(&Scales::of(space, experiments));
+    space.take_scales(&space.scales(experiments));
 }
 
 fn take(space: &mut Space, solution: Option<Vec<(&'static str, f64)>>) {
     for (name, value) in solution.into_iter().flatten() {
         space.start(name, value);
     }
-}
-
-/// The direction of motion of each sample; 0 where the speed is too small to tell.
-pub fn directions(speed: &[f64]) -> Vec<f64> {
-    let largest = speed.iter().fold(0.0f64, |m, w| m.max(w.abs()));
-    speed.iter().map(|w| if w.abs() <= STANDSTILL_SHARE * largest { 0.0 } else { w.signum() }).collect()
 }
 
 fn flux_of(kind: Kind, current: f64) -> f64 {

@@ -2,7 +2,6 @@
 
 use greyrig::effects::Relative;
 
-use super::space::Space;
 use crate::experiment::{Drive, Experiment};
 use crate::model::Kind;
 
@@ -22,12 +21,11 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// From recordings, with K and R from the space for the torque.
-    pub fn of(space: &Space, experiments: &[Experiment]) -> Self {
-        let k = space.value("K");
+    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that was not recorded.
+    pub fn of(kind: Kind, k: f64, r: f64, experiments: &[Experiment]) -> Self {
         let [mut voltage, mut current, mut heat, mut torque, mut speed] = [0.0f64; 5];
         let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        let flux = |i: f64| if space.kind() == Kind::Universal { i } else { 1.0 };
+        let flux = |i: f64| if kind == Kind::Universal { i } else { 1.0 };
         for e in experiments {
             if let Some(w) = &e.speed {
                 speed = speed.max(largest(w));
@@ -44,7 +42,7 @@ impl Scales {
                 }
                 (Drive::Voltage, None) => {
                     voltage = voltage.max(largest(&e.input));
-                    let i = voltage / space.value("R").max(1e-6);
+                    let i = voltage / r.max(1e-6);
                     current = current.max(i);
                     heat = heat.max(i * i * e.len() as f64 * e.interval_s);
                     torque = torque.max((k * i).abs());

@@ -5,6 +5,7 @@ use greyrig::motor::{Motor, ParameterError, Parameters};
 use greyrig::term::Target;
 
 use super::scales::Scales;
+use crate::experiment::Experiment;
 use crate::model::{BASE_PARAMETERS, Base, Kind, Model};
 use crate::term::Formula;
 
@@ -205,6 +206,11 @@ impl Space {
         }
         self.terms = terms.to_vec();
         self
+    }
+
+    /// Typical sizes in recordings, by the present values of K and R.
+    pub fn scales(&self, experiments: &[Experiment]) -> Scales {
+        Scales::of(self.kind, self.value("K"), self.value("R"), experiments)
     }
 
     /// Takes the typical sizes of the recordings: scales of friction and of effects, and effects at their start values.

@@ -21,16 +21,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use greyrig::anfis::{Anfis3x3, Settings3x3};
-use greyrig::butterworth;
 use greyrig::effects::Effect;
 use greyrig::motor::{Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-use crate::anfis;
 use crate::error::{Error, Result};
+use crate::network;
 use crate::recording::{Motion, Recording};
 use crate::term::Formula;
 
+pub use crate::filtering::Filter;
 pub use assignment::Assignment;
 pub use kind::{Base, Kind};
 pub use units::unit;
@@ -89,23 +89,6 @@ pub struct TermEntry {
     /// Its unknown constants by name.
     #[serde(default)]
     pub parameters: BTreeMap<String, Parameter>,
-}
-
-/// The filter that measured and modelled signals go through before they are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Filter {
-    /// Order of the Butterworth low-pass.
-    pub order: u8,
-    /// Cut-off, Hz.
-    pub cutoff_hz: f64,
-}
-
-impl Default for Filter {
-    fn default() -> Self {
-        let usual = butterworth::Settings::default();
-        Self { order: usual.order, cutoff_hz: usual.cutoff_hz }
-    }
 }
 
 /// A recording that the parameters came from.
@@ -229,7 +212,7 @@ pub struct Model {
     pub terms: Vec<TermEntry>,
     /// Learned correction of the current.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub correction: Option<anfis::file::File>,
+    pub correction: Option<network::File>,
     /// Thresholds of the detector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detector: Option<DetectorEntry>,

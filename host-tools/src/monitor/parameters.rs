@@ -15,7 +15,6 @@ use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::minimise::{Effort, minimise};
 use crate::identify::output_error::{OutputError, Rows};
-use crate::identify::scales::Scales;
 use crate::identify::space::Freedom;
 use crate::identify::{Settings, build_space, intervals_of_fit, prepare};
 use crate::model::{Kind, Model};
@@ -114,7 +113,7 @@ pub fn changes(model: &Model, recording: &Recording) -> Result<BTreeMap<String, 
     let full = prepare(std::slice::from_ref(recording), &model.filter)?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = build_space(&Settings::of_model(model))?;
-    space.take_scales(&Scales::of(&space, &coarse));
+    space.take_scales(&space.scales(&coarse));
     space.take_model(model);
     let fastest = coarse[0].speed.iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
     let frictions = [("mu0", 1.0), ("mu1", fastest), ("mu2", fastest * fastest)];

@@ -6,12 +6,11 @@ use greyrig::anfis::{Firing, Premise, Shape};
 use serde::{Deserialize, Serialize};
 
 use super::net::Net;
-use super::{Method, Reach, Trained};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
 /// Version of the layout.
-const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 1;
 
 /// What is in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,6 +55,15 @@ impl From<ShapeName> for Shape {
     }
 }
 
+impl From<Shape> for ShapeName {
+    fn from(shape: Shape) -> Self {
+        match shape {
+            Shape::Bell => Self::Bell,
+            Shape::Gaussian => Self::Gaussian,
+        }
+    }
+}
+
 /// Operators by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -72,6 +80,15 @@ impl From<FiringName> for Firing {
         match name {
             FiringName::Product => Self::Product,
             FiringName::Min => Self::Minimum,
+        }
+    }
+}
+
+impl From<Firing> for FiringName {
+    fn from(firing: Firing) -> Self {
+        match firing {
+            Firing::Product => Self::Product,
+            Firing::Minimum => Self::Min,
         }
     }
 }
@@ -120,56 +137,6 @@ pub struct Rule {
 }
 
 impl File {
-    /// Of a trained network.
-    pub fn new(trained: &Trained, method: Method, margin: f64, inputs: &[String], target: &str) -> Self {
-        let net = &trained.net;
-        Self {
-            anfis: FORMAT,
-            shape: match net.shape {
-                Shape::Bell => ShapeName::Bell,
-                Shape::Gaussian => ShapeName::Gaussian,
-            },
-            firing: match net.firing {
-                Firing::Product => FiringName::Product,
-                Firing::Minimum => FiringName::Min,
-            },
-            target: target.to_owned(),
-            output: trained.output.into(),
-            margin,
-            training: Training {
-                greyrig: env!("CARGO_PKG_VERSION").to_owned(),
-                method: match method {
-                    Method::Varpro => "varpro".to_owned(),
-                    Method::Hybrid => "hybrid".to_owned(),
-                },
-                ridge: trained.ridge,
-                epochs: trained.epochs.len(),
-                rmse_trn: trained.rmse_trn,
-                rmse_chk: trained.rmse_chk,
-            },
-            input: inputs
-                .iter()
-                .zip(&trained.inputs)
-                .zip(net.premise.chunks(net.functions))
-                .map(|((name, range), functions)| Input {
-                    name: name.clone(),
-                    range: (*range).into(),
-                    functions: functions.iter().map(|p| [p.a, p.b, p.c]).collect(),
-                })
-                .collect(),
-            rule: net
-                .consequents
-                .chunks(net.inputs + 1)
-                .zip(&trained.support)
-                .map(|(c, support)| Rule {
-                    slopes: c[..net.inputs].to_vec(),
-                    constant: c[net.inputs],
-                    support: support.largest,
-                })
-                .collect(),
-        }
-    }
-
     /// The network in the file.
     ///
     /// # Errors
@@ -221,17 +188,8 @@ impl File {
     /// Writes a file, whole or not at all.
     ///
     /// # Errors
-    /// An existing file without `force`; an output that runs away over the box; whatever the system refuses.
-    pub fn save(&self, path: &Path, reach: &Reach, force: bool) -> Result<()> {
-        if reach.excess > Reach::REFUSED {
-            return Err(Error::usage(
-                format!(
-                    "the output runs from {:.3e} to {:.3e} over the box of the training data, the targets from {:.3e} to {:.3e}",
-                    reach.low, reach.high, self.output[0], self.output[1]
-                ),
-                "raise --ridge, take fewer membership functions, or train on data that fill the box",
-            ));
-        }
+    /// An existing file without `force`; whatever the system refuses.
+    pub fn save(&self, path: &Path, force: bool) -> Result<()> {
         let text = toml::to_string(self)
             .map_err(|e| Error::usage(format!("the network cannot be written: {e}"), "report this as a bug"))?;
         output::write_file(path, force, |out| out.write_all(text.as_bytes()))

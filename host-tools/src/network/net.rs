@@ -1,4 +1,4 @@
-//! A network of any size, as the trainer changes it.
+//! The parameters of a network and what it puts out.
 
 use greyrig::anfis::{self, Firing, Premise, Shape};
 

@@ -3,7 +3,7 @@
 
 use maud::{Markup, PreEscaped, html};
 
-use super::numbers::figure;
+use crate::numbers::figure;
 
 /// An axis: what it shows and from where to where.
 #[derive(Debug, Clone)]

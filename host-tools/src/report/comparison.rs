@@ -4,11 +4,12 @@ use greyrig::effects::Effect;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
-use super::numbers::{self, capital, figure, percent, quantity, relative_width, signal};
+use super::labels::{capital, printed_unit, signal};
 use super::residuals;
 use super::signals::{Budget, Signals};
 use crate::compare::{Comparison, PerSignal, Profile, RecordingComparison, Signal};
 use crate::model::{BASE_PARAMETERS, Model, Parameter, Status};
+use crate::numbers::{self, figure, percent, quantity, relative_width};
 use crate::recording::Motion;
 
 const SIGNALS: [Signal; 3] = [Signal::Current, Signal::Speed, Signal::Torque];
@@ -221,7 +222,7 @@ fn parameter_row(name: &str, meaning: &str, parameter: &Parameter) -> Markup {
     html! { tr {
         th scope="row" { (name) } td { (meaning) } td.number { (value) } td.number { (interval) }
         td.number { (relative_width(parameter.value, parameter.ci95)) }
-        td { (numbers::printed_unit(&parameter.unit)) } td class=(class) { (status) }
+        td { (printed_unit(&parameter.unit)) } td class=(class) { (status) }
     } }
 }
 

@@ -2,8 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::numbers::{capital, percent};
+use super::labels::capital;
 use crate::compare::{PerSignal, Signal};
+use crate::numbers::percent;
 
 /// A state of the model on the way to a better one.
 #[derive(Debug, Clone, PartialEq)]

@@ -28,11 +28,12 @@ mod comparison;
 mod extremes;
 pub mod figures;
 mod full_rate;
-pub mod numbers;
+mod labels;
 pub mod panels;
 mod residuals;
 mod signals;
 mod surface;
+pub mod training;
 
 use std::path::Path;
 
@@ -47,9 +48,9 @@ pub use surface::Surface;
 use crate::compare::{Comparison, PerSignal};
 use crate::error::Result;
 use crate::model::{Model, Origin};
+use crate::numbers::{percent, rounded};
 use crate::output;
 use chart::{Axis, Frame};
-use numbers::{percent, rounded};
 use signals::Budget;
 
 const UPLOT_JS: &str = include_str!("../../assets/uPlot.iife.min.js");

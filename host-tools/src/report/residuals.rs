@@ -3,8 +3,9 @@
 use maud::{Markup, html};
 
 use super::chart::{Axis, Frame, place};
-use super::numbers::{axis, axis_label, capital, figure, signal};
+use super::labels::{axis, axis_label, capital, signal};
 use crate::compare::{Map, Profile, Region};
+use crate::numbers::figure;
 use crate::recording::Motion;
 
 /// A residual profile: the mean as a line in a band of ± RMS. Where the line fills the band the error is systematic;

@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use super::extremes::{extremes, step};
 use super::full_rate::{self, BLOCK, Scale};
-use super::numbers;
+use super::labels::{self, SignalText};
 use crate::compare::{RecordingComparison, Signal, Traces};
+use crate::numbers;
 use crate::recording::Motion;
 
 /// Averaging window on DC, s: the mains period at 50 Hz, so that AC and DC runs look alike.
@@ -89,7 +90,7 @@ struct FullRate {
 /// A signal before it is reduced.
 struct Source<'a> {
     key: &'static str,
-    text: numbers::SignalText,
+    text: SignalText,
     measured: &'a [f64],
     modelled: &'a [f64],
     residual: Vec<f64>,
@@ -136,13 +137,13 @@ fn sources(traces: &Traces, motion: Motion) -> Vec<Source<'_>> {
     let on_mains = traces.mains_period_s.is_some();
     let pair = |signal, key, measured, modelled, alternating| Source {
         key,
-        text: numbers::signal(signal, motion),
+        text: labels::signal(signal, motion),
         measured,
         modelled,
         residual: residual(measured, modelled),
         alternating,
     };
-    let voltage = numbers::SignalText { name: "voltage", symbol: "u", unit: "V", column: "u_v" };
+    let voltage = SignalText { name: "voltage", symbol: "u", unit: "V", column: "u_v" };
     let mut all = vec![Source {
         key: "voltage",
         text: voltage,

@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 
 use super::chart::{Axis, Frame, place};
-use super::numbers::figure;
 use super::residuals::diverging;
+use crate::numbers::figure;
 
 /// Values on a grid.
 #[derive(Debug, Clone, PartialEq, Default)]

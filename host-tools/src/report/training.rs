@@ -1,9 +1,9 @@
 //! What a training did, as a report.
 
-use super::csv::Named;
-use super::net::Net;
-use super::{Stopped, Trained};
-use crate::report::{Curves, Report, Surface, Table};
+use super::{Curves, Report, Surface, Table};
+use crate::anfis::csv::Named;
+use crate::anfis::{Stopped, Trained};
+use crate::network::Net;
 
 /// Points of a membership function's curve.
 const POINTS: usize = 200;

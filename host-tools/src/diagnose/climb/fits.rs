@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::{Climb, SMALLEST_GAIN, THOROUGH};
+use super::{Climb, THOROUGH};
+use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
-use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
 /// How hard each candidate is fitted at first.
@@ -96,7 +96,7 @@ impl Climb<'_> {
         };
         let leader = fits.iter().filter(leads).min_by(|a, b| self.error(&a.1).total_cmp(&self.error(&b.1)));
         let Some((other, there)) = leader else { return Ok(None) };
-        let scales = Scales::of(&there.space, self.experiments);
+        let scales = there.space.scales(self.experiments);
         let space = there.space.without_effect(other.id).with_effect(promise.id, &scales);
         let again = self.fit_from(Some(there.rms), &space, Effort::PATIENT)?;
         Ok((self.error(&again) < self.error(refined)).then_some(again))

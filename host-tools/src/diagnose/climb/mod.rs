@@ -26,18 +26,9 @@ use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
 use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
-use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use step::{SHOWN, winner};
 
-/// Smallest fall of the held-out error, sum of the logarithms of both balances.
-pub const SMALLEST_GAIN: f64 = 0.1;
-/// Least part of a candidate's column that has to be its own.
-pub const LEAST_INDEPENDENT: f64 = 0.01;
-/// Held-out errors within this of each other are the same.
-pub const SAME_ERROR: f64 = 0.04;
-/// A gain (error down to a third in one balance) that needs less proof, and that no objection but those of size can undo.
-pub const BEYOND_DOUBT: f64 = 1.0;
 /// Pairs that are fitted where one effect at a time leaves structure.
 const PAIRS: usize = 4;
 /// How hard a model is fitted before candidates are tried on it.
@@ -100,7 +91,7 @@ impl<'a> Climb<'a> {
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
     fn screen(&self, fit: &Refined, left_out: &[&'static str]) -> Vec<Promise> {
-        let scales = Scales::of(&fit.space, self.experiments);
+        let scales = fit.space.scales(self.experiments);
         screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out), Loops::AsTheyAre)
     }
 
@@ -177,7 +168,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn climb_by_loop(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
-        let scales = Scales::of(&base.space, self.experiments);
+        let scales = base.space.scales(self.experiments);
         let candidates = self.candidates_beside(&base.space, &[]);
         let promises = screening::screen(base, &self.problem, &scales, &candidates, Loops::HiddenByNoise);
         let hidden = |p: &&Promise| {
@@ -200,7 +191,7 @@ impl<'a> Climb<'a> {
     /// An interrupt.
     pub fn climb_by_two(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
         let promises = self.screen(base, &[]);
-        let scales = Scales::of(&base.space, self.experiments);
+        let scales = base.space.scales(self.experiments);
         let mut pairs = screening::pairs(base, &self.problem, &scales, &promises);
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
@@ -298,7 +289,7 @@ impl<'a> Climb<'a> {
 
     /// Share of an effect's column that the other parameters do not explain.
     pub fn independence(&self, fit: &Refined, d: &Description) -> Option<f64> {
-        screening::independence(fit, &self.problem, &Scales::of(&fit.space, self.experiments), d)
+        screening::independence(fit, &self.problem, &fit.space.scales(self.experiments), d)
     }
 
     /// What generic terms make of what a fit leaves over.

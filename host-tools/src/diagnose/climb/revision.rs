@@ -3,14 +3,14 @@
 use greyrig::effects::Description;
 use rayon::prelude::*;
 
-use super::{Climb, SAME_ERROR, SMALLEST_GAIN, THOROUGH, Way};
+use super::{Climb, THOROUGH, Way};
+use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::{parameters_of, size_of};
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals};
-use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 
 /// A rival that gains less than this share of the winner's gain is none.
@@ -55,7 +55,7 @@ impl Climb<'_> {
                 let Some(step) = steps.iter_mut().find(|s| s.winners.contains(present)) else { continue };
                 let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
                 progress(Progress::Doing(other));
-                let scales = Scales::of(&fit.space, self.experiments);
+                let scales = fit.space.scales(self.experiments);
                 let mut space = fit.space.without_effect(present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
                 let begun = self.fit_beside(fit, &space, Effort::ESTIMATE)?;
@@ -110,7 +110,7 @@ impl Climb<'_> {
         };
         let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
         progress(Progress::Doing(sum.one));
-        let scales = Scales::of(&fit.space, self.experiments);
+        let scales = fit.space.scales(self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(id));
         let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
         if self.gain(&given, fit) >= SAME_ERROR {
@@ -276,7 +276,7 @@ impl Climb<'_> {
 
     /// Where such a fit begins: with the rival of the size that it had when it was tried.
     fn space_swapped(&self, fit: &Refined, id: &str, rival: &Tried) -> Space {
-        let scales = Scales::of(&fit.space, self.experiments);
+        let scales = fit.space.scales(self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
             entry.value = known.value;

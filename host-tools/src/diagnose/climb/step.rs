@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{BEYOND_DOUBT, Climb, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
+use super::Climb;
 use crate::diagnose::blocks::p_value;
+use crate::diagnose::criteria::{BEYOND_DOUBT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::decoys;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};

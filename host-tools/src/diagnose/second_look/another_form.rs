@@ -6,7 +6,7 @@
 
 use super::more::WORTH_LOOKING;
 use super::{Judged, SecondLook};
-use crate::diagnose::climb::SMALLEST_GAIN;
+use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::ladder::Tried;
 use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;

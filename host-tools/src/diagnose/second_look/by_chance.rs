@@ -16,7 +16,6 @@ use crate::diagnose::ladder::{Ladder, Tried};
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
-use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Space};
 
 /// Error of the free run at the fit of a candidate by the balances over that of what was found, sum of the logarithms of both signals, up
@@ -51,7 +50,7 @@ impl SecondLook<'_> {
 
     /// The model with a candidate in the place of an effect; if its law can be bent more, in its usual shape.
     fn in_its_place(&self, id: &str, other: &Tried, kept: &Fit) -> Space {
-        let scales = Scales::of(&kept.space, self.climb.experiments());
+        let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         if parameters_of(other.id) > parameters_of(id) {
             let shapes = Description::of(other.id).map_or(&[][..], |d| &d.parameters[1..]);

@@ -15,14 +15,15 @@ mod reconsidered;
 use rayon::prelude::*;
 
 use super::audit::Audit;
-use super::climb::{Climb, SAME_ERROR, SMALLEST_GAIN, Way};
+use super::climb::{Climb, Way};
+
 use super::completeness::Completeness;
 use super::fit::Fit;
 use super::ladder::Ladder;
 use super::{Progress, Watch};
+use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
-use crate::identify::scales::Scales;
 
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
 const SMALLEST_FALL: f64 = 0.5;
@@ -135,7 +136,7 @@ impl<'a> SecondLook<'a> {
 
     /// All that a climb has found, fitted in the free run.
     fn fit_with_all(&self, ladder: &Ladder) -> Result<Fit> {
-        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        let scales = self.free.space.scales(self.climb.experiments());
         self.audit.fit_with_effects(&ladder.fit.space, &self.free, &scales)
     }
 
@@ -160,7 +161,7 @@ impl<'a> SecondLook<'a> {
     /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
     fn confirm_rivals(&self, judged: &mut Judged, progress: &Watch<'_>) -> Result<()> {
         let (ladder, kept) = judged;
-        let scales = Scales::of(&kept.space, self.climb.experiments());
+        let scales = kept.space.scales(self.climb.experiments());
         for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
             rivals.retain(|id| !ladder.found.contains(id));
             let confirm = |rival: &&'static str| {
@@ -219,7 +220,7 @@ impl<'a> SecondLook<'a> {
         if kept.len() == judged.0.found.len() {
             return Ok(judged);
         }
-        let scales = Scales::of(&self.free.space, self.climb.experiments());
+        let scales = self.free.space.scales(self.climb.experiments());
         let space = kept.iter().fold(self.free.space.clone(), |space, id| space.with_effect(id, &scales));
         let fewer = self.audit.fit(&space)?;
         if self.audit.fall(&fewer, &judged.1) >= SMALLEST_GAIN {

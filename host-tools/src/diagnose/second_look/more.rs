@@ -6,7 +6,7 @@ use greyrig::effects::Description;
 use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
-use crate::diagnose::climb::{LEAST_INDEPENDENT, SAME_ERROR};
+use crate::diagnose::criteria::{LEAST_INDEPENDENT, SAME_ERROR};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
@@ -50,7 +50,7 @@ impl SecondLook<'_> {
                 break;
             }
             progress(Progress::Doing("free run"));
-            let scales = Scales::of(&kept.space, self.climb.experiments());
+            let scales = kept.space.scales(self.climb.experiments());
             let objection = |id: &str| {
                 let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
                 last.and_then(|t| t.objection)

@@ -5,12 +5,11 @@
 //! exponent, is preferred then, though it fits worse. The free run adds weak torques up, and tells.
 
 use super::{Judged, SecondLook};
-use crate::diagnose::climb::SMALLEST_GAIN;
+use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::Tried;
 use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::scales::Scales;
 
 impl SecondLook<'_> {
     /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.
@@ -32,7 +31,7 @@ impl SecondLook<'_> {
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
     fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
-        let scales = Scales::of(&kept.space, self.climb.experiments());
+        let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         space.start_from(&other.fit.space, other.id);
         self.audit.fit(&space)

@@ -4,7 +4,7 @@ use greyrig::effects::Description;
 
 use super::words::{in_words, name};
 use crate::diagnose::classes::{self, OFFSETS};
-use crate::diagnose::climb::BEYOND_DOUBT;
+use crate::diagnose::criteria::BEYOND_DOUBT;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening;

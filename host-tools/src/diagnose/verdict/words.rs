@@ -3,11 +3,11 @@
 use greyrig::effects::{Acts, Description};
 
 use crate::diagnose::classes;
-use crate::diagnose::climb::SAME_ERROR;
 use crate::diagnose::completeness::Completeness;
+use crate::diagnose::criteria::SAME_ERROR;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
-use crate::report::numbers::with_interval;
+use crate::numbers::with_interval;
 
 /// The standard name of an effect.
 pub fn name(id: &str) -> &str {

@@ -5,7 +5,8 @@ use greyrig::motor::{Motor, OperatingPoint, State};
 
 use super::Balance;
 use crate::experiment::{Drive, Experiment, derivative};
-use crate::identify::inverse_dynamics::{automatic_cutoff_hz, directions_by_quantum, zero_phase};
+use crate::filtering::{directions_by_quantum, zero_phase};
+use crate::identify::inverse_dynamics::automatic_cutoff_hz;
 
 /// The low-pass of a motion has at least this many periods of its cut-off in the recording.
 const FEWEST_PERIODS: f64 = 40.0;

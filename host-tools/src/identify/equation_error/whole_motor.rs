@@ -11,7 +11,8 @@ use super::balance_rows::{Impulse, VoltageRows, simpson};
 use super::signals::{Signals, View};
 use crate::edges::Edge;
 use crate::experiment::Experiment;
-use crate::identify::regression::{directions, stride};
+use crate::filtering::directions;
+use crate::identify::regression::stride;
 use crate::lockstep::{self, Lanes};
 use crate::noise::white_noise;
 
