@@ -5,6 +5,7 @@
 //! invalid samples are masked.
 
 pub mod clipping;
+pub mod finding;
 pub mod mapping;
 pub mod names;
 pub mod table;
