@@ -114,7 +114,7 @@ pub fn challenge(
         settings.kind = Kind::PmDc;
     }
     let (found, unexplained) = unchallenged(&recordings, &settings)?;
-    let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion)?;
+    let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion())?;
     let wanted = Effect::<f64>::CATALOGUE.iter().filter(|d| {
         let named = effects.iter().any(|id| id == d.id);
         !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && fits(d, settings.kind)))

@@ -228,14 +228,12 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    use std::collections::BTreeMap;
-
     use greyrig::motor::{FluxLaw, Motor, Parameters};
 
     use super::*;
     use crate::experiment::{Experiment, Imposed};
     use crate::model::Filter;
-    use crate::recording::{Channel, Motion, Recording};
+    use crate::recording::{Channel, Recording};
 
     const INTERVAL_S: f64 = 1e-4;
     const RESISTANCE: f64 = 0.6;
@@ -382,20 +380,13 @@ mod tests {
     fn locked(inductance: f64, shares: &[f64]) -> (Experiment, Motor<f64>) {
         let (voltage, current) = switched(inductance, shares, 0.0);
         let samples = voltage.len();
-        let recording = Recording {
-            path: "closed form".into(),
-            sha256: String::new(),
-            start_s: 0.0,
-            sample_time_s: INTERVAL_S,
-            channels: BTreeMap::from([(Channel::Voltage, voltage.clone()), (Channel::Current, current)]),
-            motion: Motion::Rotary,
-            valid: vec![true; samples],
-            rotor_locked: vec![true; samples],
-            supply_open: Vec::new(),
-            extras: Vec::new(),
-            metadata: BTreeMap::new(),
-            warnings: Vec::new(),
-        };
+        let recording = Recording::builder(INTERVAL_S)
+            .path("closed form")
+            .channel(Channel::Voltage, voltage.clone())
+            .channel(Channel::Current, current)
+            .rotor_locked(vec![true; samples])
+            .build()
+            .unwrap();
         let mut e = Experiment::new(&recording, &Filter::default()).unwrap();
         e.edges = (0..shares.len())
             .map(|k| {

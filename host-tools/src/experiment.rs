@@ -103,12 +103,12 @@ impl Experiment {
     /// # Errors
     /// Neither voltage nor torque, nothing to compare with, or too short for the filter to settle.
     pub fn new(recording: &Recording, filter: &Filter) -> Result<Self> {
-        let name = recording.path.display().to_string();
-        let bad = |what: &str, remedy: &str| Error::input(Place::file(&recording.path), what, remedy);
-        let interval_s = recording.sample_time_s;
+        let name = recording.path().display().to_string();
+        let bad = |what: &str, remedy: &str| Error::input(Place::file(recording.path()), what, remedy);
+        let interval_s = recording.sample_time_s();
         let aligned = |channel: Channel, key: &str| {
             let signal = recording.channel(channel)?;
-            let skew = recording.metadata.get(key).and_then(|s| s.trim().parse::<f64>().ok()).unwrap_or(0.0);
+            let skew = recording.metadata().get(key).and_then(|s| s.trim().parse::<f64>().ok()).unwrap_or(0.0);
             Some(earlier(signal, skew / interval_s))
         };
         let torque = recording.channel(Channel::Torque);
@@ -124,7 +124,7 @@ impl Experiment {
                 ));
             }
         };
-        let locked = recording.rotor_locked.clone();
+        let locked = recording.rotor_locked().to_vec();
         let always_locked = !locked.is_empty() && locked.iter().all(|l| *l);
         let speed = if always_locked {
             None
@@ -165,7 +165,7 @@ impl Experiment {
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
-            counted: settled(&recording.valid, settling),
+            counted: settled(recording.valid(), settling),
             filter: settings,
             name,
             interval_s,
@@ -179,7 +179,7 @@ impl Experiment {
             },
             speed,
             locked,
-            open: recording.supply_open.clone(),
+            open: recording.supply_open().to_vec(),
             start,
         })
     }

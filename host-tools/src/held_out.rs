@@ -24,5 +24,5 @@ fn until_rest(recording: &Recording) -> usize {
         let largest = signal.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
         signal.iter().rposition(|x| x.abs() > AT_REST * largest)
     };
-    recording.channels.values().filter_map(last_above).max().map_or(recording.len(), |last| last + 1)
+    recording.channels().values().filter_map(last_above).max().map_or(recording.len(), |last| last + 1)
 }

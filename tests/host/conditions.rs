@@ -6,7 +6,7 @@ use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::calibrate;
 use greyrig_host::monitor::test::{Outcome, test};
-use greyrig_host::recording::{Extra, Recording, write};
+use greyrig_host::recording::{Recording, write};
 use greyrig_host::rig::{Motor, Setup};
 
 use crate::bad_input::refused;
@@ -95,8 +95,8 @@ fn the_whole_detector_works_on_direct_voltage_and_on_50_and_60_hz() {
 const MAINS: Supply = Supply { kind: Kind::Universal, mains_hz: 50.0, teaches: "staircase" };
 
 fn at_the_sea(recording: &mut Recording) {
-    recording.metadata.insert("air_pressure_hpa".into(), "1013".into());
-    recording.extras.push(Extra { name: "temp_c".into(), values: vec![25.0; recording.len()] });
+    recording.set_metadata("air_pressure_hpa", "1013");
+    recording.add_extra("temp_c", vec![25.0; recording.len()]).unwrap();
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn conditions_under_which_nothing_was_learnt_give_no_verdict() {
     low.nameplate.voltage_v *= 0.8;
     for (name, motor) in [("good.csv", MAINS.of_the_lot(201)), ("low.csv", low)] {
         let mut recording = run(&MAINS, "steady", motor, 201, None);
-        recording.metadata.insert("motor".into(), "VC-7".into());
+        recording.set_metadata("motor", "VC-7");
         write(&recording, &here.join(name), false).unwrap();
     }
     let monitor = |file: &str, more: &[&str]| {
@@ -158,7 +158,7 @@ fn thin_air_is_compensated_where_it_is_told() {
         f64::from(f.speed_deviation)
     };
     let untold = deviation(&recording);
-    recording.metadata.insert("air_pressure_hpa".into(), (0.9 * 1013.0).to_string());
+    recording.set_metadata("air_pressure_hpa", (0.9 * 1013.0).to_string());
     let told = deviation(&recording);
     // At given voltage the speed of a series motor goes with a root of the load between the second and the fourth.
     assert!((0.01..0.06).contains(&untold), "{untold}");

@@ -251,10 +251,12 @@ fn hard_edges_of_the_voltage_are_no_effect() {
 fn with_noise(recording: &mut Recording, sizes: &[(Channel, f64)]) {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     for (channel, size) in sizes {
-        for x in recording.channels.get_mut(channel).expect("a channel") {
+        let noisy = recording.channel(*channel).expect("a channel").iter().map(|x| {
             let z: f64 = StandardNormal.sample(&mut random);
-            *x += size * z;
-        }
+            x + size * z
+        });
+        let noisy = noisy.collect();
+        recording.set_channel(*channel, noisy).expect("as many samples");
     }
 }
 
@@ -446,12 +448,13 @@ fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording 
         325.0 * share * (std::f64::consts::TAU * 50.0 * n as f64 * H + 0.3).sin()
     };
     let (mut state, mut gust) = (State::default(), 0.0f64);
+    let mut columns = [const { Vec::new() }; 3];
     let mut stepper = None;
     for n in 0..recording.len() {
         let noise = [0.3, 0.013, 1.2].map(|size| size * normal());
         let measured = [voltage(n), state.current, state.speed];
-        for (channel, k) in [(Channel::Voltage, 0), (Channel::Current, 1), (Channel::Speed, 2)] {
-            recording.channels.get_mut(&channel).expect("a channel")[n] = measured[k] + noise[k];
+        for (k, column) in columns.iter_mut().enumerate() {
+            column.push(measured[k] + noise[k]);
         }
         if n % HELD == 0 {
             let kept = (-(HELD as f64) * H / 0.02).exp();
@@ -464,6 +467,9 @@ fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording 
             stepper = Some(next);
         }
         state = stepper.as_mut().expect("a stepper").step(voltage(n), voltage(n + 1), Constraints::default());
+    }
+    for (channel, values) in [Channel::Voltage, Channel::Current, Channel::Speed].into_iter().zip(columns) {
+        recording.set_channel(channel, values).expect("as many samples");
     }
     recording
 }

@@ -69,7 +69,7 @@ fn masked_samples_do_not_take_the_intervals_away() {
     // leaves residuals that are correlated for seconds.
     let mut recording = universal("staircase", 24.0).effect("windage_exponent=2.7").unwrap().run().unwrap().recording;
     let half = recording.len() / 2;
-    (half..recording.len()).step_by(50).for_each(|n| recording.valid[n] = false);
+    recording.exclude((half..recording.len()).step_by(50));
     let found = identify(&[recording], &Settings::new(Kind::Universal)).unwrap();
     assert!(found.parameters.iter().all(|p| p.ci95.is_some()), "{:?}", found.parameters);
 }
@@ -151,9 +151,7 @@ fn missing_channels_and_constant_excitation_are_told() {
     let full = universal("staircase", 3.0).seed(5).run().unwrap().recording;
     let without = |channels: &[Channel]| {
         let mut r = full.clone();
-        channels.iter().for_each(|c| {
-            r.channels.remove(c);
-        });
+        channels.iter().for_each(|c| r.remove_channel(*c));
         identify(&[r], &Settings::new(Kind::Universal)).unwrap_err().to_string()
     };
     assert!(without(&[Channel::Current]).contains("--fix R=VALUE --fix L=VALUE"));
@@ -163,7 +161,7 @@ fn missing_channels_and_constant_excitation_are_told() {
 
     let mut constant = full.clone();
     for (channel, level) in [(Channel::Voltage, 100.0), (Channel::Current, 3.0), (Channel::Speed, 1500.0)] {
-        constant.channels.insert(channel, vec![level; full.len()]);
+        constant.set_channel(channel, vec![level; full.len()]).unwrap();
     }
     let error = identify(&[constant], &Settings::new(Kind::Universal)).unwrap_err().to_string();
     assert!(error.contains("hardly change"), "{error}");

@@ -200,7 +200,7 @@ mod shift {
         let setup = Setup::new(Kind::Universal).profile("steady").unwrap().seconds(3.0).seed(seed);
         let setup = fault.into_iter().fold(setup, |s, f| s.fault(f).unwrap());
         let mut recording = setup.run().unwrap().recording;
-        recording.metadata.insert("serial".into(), "GOLD".into());
+        recording.set_metadata("serial", "GOLD");
         write(&recording, &folder.join(name), true).unwrap();
     }
 }

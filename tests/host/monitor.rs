@@ -58,7 +58,7 @@ fn the_correction_brings_the_error_of_the_current_below_one_percent_on_another_p
     let (bare, corrected, _) = station();
     let mut held_out = rig("ramp", 10.0, 2).run().unwrap().recording;
     // The start is judged by nobody: the detector is blanked there.
-    held_out.valid[..10_000].fill(false);
+    held_out.exclude(0..10_000);
     let error = |m: &Model| compare(m, std::slice::from_ref(&held_out)).unwrap().esr.current.unwrap();
     assert!(error(bare) > 0.05, "without a correction {}", error(bare));
     assert!(error(corrected) < 0.01, "with it {}", error(corrected));
@@ -162,7 +162,7 @@ fn the_command_tells_by_its_exit_code() {
     station().0.save(&folder.path().join("bare.toml"), false).unwrap();
     let of_type = |seed, fault| {
         let mut recording = motor(seed, fault);
-        recording.metadata.insert("motor".into(), "VC-7".into());
+        recording.set_metadata("motor", "VC-7");
         recording
     };
     let healthy = of_type(201, None);

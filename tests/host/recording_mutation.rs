@@ -21,9 +21,9 @@ fn survives(path: &Path, what: &str) {
     let result = catch_unwind(AssertUnwindSafe(|| recording::load(path, &mapping)));
     match result {
         Ok(Ok(recording)) => {
-            assert!(recording.channels.values().all(|c| c.len() == recording.len()), "{what}");
-            assert!(recording.channels.values().flatten().all(|x| x.is_finite()), "{what}");
-            assert!(recording.sample_time_s > 0.0, "{what}");
+            assert!(recording.channels().values().all(|c| c.len() == recording.len()), "{what}");
+            assert!(recording.channels().values().flatten().all(|x| x.is_finite()), "{what}");
+            assert!(recording.sample_time_s() > 0.0, "{what}");
         }
         Ok(Err(error)) => assert_eq!(error.to_string().lines().count(), 1, "{what}: {error}"),
         Err(_) => panic!("{what}: a panic"),
@@ -83,16 +83,11 @@ fn files_of_other_tools_damaged() {
 fn own_files_damaged() {
     let n = 300;
     let wave = |a: f64| (0..n).map(|k| a * (f64::from(k) * 0.1).sin()).collect::<Vec<_>>();
-    let channels =
-        recording::Channel::ALL.into_iter().zip([12.0, 3.0, 200.0, 9.0, 0.1]).map(|(c, a)| (c, wave(a))).collect();
-    let original = Recording {
-        sample_time_s: 1e-3,
-        channels,
-        valid: vec![true; n as usize],
-        rotor_locked: vec![false; n as usize],
-        extras: vec![Extra { name: "temp_c".into(), values: vec![25.0; n as usize] }],
-        ..Recording::default()
-    };
+    let builder = Recording::builder(1e-3)
+        .rotor_locked(vec![false; n as usize])
+        .extra(Extra { name: "temp_c".into(), values: vec![25.0; n as usize] });
+    let sizes = recording::Channel::ALL.into_iter().zip([12.0, 3.0, 200.0, 9.0, 0.1]);
+    let original = sizes.fold(builder, |b, (c, a)| b.channel(c, wave(a))).build().expect("a recording");
     let folder = tempfile::tempdir().expect("a temporary folder");
     for name in ["run.csv", "run.parquet"] {
         if name == "run.parquet" && !cfg!(feature = "parquet") {

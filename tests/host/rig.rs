@@ -310,7 +310,7 @@ fn triac_lets_no_current_through_before_it_fires() {
 fn switching_off_ends_in_an_open_supply_without_current() {
     for kind in [Kind::Universal, Kind::PmDc] {
         let run = Setup::new(kind).profile("coast-down").unwrap().ideal().run().unwrap();
-        let open = &run.recording.supply_open;
+        let open = run.recording.supply_open();
         assert_eq!(open.len(), run.recording.len());
         let (i, u, w) =
             (channel(&run, Channel::Current), channel(&run, Channel::Voltage), channel(&run, Channel::Speed));
@@ -599,10 +599,10 @@ fn truth_stays_hidden_unless_asked_for() {
     assert_eq!(setup.effects.len(), 1);
     let hidden = setup.effects[0].effect.id;
     let run = setup.run().unwrap();
-    assert!(run.recording.metadata.iter().all(|(k, v)| !k.starts_with("truth") && !v.contains(hidden)));
-    assert_eq!(run.recording.metadata["rig"], "virtual");
+    assert!(run.recording.metadata().iter().all(|(k, v)| !k.starts_with("truth") && !v.contains(hidden)));
+    assert_eq!(run.recording.metadata()["rig"], "virtual");
     setup.reveal = true;
-    assert!(setup.run().unwrap().recording.metadata["truth_effects"].starts_with(hidden));
+    assert!(setup.run().unwrap().recording.metadata()["truth_effects"].starts_with(hidden));
 }
 
 #[test]

@@ -49,8 +49,8 @@ fn step(motor: Motor, [begin, end]: [f64; 2], h: f64, state: [f64; 2]) -> [f64; 
 fn recording(seed: u64) -> Recording {
     const STEPS: usize = 10;
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(6.0);
-    let mut recording = setup.run().expect("a run").recording;
-    recording.sample_time_s = INTERVAL_S;
+    let run = setup.run().expect("a run").recording;
+    let mut columns = [Channel::Voltage, Channel::Current, Channel::Speed].map(|c| (c, Vec::with_capacity(run.len())));
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let mut motor = BLENDER.map(|parameter| parameter * (0.1 * normal()).exp());
@@ -62,16 +62,14 @@ fn recording(seed: u64) -> Recording {
     let coded = |x: f64, full: f64| (x * 2048.0 / full).round() / 2048.0 * full;
     let (mut state, mut gust) = ([0.0; 2], 0.0);
     let kept = (-INTERVAL_S / 0.02).exp();
-    for n in 0..recording.len() {
+    for n in 0..run.len() {
         let t = n as f64 * INTERVAL_S;
         let measured = [
-            (Channel::Voltage, coded(voltage(t) + 1e-3 * PEAK_V * normal(), 1.3 * PEAK_V)),
-            (Channel::Current, coded(state[0] + 5e-3 * normal(), 5.3)),
-            (Channel::Speed, state[1] + 0.67 * normal()),
+            coded(voltage(t) + 1e-3 * PEAK_V * normal(), 1.3 * PEAK_V),
+            coded(state[0] + 5e-3 * normal(), 5.3),
+            state[1] + 0.67 * normal(),
         ];
-        for (channel, value) in measured {
-            recording.channels.get_mut(&channel).expect("a channel")[n] = value;
-        }
+        columns.iter_mut().zip(measured).for_each(|(column, value)| column.1.push(value));
         gust = kept * gust + (1.0 - kept * kept).sqrt() * 3e-3 * normal();
         motor[6] = fan * (1.0 + gust);
         let h = INTERVAL_S / STEPS as f64;
@@ -80,7 +78,8 @@ fn recording(seed: u64) -> Recording {
             state = step(motor, [voltage(from), voltage(from + h)], h, state);
         }
     }
-    recording
+    let builder = Recording::builder(INTERVAL_S).metadata(run.metadata().clone());
+    columns.into_iter().fold(builder, |b, (channel, values)| b.channel(channel, values)).build().expect("a recording")
 }
 
 #[test]

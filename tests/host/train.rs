@@ -65,7 +65,7 @@ fn three_staircases_bring_a_profile_held_out_below_one_percent() {
     let staircases =
         [run("staircase", 12.0, 1, None), run("staircase", 12.0, 11, Some(300.0)), run("staircase", 7.0, 12, None)];
     let mut ramp = run("ramp", 10.0, 2, None);
-    ramp.valid[..10_000].fill(false);
+    ramp.exclude(0..10_000);
     let ramp = [ramp];
     let physics = identify(&staircases, &Settings::new(Kind::Universal)).unwrap().model;
     let settings = hybrid::settings(Method::Varpro, 30);

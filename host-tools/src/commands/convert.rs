@@ -62,7 +62,7 @@ struct Report<'a> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     output::refuse_overwrite(&args.out, args.force)?;
     let recording = recording::load(&args.input, &args.map.mapping()?)?;
-    for warning in &recording.warnings {
+    for warning in recording.warnings() {
         eprintln!("greyrig: {}: warning: {warning}", args.input.display());
     }
     recording::write(&recording, &args.out, args.force)?;
@@ -71,14 +71,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let report = Report {
             out: args.out.display().to_string(),
             samples: recording.len(),
-            valid_samples: recording.valid.iter().filter(|&&ok| ok).count(),
-            sample_time_s: recording.sample_time_s,
-            start_s: recording.start_s,
-            motion: recording.motion,
+            valid_samples: recording.valid().iter().filter(|&&ok| ok).count(),
+            sample_time_s: recording.sample_time_s(),
+            start_s: recording.start_s(),
+            motion: recording.motion(),
             channels,
-            metadata: &recording.metadata,
-            sha256: &recording.sha256,
-            warnings: &recording.warnings,
+            metadata: recording.metadata(),
+            sha256: recording.sha256(),
+            warnings: recording.warnings(),
         };
         output::print_json("convert", &[args.input.display().to_string()], report)?;
     } else {
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "{}: {} samples, {:.6} s apart",
             args.out.display(),
             recording.len(),
-            recording.sample_time_s
+            recording.sample_time_s()
         ))?;
         for s in channels {
             let unit = s.unit.map(|u| format!(" {u}")).unwrap_or_default();
@@ -100,12 +100,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn summaries(recording: &Recording) -> Vec<Summary> {
     let named = Channel::ALL
         .into_iter()
-        .filter_map(|c| Some((c.column().to_owned(), Some(c.unit(recording.motion)), recording.channel(c)?)));
-    let extras = recording.extras.iter().map(|e| (e.name.clone(), None, e.values.as_slice()));
+        .filter_map(|c| Some((c.column().to_owned(), Some(c.unit(recording.motion())), recording.channel(c)?)));
+    let extras = recording.extras().iter().map(|e| (e.name.clone(), None, e.values.as_slice()));
     named
         .chain(extras)
         .map(|(channel, unit, values)| {
-            let used: Vec<f64> = values.iter().zip(&recording.valid).filter(|(_, ok)| **ok).map(|(x, _)| *x).collect();
+            let used: Vec<f64> = values.iter().zip(recording.valid()).filter(|(_, ok)| **ok).map(|(x, _)| *x).collect();
             // All samples may be invalid; zeros are then better than infinities, which JSON does not know.
             let used = if used.is_empty() { vec![0.0] } else { used };
             Summary {

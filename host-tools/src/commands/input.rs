@@ -40,8 +40,8 @@ impl Input {
 pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
     let recordings = recording::load_all(files, &map.mapping()?)?;
     for recording in &recordings {
-        for warning in &recording.warnings {
-            eprintln!("greyrig: {}: {warning}", recording.path.display());
+        for warning in recording.warnings() {
+            eprintln!("greyrig: {}: {warning}", recording.path().display());
         }
     }
     Ok(recordings)
@@ -49,7 +49,7 @@ pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
 
 /// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.
 pub fn kind(given: Option<Kind>, recordings: &[Recording]) -> Kind {
-    let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata.get("motor")?, false).ok());
+    let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata().get("motor")?, false).ok());
     given.or_else(told).unwrap_or_default()
 }
 

@@ -62,7 +62,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
     let recordings = args.input.load()?;
-    if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata.contains_key("serial")) {
+    if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata().contains_key("serial"))
+    {
         return Err(Error::usage(
             "the recordings are of several motors",
             "give runs of the golden motor only (# serial: in the file), or --study for a gauge study",
@@ -133,7 +134,7 @@ fn golden_motor(
     let runs: Vec<Run> = recordings
         .iter()
         .zip(tests)
-        .map(|(r, t)| Run::new(check, r.metadata.get("date").map_or("", String::as_str), &digest, t))
+        .map(|(r, t)| Run::new(check, r.metadata().get("date").map_or("", String::as_str), &digest, t))
         .collect();
     if let Some(path) = &args.history {
         runs.iter().try_for_each(|run| golden::append(path, run))?;
@@ -166,7 +167,7 @@ fn digest(model: &Model) -> String {
 
 /// The runs as motors × appraisers × repetitions.
 fn study(recordings: &[Recording], tests: &[Test], detector: &DetectorEntry) -> Result<Vec<Study>> {
-    let appraiser = |r: &Recording| r.metadata.get("operator").or_else(|| r.metadata.get("rig")).cloned();
+    let appraiser = |r: &Recording| r.metadata().get("operator").or_else(|| r.metadata().get("rig")).cloned();
     let mut appraisers: Vec<Option<String>> = recordings.iter().map(appraiser).collect();
     appraisers.sort();
     appraisers.dedup();

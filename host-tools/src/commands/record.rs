@@ -92,7 +92,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             &[],
             json!({
                 "out": args.out.display().to_string(), "port": args.port, "device": device,
-                "samples": capture.samples.len(), "sample_time_s": recording.sample_time_s, "first_sample": capture.first,
+                "samples": capture.samples.len(), "sample_time_s": recording.sample_time_s(), "first_sample": capture.first,
                 "lost": missing, "lost_places": places, "reconnections": capture.reconnections,
                 "status": status.as_ref().map(told),
             }),

@@ -215,8 +215,8 @@ impl Outcome {
 /// A recording whose begin does not count, though the model runs through it.
 pub(super) fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
     let mut judged = recording.clone();
-    let blank = ((blanking_s / recording.sample_time_s) as usize).min(recording.len());
-    judged.valid[..blank].fill(false);
+    let blank = ((blanking_s / recording.sample_time_s()) as usize).min(recording.len());
+    judged.exclude(0..blank);
     judged
 }
 

@@ -46,7 +46,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
         .zip(recordings)
         .enumerate()
         .map(|(k, (e, recording))| {
-            let traces = traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s)?;
+            let traces = traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s())?;
             let others: Vec<&Experiment> =
                 experiments.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, e)| e).collect();
             let floor = noise_floor::of_repeats(e, &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
@@ -69,7 +69,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
                 noise_floor: floor_ratio(&[part.floor.rms], &errors),
                 structured: relative(&part.structured, &errors, &[part.floor.rms]),
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
-                warnings: recording.warnings.clone(),
+                warnings: recording.warnings().to_vec(),
                 traces: part.traces.clone(),
             }
         })
@@ -78,7 +78,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     let floors: Vec<PerSignal> = parts.iter().map(|p| p.floor.rms).collect();
     let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
     let traces: Vec<&Traces> = parts.iter().map(|p| &p.traces).collect();
-    let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion);
+    let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion());
     let (esr, noise_floor) = (ratio(&all_errors, &floors), floor_ratio(&floors, &all_errors));
     regions.retain(|r| {
         let (error, floor) = (esr.of(r.quantity), noise_floor.of(r.quantity));
@@ -142,9 +142,9 @@ fn require(model: &Model, e: &Experiment) -> Result<()> {
 
 /// A recording that says which motor type it is of has to be of the model's.
 pub(crate) fn same_type(model: &Model, recording: &Recording) -> Result<()> {
-    match (&model.motor, recording.metadata.get("motor")) {
+    match (&model.motor, recording.metadata().get("motor")) {
         (Some(expected), Some(found)) if expected != found => Err(Error::input(
-            Place::file(&recording.path),
+            Place::file(recording.path()),
             format!("this is a recording of motor type {found:?}, and the model is of type {expected:?}"),
             "take the model of this type, or identify one",
         )),

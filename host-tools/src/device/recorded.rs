@@ -23,10 +23,10 @@ pub fn describe(metadata: &mut BTreeMap<String, String>, device: &Device) {
     }
 }
 
-/// A capture in SI units; samples that were lost lie on the straight line between their neighbours and are marked invalid.
+/// A capture in SI units; samples that were lost are masked.
 ///
 /// # Errors
-/// A calibration that cannot be.
+/// A calibration that cannot be, or no sample at all.
 pub fn recording(
     capture: &Capture,
     calibration: &CalibrationSettings,
@@ -34,7 +34,7 @@ pub fn recording(
 ) -> Result<Recording> {
     let wrong = |e: greyrig::units::CalibrationError| Error::link(e.to_string(), "write the parameters again");
     let calibration = calibration.build().map_err(wrong)?;
-    let valid: Vec<bool> = capture.samples.iter().map(Option::is_some).collect();
+    let valid = capture.samples.iter().map(Option::is_some).collect();
     let mut columns = [const { Vec::new() }; 3];
     for sample in &capture.samples {
         let si = sample.map(|counts| calibration.sample(counts));
@@ -43,21 +43,13 @@ pub fn recording(
             column.push(values.map_or(f64::NAN, |v| f64::from(v[n])));
         }
     }
-    for column in &mut columns {
-        bridge(column, &capture.lost());
-    }
-    let channels = [Channel::Voltage, Channel::Current, Channel::Speed].into_iter().zip(columns).collect();
-    Ok(Recording { sample_time_s: 1.0 / f64::from(SAMPLE_RATE_HZ), channels, valid, metadata, ..Recording::default() })
-}
-
-/// Straight lines across gaps. A capture begins with a sample; one that ends in a gap keeps its last value.
-fn bridge(column: &mut [f64], gaps: &[std::ops::Range<usize>]) {
-    for gap in gaps {
-        let before = gap.start.checked_sub(1).map_or(0.0, |n| column[n]);
-        let after = column.get(gap.end).copied().unwrap_or(before);
-        let steps = (gap.len() + 1) as f64;
-        for n in gap.clone() {
-            column[n] = before + (after - before) * (n - gap.start + 1) as f64 / steps;
-        }
-    }
+    let [u, i, omega] = columns;
+    Recording::builder(1.0 / f64::from(SAMPLE_RATE_HZ))
+        .channel(Channel::Voltage, u)
+        .channel(Channel::Current, i)
+        .channel(Channel::Speed, omega)
+        .valid(valid)
+        .metadata(metadata)
+        .build()
+        .map_err(|e| Error::link(e.to_string(), "check the supply and the wiring, and record again"))
 }

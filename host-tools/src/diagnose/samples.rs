@@ -46,9 +46,7 @@ pub fn without_clipped(recordings: &[Recording]) -> Vec<Recording> {
         for channel in [Channel::Current, Channel::Speed] {
             let Some(values) = recording.channel(channel) else { continue };
             let clipped: Vec<usize> = clipping::find(channel, values).into_iter().flat_map(|c| c.samples).collect();
-            for n in clipped {
-                recording.valid[n] = false;
-            }
+            recording.exclude(clipped);
         }
     }
     clean

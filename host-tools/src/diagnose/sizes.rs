@@ -45,7 +45,7 @@ pub fn sizes(
         .map(|p| Size {
             name: p.name.to_owned(),
             value: space.value(p.name),
-            unit: unit(p.name, settings.kind, recordings[0].motion).to_owned(),
+            unit: unit(p.name, settings.kind, recordings[0].motion()).to_owned(),
             ci95: intervals.get(p.name).copied(),
         })
         .collect()

@@ -136,7 +136,7 @@ impl Outcome {
         flux: Option<FluxAtPeak>,
         mut notes: Vec<String>,
     ) -> Identification {
-        let motion = recordings[0].motion;
+        let motion = recordings[0].motion();
         let parameters = self.estimates(settings.kind, motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
         let of_effect = |id: &String| {
@@ -153,7 +153,7 @@ impl Outcome {
             kind: settings.kind,
             base: settings.base,
             motion,
-            motor: recordings.iter().find_map(|r| r.metadata.get("motor").cloned()),
+            motor: recordings.iter().find_map(|r| r.metadata().get("motor").cloned()),
             filter,
             parameters: stored(&parameters, |name| BASE_PARAMETERS.contains(&name)),
             effects: settings.effects.iter().filter_map(of_effect).collect(),

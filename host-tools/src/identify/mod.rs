@@ -74,13 +74,13 @@ pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experime
         return Err(Error::usage("no recording was given", "name at least one file"));
     }
     let types: Vec<(&Recording, &String)> =
-        recordings.iter().filter_map(|r| Some((r, r.metadata.get("motor")?))).collect();
+        recordings.iter().filter_map(|r| Some((r, r.metadata().get("motor")?))).collect();
     if let Some((odd, other)) = types.iter().find(|(_, t)| *t != types[0].1) {
         return Err(Error::input(
-            Place::file(&odd.path),
+            Place::file(odd.path()),
             format!(
                 "this is a recording of motor type {other:?}, and {} is of type {:?}",
-                types[0].0.path.display(),
+                types[0].0.path().display(),
                 types[0].1
             ),
             "identify each motor type by itself",

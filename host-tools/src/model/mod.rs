@@ -108,10 +108,10 @@ pub struct Origin {
 impl From<&Recording> for Origin {
     fn from(r: &Recording) -> Self {
         Self {
-            file: r.path.display().to_string(),
-            sha256: r.sha256.clone(),
+            file: r.path().display().to_string(),
+            sha256: r.sha256().to_owned(),
             samples: r.len(),
-            sample_time_s: r.sample_time_s,
+            sample_time_s: r.sample_time_s(),
         }
     }
 }

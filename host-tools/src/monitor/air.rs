@@ -32,10 +32,10 @@ const TEMPERATURES: std::ops::RangeInclusive<f64> = -30.0..=60.0;
 /// A pressure or temperature that is no number or not of this world.
 pub fn density(recording: &Recording) -> Result<Option<f64>> {
     let number = |key: &str, range: std::ops::RangeInclusive<f64>| -> Result<Option<f64>> {
-        let Some(text) = recording.metadata.get(key) else { return Ok(None) };
+        let Some(text) = recording.metadata().get(key) else { return Ok(None) };
         text.trim().parse().ok().filter(|x| range.contains(x)).map(Some).ok_or_else(|| {
             Error::input(
-                Place::file(&recording.path),
+                Place::file(recording.path()),
                 format!("{key} is {text:?}"),
                 format!("give a number from {} to {}", range.start(), range.end()),
             )

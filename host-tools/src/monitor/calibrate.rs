@@ -86,7 +86,7 @@ pub fn shown(replay: &Replay) -> Option<Shown> {
 pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
     let mut motors: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
     for (k, recording) in recordings.iter().enumerate() {
-        let serial = recording.metadata.get("serial").map(String::as_str);
+        let serial = recording.metadata().get("serial").map(String::as_str);
         match motors.iter_mut().find(|(other, _)| serial.is_some() && *other == serial) {
             Some((_, runs)) => runs.push(k),
             None => motors.push((serial, vec![k])),
@@ -151,7 +151,7 @@ pub fn calibrate(
         mains.extend(run.highest_voltage());
         let values = shown(&run).ok_or_else(|| {
             Error::usage(
-                format!("in {} less than half a second can be judged", recording.path.display()),
+                format!("in {} less than half a second can be judged", recording.path().display()),
                 "record longer, at nominal voltage and speed",
             )
         })?;

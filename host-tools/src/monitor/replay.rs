@@ -56,7 +56,7 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
     let e = Experiment::new(recording, &model.filter)?;
     let (Drive::Voltage, Some(current), Some(speed)) = (e.drive, &e.current, &e.speed) else {
         return Err(Error::input(
-            Place::file(&recording.path),
+            Place::file(recording.path()),
             "there is no voltage, current or speed",
             "the detector needs all three: u_v, i_a and omega_rad_s",
         ));
@@ -79,7 +79,7 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
         let output = tick.process(sample, constraints);
         if let Some(period) = detector.process(&output) {
             rows.push(Row {
-                t_s: recording.start_s + n as f64 * e.interval_s,
+                t_s: recording.start_s() + n as f64 * e.interval_s,
                 features: period.features,
                 jumps: period.jumps,
                 judged: period.judged,
@@ -88,7 +88,7 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
         }
     }
     let temperature = recording
-        .extras
+        .extras()
         .iter()
         .find(|o| o.name == "temp_c")
         .map(|o| o.values.iter().copied().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max));

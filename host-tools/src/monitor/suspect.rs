@@ -195,7 +195,7 @@ struct Station<'a> {
 /// this motor.
 fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Result<Option<Replay>> {
     let Station { model, detector, recording, experiment: e, correction } = station;
-    let onset = (0..e.len()).find(|n| recording.start_s + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
+    let onset = (0..e.len()).find(|n| recording.start_s() + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
     let mut changed: Model = (*model).clone();
     match &cause.change {
         Change::Parameter(name) => {
@@ -242,8 +242,9 @@ fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Re
         speed.push(f64::from(shown.speed * gain(Channel::Speed, n)));
     }
     let mut made: Recording = (*recording).clone();
-    made.metadata.retain(|key, _| !key.starts_with("skew_"));
-    made.channels.insert(Channel::Current, current);
-    made.channels.insert(Channel::Speed, speed);
+    made.metadata_mut().retain(|key, _| !key.starts_with("skew_"));
+    if made.set_channel(Channel::Current, current).and(made.set_channel(Channel::Speed, speed)).is_err() {
+        return Ok(None);
+    }
     replay(model, &made, &|interval| detector.settings(interval)).map(Some)
 }

@@ -151,8 +151,8 @@ pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run
         _ => Outcome::CannotJudge,
     };
     Ok(Test {
-        recording: recording.path.display().to_string(),
-        serial: recording.metadata.get("serial").cloned(),
+        recording: recording.path().display().to_string(),
+        serial: recording.metadata().get("serial").cloned(),
         verdict,
         reasons,
         alarms,

@@ -14,7 +14,7 @@ use arrow_ipc::reader::FileReader;
 use arrow_ipc::{root_as_footer, root_as_message};
 use arrow_schema::{DataType, TimeUnit};
 
-use super::read::damaged;
+use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
 use crate::error::{Error, Result};
 
@@ -35,7 +35,7 @@ pub fn read(path: &Path) -> Result<Table> {
         let batch = batch.map_err(|e| damaged(path, "Arrow", e))?;
         total += batch.num_rows() * batch.num_columns();
         if total > MAX_VALUES {
-            return Err(super::too_large(path, &format!("more than {total} numbers")));
+            return Err(too_large(path, &format!("more than {total} numbers")));
         }
         for (k, array) in batch.columns().iter().enumerate() {
             columns[k] = match (columns[k].take(), numbers(array)) {

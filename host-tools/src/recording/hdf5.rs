@@ -8,8 +8,8 @@ use std::path::Path;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
-use super::mat::Found;
-use super::read::damaged;
+use super::arrays::Found;
+use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
 use crate::error::Result;
 
@@ -18,16 +18,11 @@ const DEEPEST: usize = 16;
 /// More data sets than this are no recording.
 const MOST: usize = 4096;
 
-/// Reads an HDF5 file.
+/// Reads an HDF5 file under the name of the format that the user knows.
 ///
 /// # Errors
 /// Damaged content, too many values. A data set that cannot be decoded is an error, since it may be the one needed.
-pub fn read(path: &Path) -> Result<Table> {
-    read_as(path, "HDF5")
-}
-
-/// Reads it under the name of the format that the user knows.
-pub(super) fn read_as(path: &Path, format: &str) -> Result<Table> {
+pub fn read(path: &Path, format: &str) -> Result<Table> {
     let options = OpenOptions::default().with_max_read_bytes(MAX_VALUES * 8).with_max_chunk_bytes(MAX_VALUES * 8);
     // Read into memory, not mapped: a file that is cut short by another program while being read is then an error.
     let bytes = std::fs::read(path).map_err(|e| crate::error::Error::io(path, e))?;
@@ -36,7 +31,7 @@ pub(super) fn read_as(path: &Path, format: &str) -> Result<Table> {
     let mut walk = Walk { found: Found::default(), left: MOST };
     match walk.group(&root, &[], 0) {
         Ok(()) => Ok(walk.found.table()),
-        Err(reason) if reason == "too many values" => Err(super::too_large(path, "too many values")),
+        Err(reason) if reason == "too many values" => Err(too_large(path, "too many values")),
         Err(reason) => Err(damaged(path, format, reason)),
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use falcon_mdf::Mf4File;
 use falcon_mdf::mdf3::Mdf3File;
 
-use super::read::damaged;
+use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
 use crate::error::Result;
 
@@ -42,7 +42,7 @@ impl Builder<'_> {
     ) -> Result<()> {
         self.values = self.values.saturating_add(usize::try_from(count).unwrap_or(usize::MAX));
         if self.values > MAX_VALUES {
-            return Err(super::too_large(self.path, &format!("more than {count} samples in a channel group")));
+            return Err(too_large(self.path, &format!("more than {count} samples in a channel group")));
         }
         match samples() {
             Ok(values) if values.len() as u64 == count => {

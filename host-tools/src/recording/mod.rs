@@ -2,7 +2,7 @@
 //!
 //! Each file format has a reader of its own below; all of them deliver a table of named columns, and one
 //! path ([`load`]) turns a table into a [`Recording`]: names and units are recognised or mapped, time is checked,
-//! invalid samples are masked.
+//! invalid samples are masked. What a [`Recording`] promises is checked once, when it is built.
 
 pub mod clipping;
 pub mod finding;
@@ -12,7 +12,12 @@ pub mod table;
 pub mod time_axis;
 pub mod units;
 
+mod arrays;
 mod assemble;
+mod build;
+mod channel;
+mod damage;
+mod gaps;
 mod read;
 mod write;
 
@@ -29,69 +34,13 @@ mod text;
 mod wav;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+pub use build::{Builder, InvalidRecording};
+pub use channel::{Channel, Motion};
 pub use mapping::{MapArgs, Mapping};
 pub use read::{load, load_all};
 pub use write::write;
-
-use read::{looks_like, too_large};
-
-/// A measured quantity that the models know. The discriminant is the order of the columns in files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Channel {
-    /// Supply voltage at the motor's terminals, V (`u_v`).
-    Voltage,
-    /// Current, A (`i_a`).
-    Current,
-    /// Speed, rad/s, or m/s of a linear drive (`omega_rad_s`).
-    Speed,
-    /// Position, rad or m (`angle_rad`); stands in for the speed.
-    Angle,
-    /// Torque, N m, or force, N (`torque_n_m`); stands in for K i.
-    Torque,
-}
-
-impl Channel {
-    /// All channels, in the order of the columns of a file.
-    pub const ALL: [Self; 5] = [Self::Voltage, Self::Current, Self::Speed, Self::Angle, Self::Torque];
-
-    /// The column name of the interface.
-    pub const fn column(self) -> &'static str {
-        match self {
-            Self::Voltage => "u_v",
-            Self::Current => "i_a",
-            Self::Speed => "omega_rad_s",
-            Self::Angle => "angle_rad",
-            Self::Torque => "torque_n_m",
-        }
-    }
-
-    /// The SI unit of its values.
-    pub const fn unit(self, motion: Motion) -> &'static str {
-        match (self, motion) {
-            (Self::Voltage, _) => "V",
-            (Self::Current, _) => "A",
-            (Self::Speed, Motion::Rotary) => "rad/s",
-            (Self::Speed, Motion::Linear) => "m/s",
-            (Self::Angle, Motion::Rotary) => "rad",
-            (Self::Angle, Motion::Linear) => "m",
-            (Self::Torque, Motion::Rotary) => "N m",
-            (Self::Torque, Motion::Linear) => "N",
-        }
-    }
-}
-
-/// Whether the drive turns or slides; decides on the units that are printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Motion {
-    /// rad, rad/s, N m, kg m².
-    #[default]
-    Rotary,
-    /// m, m/s, N, kg.
-    Linear,
-}
 
 /// A further column that is carried along, in the units of its file.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,55 +51,246 @@ pub struct Extra {
     pub values: Vec<f64>,
 }
 
-/// One run of one motor. All columns have the same length.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// One run of one motor.
+///
+/// It promises: all columns have the same length, of at least one sample; time is uniform; every value is finite; and a
+/// masked sample holds no measured value but the straight line between the usable ones around it, so that a fill value of
+/// the file reaches no filter, no fit and no finding.
+///
+/// ```
+/// use greyrig_host::recording::{Channel, Recording};
+///
+/// let run = Recording::builder(1e-3)
+///     .channel(Channel::Voltage, vec![12.0, -999.0, 14.0])
+///     .channel(Channel::Current, vec![1.0, -999.0, 1.0])
+///     .valid(vec![true, false, true])
+///     .build()?;
+/// assert_eq!(run.channel(Channel::Voltage), Some(&[12.0, 13.0, 14.0][..]));
+/// assert_eq!(run.valid(), [true, false, true]);
+/// # Ok::<(), greyrig_host::recording::InvalidRecording>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Where it came from, as the user named it.
-    pub path: PathBuf,
-    /// SHA-256 of the file, in hexadecimal; empty for data that were never in a file.
-    pub sha256: String,
-    /// Time of the first sample, s.
-    pub start_s: f64,
-    /// Sampling interval, s.
-    pub sample_time_s: f64,
-    /// The measured channels, in SI units.
-    pub channels: BTreeMap<Channel, Vec<f64>>,
-    /// Rotary or linear.
-    pub motion: Motion,
-    /// Samples that may be used (false: missing, clipped or marked invalid in the file).
-    pub valid: Vec<bool>,
-    /// Samples at which the rotor is held (speed imposed as zero); empty: never.
-    pub rotor_locked: Vec<bool>,
-    /// Samples at which the supply is open (current zero, the voltage is what the terminals show); empty: never.
-    pub supply_open: Vec<bool>,
-    /// Columns that the models do not use.
-    pub extras: Vec<Extra>,
-    /// `# key: value` lines and their like.
-    pub metadata: BTreeMap<String, String>,
-    /// What the user should know about these data (clipping, gaps …), in words.
-    pub warnings: Vec<String>,
+    path: PathBuf,
+    sha256: String,
+    start_s: f64,
+    sample_time_s: f64,
+    channels: BTreeMap<Channel, Vec<f64>>,
+    motion: Motion,
+    /// Samples that count.
+    valid: Vec<bool>,
+    /// Samples that the whole row lacks.
+    masked_rows: Vec<usize>,
+    /// Samples that a channel alone lacks.
+    masked: BTreeMap<Channel, Vec<usize>>,
+    rotor_locked: Vec<bool>,
+    supply_open: Vec<bool>,
+    extras: Vec<Extra>,
+    metadata: BTreeMap<String, String>,
+    warnings: Vec<String>,
 }
 
 impl Recording {
+    /// Begins a recording with a sampling interval, s.
+    pub fn builder(sample_time_s: f64) -> Builder {
+        Builder::new(sample_time_s)
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.valid.len()
     }
-    /// Whether there is no sample.
+
+    /// Whether there is no sample; a part can be empty.
     pub fn is_empty(&self) -> bool {
         self.valid.is_empty()
     }
-    /// A channel's samples, if the recording has it.
+
+    /// Duration, s.
+    pub fn duration_s(&self) -> f64 {
+        self.len() as f64 * self.sample_time_s
+    }
+
+    /// Where it came from, as the user named it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// SHA-256 of the file, in hexadecimal; empty for data that were never in a file.
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// Time of the first sample, s.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// Sampling interval, s.
+    pub fn sample_time_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
+    /// Rotary or linear.
+    pub fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// A channel's samples in SI units, if the recording has it.
     pub fn channel(&self, channel: Channel) -> Option<&[f64]> {
         self.channels.get(&channel).map(Vec::as_slice)
     }
+
+    /// The measured channels, in SI units.
+    pub fn channels(&self) -> &BTreeMap<Channel, Vec<f64>> {
+        &self.channels
+    }
+
+    /// Samples that count (false: missing, clipped, or marked invalid in the file).
+    pub fn valid(&self) -> &[bool] {
+        &self.valid
+    }
+
+    /// Samples of a channel that were replaced by the line between their neighbours, in their order.
+    pub fn masked(&self, channel: Channel) -> Vec<usize> {
+        let mut all = [self.masked_rows(), self.masked_alone(channel)].concat();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Samples of which no channel has a usable value.
+    pub(crate) fn masked_rows(&self) -> &[usize] {
+        &self.masked_rows
+    }
+
+    /// Samples that a channel alone lacks.
+    pub(crate) fn masked_alone(&self, channel: Channel) -> &[usize] {
+        self.masked.get(&channel).map_or(&[], Vec::as_slice)
+    }
+
+    /// Samples at which the rotor is held (speed imposed as zero); empty: never.
+    pub fn rotor_locked(&self) -> &[bool] {
+        &self.rotor_locked
+    }
+
+    /// Samples at which the supply is open (current zero, the voltage is what the terminals show); empty: never.
+    pub fn supply_open(&self) -> &[bool] {
+        &self.supply_open
+    }
+
+    /// Columns that the models do not use.
+    pub fn extras(&self) -> &[Extra] {
+        &self.extras
+    }
+
+    /// `# key: value` lines and their like.
+    pub fn metadata(&self) -> &BTreeMap<String, String> {
+        &self.metadata
+    }
+
+    /// What the user should know about these data (clipping, gaps …), in words.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Gives it the name of a file.
+    #[must_use]
+    pub fn named(mut self, path: impl Into<PathBuf>) -> Self {
+        self.path = path.into();
+        self
+    }
+
+    /// Replaces what the user should know about these data.
+    #[must_use]
+    pub fn with_warnings(mut self, warnings: Vec<String>) -> Self {
+        self.warnings = warnings;
+        self
+    }
+
+    /// Sets a metadata entry.
+    pub fn set_metadata(&mut self, key: impl Into<String>, value: impl Into<String>) {
+        self.metadata.insert(key.into(), value.into());
+    }
+
+    /// The metadata, to be changed; what they say is not looked at again.
+    pub fn metadata_mut(&mut self) -> &mut BTreeMap<String, String> {
+        &mut self.metadata
+    }
+
+    /// Adds a column that is carried along.
+    ///
+    /// # Errors
+    /// Another length, or a value that is not finite.
+    pub fn add_extra(&mut self, name: impl Into<String>, values: Vec<f64>) -> Result<(), InvalidRecording> {
+        let extra = Extra { name: name.into(), values };
+        build::check_extra(&extra, self.len())?;
+        self.extras.push(extra);
+        Ok(())
+    }
+
+    /// Puts other values into a channel, or adds the channel. Samples that are masked stay so.
+    ///
+    /// # Errors
+    /// Another length, an infinite value, or no usable sample. A NaN is a missing sample.
+    pub fn set_channel(&mut self, channel: Channel, values: Vec<f64>) -> Result<(), InvalidRecording> {
+        let len = self.len();
+        let missing = build::take_channel(channel, values, &self.masked(channel), len, &mut self.channels)?;
+        self.note_missing(channel, &missing);
+        Ok(())
+    }
+
+    /// Leaves a channel out.
+    pub fn remove_channel(&mut self, channel: Channel) {
+        self.channels.remove(&channel);
+        self.masked.remove(&channel);
+    }
+
+    /// Masks samples of one channel: they do not count, and the line between their neighbours takes their place.
+    ///
+    /// # Errors
+    /// No usable sample would be left, or there is no such sample.
+    pub fn mask(&mut self, channel: Channel, samples: &[usize]) -> Result<(), InvalidRecording> {
+        let Some(values) = self.channels.get_mut(&channel) else { return Ok(()) };
+        build::check_samples(samples, self.valid.len())?;
+        let mut lacking = values.clone();
+        samples.iter().for_each(|&k| lacking[k] = f64::NAN);
+        self.set_channel(channel, lacking)
+    }
+
+    /// Lets samples count no more in any comparison, while their values stay: the model still runs through them.
+    pub fn exclude(&mut self, samples: impl IntoIterator<Item = usize>) {
+        for k in samples {
+            if let Some(valid) = self.valid.get_mut(k) {
+                *valid = false;
+            }
+        }
+    }
+
+    fn note_missing(&mut self, channel: Channel, missing: &[usize]) {
+        if missing.is_empty() {
+            return;
+        }
+        let own = self.masked.entry(channel).or_default();
+        own.extend(missing);
+        own.sort_unstable();
+        own.dedup();
+        self.exclude(missing.iter().copied());
+    }
+
     /// A stretch of samples as a recording of its own.
+    #[must_use]
     pub fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let flags = |flags: &Vec<bool>| if flags.is_empty() { Vec::new() } else { flags[range.clone()].to_vec() };
+        let flags = |flags: &[bool]| if flags.is_empty() { Vec::new() } else { flags[range.clone()].to_vec() };
+        let inside = |samples: &[usize]| -> Vec<usize> {
+            samples.iter().filter(|k| range.contains(k)).map(|k| k - range.start).collect()
+        };
         Self {
             start_s: self.start_s + range.start as f64 * self.sample_time_s,
             channels: self.channels.iter().map(|(c, values)| (*c, values[range.clone()].to_vec())).collect(),
             valid: self.valid[range.clone()].to_vec(),
+            masked_rows: inside(&self.masked_rows),
+            masked: self.masked.iter().map(|(c, samples)| (*c, inside(samples))).collect(),
             rotor_locked: flags(&self.rotor_locked),
             supply_open: flags(&self.supply_open),
             extras: self
@@ -165,9 +305,5 @@ impl Recording {
             metadata: self.metadata.clone(),
             warnings: self.warnings.clone(),
         }
-    }
-    /// Duration, s.
-    pub fn duration_s(&self) -> f64 {
-        self.len() as f64 * self.sample_time_s
     }
 }

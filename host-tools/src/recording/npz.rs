@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::mat::Found;
-use super::read::damaged;
+use super::arrays::Found;
+use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
 use crate::error::{Error, Result};
 
@@ -18,7 +18,7 @@ pub fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
     match archive(&bytes) {
         Ok(found) => Ok(found.table()),
-        Err("too many values") => Err(super::too_large(path, "too many values")),
+        Err("too many values") => Err(too_large(path, "too many values")),
         Err(reason) => Err(damaged(path, "NumPy", reason)),
     }
 }

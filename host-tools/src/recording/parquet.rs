@@ -20,7 +20,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
-use super::read::damaged;
+use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
 use crate::error::{Error, Result};
 
@@ -37,7 +37,7 @@ pub fn read(path: &Path) -> Result<Table> {
     let schema = about.schema_descr_ptr();
     let rows = usize::try_from(about.num_rows()).map_err(|_| damaged(path, "Parquet", "a negative number of rows"))?;
     if rows.saturating_mul(schema.num_columns()) > MAX_VALUES {
-        return Err(super::too_large(path, &format!("{rows} rows of {} columns", schema.num_columns())));
+        return Err(too_large(path, &format!("{rows} rows of {} columns", schema.num_columns())));
     }
     let mut table = Table::default();
     let mut units = BTreeMap::new();

@@ -9,6 +9,7 @@ use std::sync::Once;
 
 use sha2::{Digest, Sha256};
 
+use super::damage::too_large;
 use super::mapping::Mapping;
 use super::table::{MAX_VALUES, Table};
 use super::{Recording, assemble};
@@ -118,8 +119,12 @@ fn read(path: &Path, format: Format) -> Result<Table> {
         Format::Arrow => super::arrow::read(path),
         #[cfg(not(feature = "arrow"))]
         Format::Arrow => Err(not_built(path, "Arrow and Feather")),
+        // MATLAB 7.3 is HDF5 behind a block of text.
+        Format::Mat if starts_with(path, b"MATLAB 7.3") || starts_with(path, b"\x89HDF") => {
+            super::hdf5::read(path, "MATLAB 7.3")
+        }
         Format::Mat => super::mat::read(path),
-        Format::Hdf5 => super::hdf5::read(path),
+        Format::Hdf5 => super::hdf5::read(path, "HDF5"),
         Format::Mdf => super::mdf::read(path),
         Format::Tdms => super::tdms::read(path),
         Format::Wav => super::wav::read(path),
@@ -135,54 +140,6 @@ pub(super) fn not_built(path: &Path, what: &str) -> Error {
         format!("this build does not handle {what} files"),
         "use the full build (in a checkout: cargo greyrig-full …), or convert the file to CSV",
     )
-}
-
-/// A file beyond the limit.
-pub(super) fn too_large(path: &Path, size: &str) -> Error {
-    Error::input(
-        Place::file(path),
-        format!("the file is too large: {size}, the limit is {} million numbers or 2 GB", MAX_VALUES / 1_000_000),
-        "cut the run into several recordings, or leave out columns and samples that are not needed",
-    )
-}
-
-/// A decoder's complaint, with a hint where the content is of another format.
-pub(super) fn damaged(path: &Path, format: &str, detail: impl std::fmt::Display) -> Error {
-    let mut head = Vec::new();
-    if let Ok(file) = File::open(path) {
-        // A file that cannot be read again only loses the hint.
-        let _ = file.take(4096).read_to_end(&mut head);
-    }
-    let detail: String =
-        detail.to_string().split_whitespace().collect::<Vec<_>>().join(" ").chars().take(160).collect();
-    let remedy = match looks_like(&head) {
-        Some(found) if !format.starts_with(found) && !found.starts_with(format) => {
-            format!("it looks like {found}: give it that extension")
-        }
-        None if !head.is_empty() && head.iter().all(|&b| b >= 0x20 || matches!(b, b'\t' | b'\n' | b'\r')) => {
-            "it looks like text: name it .csv".into()
-        }
-        _ => "copy the file again from its source, or export it anew".into(),
-    };
-    Error::input(Place::file(path), format!("the {format} file cannot be read ({detail})"), remedy)
-}
-
-/// The format that the first bytes belong to.
-pub(super) fn looks_like(head: &[u8]) -> Option<&'static str> {
-    let starts = |magic: &[u8]| head.starts_with(magic);
-    match () {
-        () if starts(b"PAR1") => Some("Parquet (.parquet)"),
-        () if starts(b"ARROW1") => Some("Arrow (.feather)"),
-        () if starts(b"\x89HDF") => Some("HDF5 (.h5)"),
-        () if starts(b"MATLAB 5.0") => Some("MATLAB (.mat)"),
-        () if starts(b"MATLAB 7.3") => Some("MATLAB (.mat)"),
-        () if starts(b"MDF ") || starts(b"UnFinMF") => Some("MDF (.mf4)"),
-        () if starts(b"TDSm") => Some("TDMS (.tdms)"),
-        () if starts(b"RIFF") => Some("WAV (.wav)"),
-        () if starts(b"\x1f\x8b") => Some("gzip (.csv.gz)"),
-        () if starts(b"PK\x03\x04") => Some("a ZIP archive (.npz, or a spreadsheet: export it as .csv)"),
-        () => None,
-    }
 }
 
 fn starts_with(path: &Path, magic: &[u8]) -> bool {

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::read::damaged;
+use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
 use crate::error::{Error, Place, Result};
 
@@ -129,7 +129,7 @@ pub fn read(path: &Path) -> Result<Table> {
     let mut file = File { objects: BTreeMap::new(), order: Vec::new(), active: Vec::new(), values: 0, cut: false };
     match file.segments(&bytes) {
         Ok(()) => {}
-        Err("too many values") => return Err(super::too_large(path, "too many samples")),
+        Err("too many values") => return Err(too_large(path, "too many samples")),
         Err(reason) => return Err(damaged(path, "TDMS", reason)),
     }
     file.table(path)

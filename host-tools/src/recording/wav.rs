@@ -8,7 +8,7 @@ use std::path::Path;
 
 use hound::{SampleFormat, WavReader};
 
-use super::read::damaged;
+use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
 use crate::error::{Error, Place, Result};
 
@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Result<Table> {
         ));
     }
     if reader.len() as usize > MAX_VALUES {
-        return Err(super::too_large(path, &format!("{} samples", reader.len())));
+        return Err(too_large(path, &format!("{} samples", reader.len())));
     }
     let half = 1_u32 << (spec.bits_per_sample - 1);
     let full_scale = f64::from(if spec.bits_per_sample <= 16 { half - 1 } else { half }).max(1.0);

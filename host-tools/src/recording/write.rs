@@ -40,23 +40,27 @@ pub fn write(recording: &Recording, path: &Path, force: bool) -> Result<()> {
 
 fn columns(recording: &Recording) -> Columns {
     let n = recording.len();
-    let time = (0..n).map(|k| recording.start_s + k as f64 * recording.sample_time_s).collect();
+    let time = (0..n).map(|k| recording.start_s() + k as f64 * recording.sample_time_s()).collect();
     let mut columns: Columns = vec![(Role::Time.column().into(), time, Some("s"))];
     for channel in Channel::ALL {
         if let Some(values) = recording.channel(channel) {
-            columns.push((channel.column().into(), values.to_vec(), Some(channel.unit(recording.motion))));
+            let mut values = values.to_vec();
+            recording.masked_alone(channel).iter().for_each(|&k| values[k] = f64::NAN);
+            columns.push((channel.column().into(), values, Some(channel.unit(recording.motion()))));
         }
     }
     let flags = |mask: &[bool]| mask.iter().map(|&b| f64::from(u8::from(b))).collect::<Vec<_>>();
-    if recording.valid.contains(&false) {
-        columns.push((Role::Valid.column().into(), flags(&recording.valid), None));
+    if !recording.masked_rows().is_empty() {
+        let mut valid = vec![1.0; n];
+        recording.masked_rows().iter().for_each(|&k| valid[k] = 0.0);
+        columns.push((Role::Valid.column().into(), valid, None));
     }
-    for (role, mask) in [(Role::RotorLocked, &recording.rotor_locked), (Role::SupplyOpen, &recording.supply_open)] {
+    for (role, mask) in [(Role::RotorLocked, recording.rotor_locked()), (Role::SupplyOpen, recording.supply_open())] {
         if mask.len() == n && n > 0 {
             columns.push((role.column().into(), flags(mask), None));
         }
     }
-    for extra in recording.extras.iter().filter(|e| e.values.len() == n) {
+    for extra in recording.extras().iter().filter(|e| e.values.len() == n) {
         let mut name = one_line(&extra.name);
         while columns.iter().any(|c| c.0 == name) {
             name.push_str("_2");
@@ -68,12 +72,12 @@ fn columns(recording: &Recording) -> Columns {
 
 /// The metadata that go into the file: the recording's own, the exact sampling interval and the kind of motion.
 fn metadata(recording: &Recording) -> BTreeMap<String, String> {
-    let own = recording.metadata.iter().map(|(k, v)| (key(k), one_line(v)));
+    let own = recording.metadata().iter().map(|(k, v)| (key(k), one_line(v)));
     let mut metadata: BTreeMap<String, String> = own.filter(|(k, _)| !k.is_empty()).collect();
     // Any other statement of the rate is superseded.
     metadata.retain(|k, _| !super::time_axis::is_interval_key(k));
-    metadata.insert("sample_time_s".into(), format!("{}", recording.sample_time_s));
-    if recording.motion == Motion::Linear {
+    metadata.insert("sample_time_s".into(), format!("{}", recording.sample_time_s()));
+    if recording.motion() == Motion::Linear {
         metadata.insert("motion".into(), "linear".into());
     }
     metadata
@@ -105,6 +109,9 @@ fn csv(columns: &Columns, metadata: &BTreeMap<String, String>, out: &mut dyn Wri
             }
             // The shortest digits that read back as the same number.
             let x = values[row];
+            if x.is_nan() {
+                continue;
+            }
             let written = if x != 0.0 && (x.abs() < 1e-5 || x.abs() >= 1e16) {
                 write!(line, "{x:e}")
             } else {

@@ -300,7 +300,7 @@ impl Setup {
             }
             log.push(&sample);
         }
-        Ok(self.finish(log, running.truth, &running.chain_setup))
+        self.finish(log, running.truth, &running.chain_setup)
     }
 
     /// Begins to run the profile, sample by sample.
@@ -339,7 +339,7 @@ impl Setup {
         Ok(())
     }
 
-    fn finish(&self, log: Log, truth: Truth, chain: &ChainSetup) -> Run {
+    fn finish(&self, log: Log, truth: Truth, chain: &ChainSetup) -> Result<Run> {
         let mut metadata = BTreeMap::from(
             [
                 ("motor", self.motor.kind.name().to_owned()),
@@ -373,16 +373,16 @@ impl Setup {
             metadata.insert("truth_faults".to_owned(), join(faults));
         }
         let [u, i, omega] = log.values;
-        let recording = Recording {
-            sample_time_s: 1.0 / SAMPLE_RATE_HZ,
-            valid: vec![true; u.len()],
-            channels: BTreeMap::from([(Channel::Voltage, u), (Channel::Current, i), (Channel::Speed, omega)]),
-            rotor_locked: if never(&log.locked) { Vec::new() } else { log.locked },
-            supply_open: if never(&log.open) { Vec::new() } else { log.open },
-            metadata,
-            ..Recording::default()
-        };
-        Run { recording, counts: log.counts, truth }
+        let recording = Recording::builder(1.0 / SAMPLE_RATE_HZ)
+            .channel(Channel::Voltage, u)
+            .channel(Channel::Current, i)
+            .channel(Channel::Speed, omega)
+            .rotor_locked(if never(&log.locked) { Vec::new() } else { log.locked })
+            .supply_open(if never(&log.open) { Vec::new() } else { log.open })
+            .metadata(metadata)
+            .build()
+            .map_err(|e| Error::usage(format!("the run gives no recording: {e}"), "choose another length"))?;
+        Ok(Run { recording, counts: log.counts, truth })
     }
 }
 

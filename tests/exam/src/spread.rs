@@ -34,9 +34,9 @@ pub fn held(of: &MotorType, seed: u64, stations: &[Station]) -> Result<Held> {
     };
     let (ideal, here) = (run(nominal, 0.0)?, run(motor, 0.0)?);
     let mut recording = run(motor, 1.0)?;
-    let blank = (BLANKING_S / recording.sample_time_s) as usize;
-    recording.valid[..blank].fill(false);
-    let current = |r: &Recording| r.channels.get(&Channel::Current).cloned().unwrap_or_default();
+    let blank = (BLANKING_S / recording.sample_time_s()) as usize;
+    recording.exclude(0..blank);
+    let current = |r: &Recording| r.channel(Channel::Current).unwrap_or_default().to_vec();
     let (a, b) = (current(&ideal), current(&here));
     let square = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>();
     let off = square(&mut a.iter().zip(&b).skip(blank).map(|(a, b)| a - b));

@@ -25,9 +25,7 @@ impl Data {
         let record = |profile: &str, name: &str, seed: u64| -> Result<Vec<Recording>> {
             let setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
             let setup = hidden.iter().try_fold(setup, |setup, effect| setup.effect(effect))?;
-            let mut recording = setup.run()?.recording;
-            recording.path = name.into();
-            Ok(vec![recording])
+            Ok(vec![setup.run()?.recording.named(name)])
         };
         Ok(Self {
             training: record("staircase", "staircase.csv", seed)?,

@@ -51,8 +51,8 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
         .filter_map(|(key, name)| Some((key.to_owned(), name.filter(|name| !name.is_empty())?.to_owned())))
         .collect();
     recorded::describe(&mut metadata, &device);
-    let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?;
-    recording.path = args.out.clone().unwrap_or_else(|| name.into());
+    let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?
+        .named(args.out.clone().unwrap_or_else(|| name.into()));
     let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
     if lost > 0 {
         eprintln!(
@@ -62,7 +62,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
     for line in faults(&finished.status) {
         eprintln!("greyrig: the microcontroller: {line}");
     }
-    super::circumstances(args, &mut recording);
+    super::circumstances(args, &mut recording)?;
     let replay = Replay { temperature: args.temp_c, ..finished.replay };
     let mut test = judge(model, detector, &recording, replay, lost == 0)?;
     if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::test::{Outcome, Test, test};
 use crate::output;
-use crate::recording::{Extra, MapArgs, Recording};
+use crate::recording::{MapArgs, Recording};
 
 /// Exit code of a motor that fails its test.
 const FAILED: u8 = 1;
@@ -129,16 +129,19 @@ struct Judged {
 fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
     only_over_the_link(args)?;
     let mut recordings = input::load(&args.recordings, &args.map)?;
-    recordings.iter_mut().for_each(|r| circumstances(args, r));
+    recordings.iter_mut().try_for_each(|r| circumstances(args, r))?;
     if let Some(serial) = &args.serial {
         let [recording] = recordings.as_mut_slice() else {
             let told = format!("--serial {serial} is one motor's, and {} recordings are given", recordings.len());
             return Err(Error::usage(told, "test one recording at a time, or have each tell its own (# serial:)"));
         };
-        let known = recording.metadata.entry("serial".into()).or_insert_with(|| serial.clone());
-        if known != serial {
-            let told = format!("--serial {serial}, but {} is of motor {known}", recording.path.display());
-            return Err(Error::usage(told, "leave --serial out, or name the right recording"));
+        match recording.metadata().get("serial") {
+            None => recording.set_metadata("serial", serial),
+            Some(known) if known == serial => {}
+            Some(known) => {
+                let told = format!("--serial {serial}, but {} is of motor {known}", recording.path().display());
+                return Err(Error::usage(told, "leave --serial out, or name the right recording"));
+            }
         }
     }
     let mut tests = Vec::new();
@@ -165,14 +168,17 @@ fn only_over_the_link(args: &Args) -> Result<()> {
 }
 
 /// Adds what the command line tells about air and temperature to a recording that does not.
-fn circumstances(args: &Args, recording: &mut Recording) {
-    if let Some(pressure) = args.air_hpa {
-        recording.metadata.entry("air_pressure_hpa".into()).or_insert_with(|| pressure.to_string());
+fn circumstances(args: &Args, recording: &mut Recording) -> Result<()> {
+    if let Some(pressure) = args.air_hpa.filter(|_| !recording.metadata().contains_key("air_pressure_hpa")) {
+        recording.set_metadata("air_pressure_hpa", pressure.to_string());
     }
-    if let Some(temperature) = args.temp_c.filter(|_| recording.extras.iter().all(|e| e.name != TEMPERATURE)) {
+    if let Some(temperature) = args.temp_c.filter(|_| recording.extras().iter().all(|e| e.name != TEMPERATURE)) {
         let values = vec![temperature; recording.len()];
-        recording.extras.push(Extra { name: TEMPERATURE.into(), values });
+        recording
+            .add_extra(TEMPERATURE, values)
+            .map_err(|e| Error::usage(format!("--temp-c {temperature}: {e}"), "give a temperature in °C"))?;
     }
+    Ok(())
 }
 
 /// Adds a line to the results, if they are kept, and has it on the disk before the next motor.

@@ -167,8 +167,7 @@ impl Session {
         let name = Path::new(name).file_name().ok_or_else(|| Error::usage("the file has no name", "give it one"))?;
         let path = self.folder.path().join(name);
         std::fs::write(&path, content).map_err(|e| Error::io(name, e))?;
-        let mut added = recording::load(&path, &self.mapping).map_err(|e| named(e, &path, Path::new(name)))?;
-        added.path = name.into();
+        let added = recording::load(&path, &self.mapping).map_err(|e| named(e, &path, Path::new(name)))?.named(name);
         let mut state = self.free()?;
         let mut all = state.recordings.to_vec();
         all.push(added);
@@ -258,11 +257,11 @@ fn named(error: Error, path: &Path, name: &Path) -> Error {
 
 fn recording_as_json(r: &Recording) -> Value {
     json!({
-        "name": r.path.display().to_string(),
+        "name": r.path().display().to_string(),
         "seconds": r.duration_s(),
-        "sample_time_s": r.sample_time_s,
-        "channels": r.channels.keys().map(|c| c.column()).collect::<Vec<_>>(),
-        "warnings": r.warnings,
+        "sample_time_s": r.sample_time_s(),
+        "channels": r.channels().keys().map(|c| c.column()).collect::<Vec<_>>(),
+        "warnings": r.warnings(),
     })
 }
 

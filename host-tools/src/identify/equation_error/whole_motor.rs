@@ -332,8 +332,6 @@ fn means<S: Scalar>(signal: &[S]) -> Vec<S> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use greyrig::motor::{FluxLaw, Parameters};
 
     use super::*;
@@ -354,24 +352,15 @@ mod tests {
     /// By a current channel that clips.
     fn recorded_within(level: f64, samples: usize, at: impl Fn(f64) -> [f64; 3], locked: bool) -> Experiment {
         let channel = |k: usize| (0..samples).map(|n| at(n as f64 * STEP_S)[k]).collect::<Vec<f64>>();
-        let recording = Recording {
-            path: "closed form".into(),
-            sha256: String::new(),
-            start_s: 0.0,
-            sample_time_s: STEP_S,
-            channels: BTreeMap::from([
-                (Channel::Voltage, channel(0)),
-                (Channel::Current, channel(1).iter().map(|i| i.clamp(-level, level)).collect()),
-                (Channel::Speed, channel(2)),
-            ]),
-            motion: crate::recording::Motion::Rotary,
-            valid: channel(1).iter().map(|i| i.abs() < level).collect(),
-            rotor_locked: vec![locked; samples],
-            supply_open: Vec::new(),
-            extras: Vec::new(),
-            metadata: BTreeMap::new(),
-            warnings: Vec::new(),
-        };
+        let mut recording = Recording::builder(STEP_S)
+            .path("closed form")
+            .channel(Channel::Voltage, channel(0))
+            .channel(Channel::Current, channel(1).iter().map(|i| i.clamp(-level, level)).collect())
+            .channel(Channel::Speed, channel(2))
+            .rotor_locked(vec![locked; samples])
+            .build()
+            .unwrap();
+        recording.exclude(channel(1).iter().enumerate().filter(|(_, i)| i.abs() >= level).map(|(n, _)| n));
         Experiment::new(&recording, &Filter::default()).unwrap()
     }
 

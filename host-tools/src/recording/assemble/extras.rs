@@ -8,7 +8,7 @@ use crate::recording::names::{self, Role};
 use crate::recording::table::Column;
 use crate::recording::time_axis::TimeAxis;
 use crate::recording::units::{Quantity, Unit};
-use crate::recording::{Channel, Extra, Recording};
+use crate::recording::{Channel, Extra};
 
 impl Assembly<'_> {
     /// Carries the other columns along; those of slower rasters hold their last value.
@@ -17,11 +17,12 @@ impl Assembly<'_> {
         raster: usize,
         uses: &BTreeMap<Role, Use>,
         axis: TimeAxis,
-        recording: &mut Recording,
-    ) {
+        usable: &[bool],
+        measured: &[Channel],
+    ) -> Vec<Extra> {
         let used: Vec<usize> = uses.values().map(|u| u.source.column).collect();
-        let rows = recording.valid.len();
-        let mut warnings = Vec::new();
+        let rows = usable.len();
+        let (mut warnings, mut extras) = (Vec::new(), Vec::new());
         for (k, column) in self.table.columns.iter().enumerate() {
             let temperature = uses.get(&Role::Temperature).filter(|u| u.source.column == k);
             if used.contains(&k) && temperature.is_none() {
@@ -59,7 +60,7 @@ impl Assembly<'_> {
                 let role = unit.and_then(|u| {
                     Channel::ALL.into_iter().find(|c| Role::Channel(*c).quantities().contains(&u.quantity))
                 });
-                if let Some(channel) = role.filter(|c| !recording.channels.contains_key(c)) {
+                if let Some(channel) = role.filter(|c| !measured.contains(c)) {
                     warnings.push(format!(
                         "column '{}' is carried along but not used; if it is {}, write {}",
                         column.name,
@@ -76,16 +77,19 @@ impl Assembly<'_> {
                 }
                 name = Role::Temperature.column().into();
             }
-            let Some(hold) = hold_over_gaps(&mut values) else {
+            let hold = values.iter().zip(usable).filter(|(x, usable)| **usable && !x.is_finite()).count();
+            values.iter_mut().zip(usable).filter(|(_, usable)| !**usable).for_each(|(x, _)| *x = f64::NAN);
+            if !hold_over_gaps(&mut values) {
                 warnings.push(format!("column '{}' is left out: it holds no finite value", column.name));
                 continue;
             };
             if hold > 0 {
                 warnings.push(format!("column '{}': {hold} missing values hold the value before them", column.name));
             }
-            recording.extras.push(Extra { name, values });
+            extras.push(Extra { name, values });
         }
         self.warnings.extend(warnings);
+        extras
     }
 
     /// Sample and hold onto the main time axis.
@@ -123,18 +127,15 @@ impl Assembly<'_> {
     }
 }
 
-/// Replaces missing and infinite values by the last one before (the first one at the start); how many, or none if there
-/// is no finite value at all.
-fn hold_over_gaps(values: &mut [f64]) -> Option<usize> {
-    let mut last = *values.iter().find(|x| x.is_finite())?;
-    let mut count = 0;
+/// Replaces missing and infinite values by the last one before (the first one at the start), if there is a finite one.
+fn hold_over_gaps(values: &mut [f64]) -> bool {
+    let Some(mut last) = values.iter().copied().find(|x| x.is_finite()) else { return false };
     for x in values {
         if x.is_finite() {
             last = *x;
         } else {
             *x = last;
-            count += 1;
         }
     }
-    Some(count)
+    true
 }

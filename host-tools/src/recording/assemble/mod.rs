@@ -14,7 +14,7 @@ use crate::recording::names::{self, Header, Role};
 use crate::recording::table::Table;
 use crate::recording::time_axis;
 use crate::recording::units::Quantity;
-use crate::recording::{Channel, Motion, Recording, clipping};
+use crate::recording::{Builder, Channel, Motion, Recording, clipping};
 
 /// A column that was given a role.
 struct Use {
@@ -69,12 +69,12 @@ impl Assembly<'_> {
         }
         self.refuse_phase_currents(&uses)?;
 
+        let usable = self.marks(&uses, Role::Valid).unwrap_or_else(|| vec![true; rows]);
         let mut motion_seen: Vec<(Channel, Motion)> = Vec::new();
         let mut channels = BTreeMap::new();
-        let mut valid = vec![true; rows];
         for channel in Channel::ALL {
             let Some(found) = uses.get(&Role::Channel(channel)) else { continue };
-            let (mut values, quantity) = self.si(Role::Channel(channel), found)?;
+            let (values, quantity) = self.si(Role::Channel(channel), found, &usable)?;
             match quantity {
                 Some(Quantity::LinearSpeed | Quantity::Length | Quantity::Force) => {
                     motion_seen.push((channel, Motion::Linear));
@@ -84,26 +84,43 @@ impl Assembly<'_> {
                 }
                 _ => {}
             }
-            self.fill_gaps(found.source.column, &mut values, &mut valid)?;
+            self.tell_gaps(found.source.column, &values, &usable)?;
             channels.insert(channel, values);
         }
         if channels.is_empty() {
             return Err(self.nothing_recognised());
         }
         let motion = self.motion(&motion_seen)?;
-        let axis = self.time(raster, rows, &uses, mapping)?;
-
-        let mut recording = Recording {
-            path: self.path.to_owned(),
-            sha256,
-            start_s: axis.start_s,
-            sample_time_s: axis.interval_s,
-            motion,
-            valid,
-            metadata: self.table.metadata.clone(),
-            ..Recording::default()
-        };
-        for (&channel, values) in &channels {
+        let axis = self.time(raster, rows, &uses, &usable, mapping)?;
+        let [rotor_locked, supply_open] = self.states(&uses, rows);
+        let measured: Vec<Channel> = channels.keys().copied().collect();
+        let extras = self.extras(raster, &uses, axis, &usable, &measured);
+        if axis.interval_s > 0.1 && mapping.sample_time_s.is_none() {
+            self.warnings.push(format!(
+                "the sampling interval is {} s; if the time is in ms, write --map 't_s={}[ms]'",
+                time_axis::short(axis.interval_s),
+                uses.get(&Role::Time).map_or("time", |u| self.table.columns[u.source.column].name.as_str())
+            ));
+        }
+        let mut metadata = self.table.metadata.clone();
+        // These are fields of the recording; a stale copy would contradict them.
+        metadata.retain(|key, _| key != "motion" && !time_axis::is_interval_key(key));
+        let builder = Recording::builder(axis.interval_s)
+            .path(self.path)
+            .sha256(sha256)
+            .start_s(axis.start_s)
+            .motion(motion)
+            .valid(usable)
+            .rotor_locked(rotor_locked)
+            .supply_open(supply_open)
+            .metadata(metadata);
+        let builder = channels.into_iter().fold(builder, |b, (channel, values)| b.channel(channel, values));
+        let builder = extras.into_iter().fold(builder, Builder::extra);
+        let mut recording = builder.build().map_err(|e| {
+            self.whole(e.to_string(), "give a recording with values that can be used, or map other columns")
+        })?;
+        for channel in measured {
+            let values = recording.channel(channel).unwrap_or_default();
             for clipped in clipping::find(channel, values) {
                 self.warnings.push(format!(
                     "{} is clipped at {} {}: {} samples are masked",
@@ -112,25 +129,11 @@ impl Assembly<'_> {
                     channel.unit(motion),
                     clipped.samples.len()
                 ));
-                for k in clipped.samples {
-                    recording.valid[k] = false;
-                }
+                // They keep their values: the limit is the best that is known of them.
+                recording.exclude(clipped.samples);
             }
         }
-        recording.channels = channels;
-        self.masks(&uses, &mut recording);
-        self.extras(raster, &uses, axis, &mut recording);
-        // These are fields of the recording from here on; a stale copy would contradict them.
-        recording.metadata.retain(|key, _| key != "motion" && !time_axis::is_interval_key(key));
-        if axis.interval_s > 0.1 && mapping.sample_time_s.is_none() {
-            self.warnings.push(format!(
-                "the sampling interval is {} s; if the time is in ms, write --map 't_s={}[ms]'",
-                time_axis::short(axis.interval_s),
-                uses.get(&Role::Time).map_or("time", |u| self.table.columns[u.source.column].name.as_str())
-            ));
-        }
-        recording.warnings = self.warnings;
-        Ok(recording)
+        Ok(recording.with_warnings(self.warnings))
     }
 
     fn rows(&self, raster: usize) -> usize {
@@ -180,25 +183,20 @@ impl Assembly<'_> {
         )
     }
 
-    fn masks(&mut self, uses: &BTreeMap<Role, Use>, recording: &mut Recording) {
-        let marks = |role: Role| -> Option<Vec<bool>> {
-            let found = uses.get(&role)?;
-            Some(self.table.columns[found.source.column].values.iter().map(|&x| x != 0.0 && !x.is_nan()).collect())
-        };
-        if let Some(valid) = marks(Role::Valid) {
-            for (ok, mark) in recording.valid.iter_mut().zip(valid) {
-                *ok &= mark;
-            }
-        }
-        recording.rotor_locked = marks(Role::RotorLocked).unwrap_or_default();
-        recording.supply_open = marks(Role::SupplyOpen).unwrap_or_default();
-        let rows = recording.valid.len();
+    /// A column of flags; a missing flag is not set.
+    fn marks(&self, uses: &BTreeMap<Role, Use>, role: Role) -> Option<Vec<bool>> {
+        let found = uses.get(&role)?;
+        Some(self.table.columns[found.source.column].values.iter().map(|&x| x != 0.0 && !x.is_nan()).collect())
+    }
+
+    /// Where the rotor is held, and where the supply is open.
+    fn states(&mut self, uses: &BTreeMap<Role, Use>, rows: usize) -> [Vec<bool>; 2] {
+        let mut states = [Role::RotorLocked, Role::SupplyOpen].map(|role| self.marks(uses, role).unwrap_or_default());
         let state = |key: &str| self.table.metadata.get(key).map(|v| v.trim().to_lowercase());
         let mut odd = Vec::new();
-        for (key, on, off, mask) in [
-            ("rotor", "locked", "free", &mut recording.rotor_locked),
-            ("supply", "open", "connected", &mut recording.supply_open),
-        ] {
+        for ((key, on, off), mask) in
+            [("rotor", "locked", "free"), ("supply", "open", "connected")].into_iter().zip(&mut states)
+        {
             match state(key) {
                 Some(value) if value == on => *mask = vec![true; rows],
                 Some(value) if value != off && key == "rotor" => {
@@ -208,5 +206,6 @@ impl Assembly<'_> {
             }
         }
         self.warnings.extend(odd);
+        states
     }
 }

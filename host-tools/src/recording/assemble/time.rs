@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Assembly, Use};
 use crate::error::Result;
+use crate::recording::gaps;
 use crate::recording::mapping::Mapping;
 use crate::recording::names::Role;
 use crate::recording::time_axis::{self, TimeAxis};
@@ -14,6 +15,7 @@ impl Assembly<'_> {
         raster: usize,
         rows: usize,
         uses: &BTreeMap<Role, Use>,
+        usable: &[bool],
         mapping: &Mapping,
     ) -> Result<TimeAxis> {
         if let Some(interval_s) = mapping.sample_time_s {
@@ -21,8 +23,9 @@ impl Assembly<'_> {
         }
         let stated = time_axis::from_metadata(self.table).map_err(|(what, remedy)| self.whole(what, remedy))?;
         if let Some(found) = uses.get(&Role::Time) {
-            let (t, _) = self.si(Role::Time, found)?;
-            let mut axis = time_axis::check(&t)
+            let every_row = vec![true; rows];
+            let (t, _) = self.si(Role::Time, found, &every_row)?;
+            let mut axis = time_axis::check(&without_fill(t, usable))
                 .map_err(|f| self.at(f.row, Some(found.source.column), &f.what, f.remedy.clone()))?;
             if let Some(interval) = stated {
                 // Stamps are rounded, the statement is not: take it where both agree.
@@ -61,4 +64,24 @@ impl Assembly<'_> {
             )),
         }
     }
+}
+
+/// Stamps in which those of unusable rows lie on the line between their neighbours, where it is they that break the order.
+fn without_fill(t: Vec<f64>, usable: &[bool]) -> Vec<f64> {
+    let ordered = |t: &[f64]| t.windows(2).all(|w| w[1] > w[0]);
+    if ordered(&t) || usable.iter().all(|usable| *usable) {
+        return t;
+    }
+    let known: Vec<(usize, f64)> = t.iter().copied().enumerate().filter(|(k, _)| usable[*k]).collect();
+    let [(first, start), .., (last, end)] = known.as_slice() else { return t };
+    let interval = (end - start) / (last - first) as f64;
+    let mut filled: Vec<f64> = t.iter().zip(usable).map(|(t, usable)| if *usable { *t } else { f64::NAN }).collect();
+    gaps::bridge(&mut filled);
+    for k in 0..*first {
+        filled[k] = start - (first - k) as f64 * interval;
+    }
+    for k in last + 1..filled.len() {
+        filled[k] = end + (k - last) as f64 * interval;
+    }
+    filled
 }

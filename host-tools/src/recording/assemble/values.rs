@@ -9,7 +9,9 @@ use crate::recording::units::{Quantity, Unit};
 
 impl Assembly<'_> {
     /// The values of a column in SI units, and what they measure where the unit says so.
-    pub(super) fn si(&mut self, role: Role, found: &Use) -> Result<(Vec<f64>, Option<Quantity>)> {
+    ///
+    /// What an unusable row holds is no value: NaN.
+    pub(super) fn si(&mut self, role: Role, found: &Use, usable: &[bool]) -> Result<(Vec<f64>, Option<Quantity>)> {
         let column = &self.table.columns[found.source.column];
         let header = &self.headers[found.source.column];
         let stated = found.source.unit.clone().or_else(|| column.unit.clone().filter(|u| !u.trim().is_empty()));
@@ -67,11 +69,16 @@ impl Assembly<'_> {
         };
         let Source { gain, offset, .. } = found.source;
         let (factor, shift) = unit.map_or((1.0, 0.0), |u| (u.factor, u.offset));
-        let values = if (gain, offset, factor, shift) == (1.0, 0.0, 1.0, 0.0) {
+        let mut values: Vec<f64> = if (gain, offset, factor, shift) == (1.0, 0.0, 1.0, 0.0) {
             column.values.clone()
         } else {
             column.values.iter().map(|x| (x * gain + offset) * factor + shift).collect()
         };
+        for (x, usable) in values.iter_mut().zip(usable) {
+            if !usable {
+                *x = f64::NAN;
+            }
+        }
         if let Some(row) = values.iter().position(|x| x.is_infinite()) {
             return Err(self.at(
                 row,
@@ -84,47 +91,20 @@ impl Assembly<'_> {
         Ok((values, unit.map(|u| u.quantity)))
     }
 
-    /// Replaces missing values by a straight line between their neighbours and masks them.
-    pub(super) fn fill_gaps(&mut self, column: usize, values: &mut [f64], valid: &mut [bool]) -> Result<()> {
-        let missing = values.iter().filter(|x| x.is_nan()).count();
-        if missing == 0 {
-            return Ok(());
-        }
+    /// Says how many values of a column are missing among the usable rows.
+    pub(super) fn tell_gaps(&mut self, column: usize, values: &[f64], usable: &[bool]) -> Result<()> {
+        let rows = usable.iter().filter(|usable| **usable).count();
+        let lacking = |k: &usize| usable[*k] && values[*k].is_nan();
+        let missing = (0..values.len()).filter(lacking).count();
+        let Some(first) = (0..values.len()).find(lacking) else { return Ok(()) };
         let name = &self.table.columns[column].name;
-        let first = values.iter().position(|x| x.is_nan()).unwrap_or(0);
-        if 2 * missing > values.len() {
+        if 2 * missing > rows {
             return Err(self.at(
                 first,
                 Some(column),
-                &format!("{missing} of {} values are missing", values.len()),
+                &format!("{missing} of {rows} values are missing"),
                 "give a column with at least half of its values, or map another one",
             ));
-        }
-        for (k, ok) in valid.iter_mut().enumerate() {
-            *ok &= !values[k].is_nan();
-        }
-        let mut last: Option<usize> = None;
-        for k in 0..values.len() {
-            if values[k].is_nan() {
-                continue;
-            }
-            match last {
-                None => {
-                    let first = values[k];
-                    values[..k].fill(first);
-                }
-                Some(from) => {
-                    let (a, b) = (values[from], values[k]);
-                    for (step, x) in values[from + 1..k].iter_mut().enumerate() {
-                        *x = a + (b - a) * (step + 1) as f64 / (k - from) as f64;
-                    }
-                }
-            }
-            last = Some(k);
-        }
-        if let Some(from) = last {
-            let end = values[from];
-            values[from + 1..].fill(end);
         }
         let line = self.table.line(first);
         let place = if line > 0 { format!("line {line}") } else { format!("row {}", first + 1) };

@@ -8,9 +8,9 @@ use super::dialect::Dialect;
 use super::lines::Lines;
 use crate::error::{Error, Place, Result};
 use crate::output;
+use crate::recording::damage::too_large;
 use crate::recording::names::{self, Role};
 use crate::recording::table::{Column, MAX_VALUES, Table};
-use crate::recording::too_large;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq)]

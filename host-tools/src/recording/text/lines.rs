@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Cursor, Read};
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::recording::looks_like;
+use crate::recording::damage::looks_like;
 
 /// A longer line is no table.
 const LONGEST_LINE: u64 = 1 << 20;
