@@ -3,6 +3,8 @@
 //! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late commutation
 //! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
 
+use greyrig::effects::EffectId;
+
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::diagnose::classes::class_of;
 use crate::diagnose::sizes::size_of;
@@ -16,7 +18,7 @@ use crate::term::Formula;
 #[derive(Debug, Clone)]
 pub struct Addition {
     /// The effects that it has got, in the order in which they were asked for.
-    pub effects: Vec<&'static str>,
+    pub effects: Vec<EffectId>,
     /// What came of its identification.
     pub identification: Identification,
 }
@@ -54,14 +56,14 @@ impl Stage {
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
 pub fn stage(
     model: &Model,
-    effects: &[&'static str],
+    effects: &[EffectId],
     terms: &[Formula],
     training: &[Recording],
     held_out: &[Recording],
 ) -> Result<Stage> {
     let Addition { effects, identification } = add_to(model, terms, training, effects)?;
     let model = identification.model;
-    let last = terms.last().map(Formula::text).or(effects.last().copied());
+    let last = terms.last().map(Formula::text).or(effects.last().map(|id| id.id()));
     Ok(Stage {
         label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
         training: compare(&model, training)?.esr,
@@ -75,12 +77,7 @@ pub fn stage(
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
-pub fn add_to(
-    model: &Model,
-    terms: &[Formula],
-    recordings: &[Recording],
-    effects: &[&'static str],
-) -> Result<Addition> {
+pub fn add_to(model: &Model, terms: &[Formula], recordings: &[Recording], effects: &[EffectId]) -> Result<Addition> {
     let mut settings = Settings::of_model(model);
     settings.terms.extend(terms.iter().cloned());
     let mut untold: Vec<String> = Vec::new();
@@ -109,20 +106,20 @@ pub fn add_to(
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
-pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[&'static str]) -> Result<Addition> {
-    let with = |effects: &[&'static str]| {
+pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[EffectId]) -> Result<Addition> {
+    let with = |effects: &[EffectId]| {
         let mut settings = settings.clone();
-        settings.effects.extend(effects.iter().map(|id| (*id).to_owned()));
+        settings.effects.extend(effects);
         identify(recordings, &settings)
     };
     let mut added = Addition { effects: effects.to_vec(), identification: with(effects)? };
     let mut notes = Vec::new();
     for (place, asked) in effects.iter().enumerate() {
-        if !comes_to_nothing(&added.identification, asked) {
+        if !comes_to_nothing(&added.identification, *asked) {
             continue;
         }
-        for other in class_of(settings.kind, asked).unwrap_or(&[]).iter().copied() {
-            if added.effects.contains(&other) || settings.effects.iter().any(|id| id == other) {
+        for other in class_of(settings.kind, *asked).unwrap_or(&[]).iter().copied() {
+            if added.effects.contains(&other) || settings.effects.contains(&other) {
                 continue;
             }
             let mut instead = added.effects.clone();
@@ -140,7 +137,7 @@ pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[&
 }
 
 /// Whether the size of an effect cannot be told from zero.
-fn comes_to_nothing(identification: &Identification, id: &str) -> bool {
+fn comes_to_nothing(identification: &Identification, id: EffectId) -> bool {
     let size = identification.parameters.iter().find(|p| p.name == size_of(id));
     size.is_none_or(|p| p.ci95.is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high))
 }

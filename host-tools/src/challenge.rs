@@ -11,7 +11,7 @@
 //! What diagnosis finds in the recordings as they are is taken into the model before. An effect that the balances show
 //! there and the free run does not confirm would win every step: it is left out, and named.
 
-use greyrig::effects::{Acts, Description, Effect, MAX_EFFECTS, Motors, Seen};
+use greyrig::effects::{Acts, Description, EffectId, MAX_EFFECTS, Motors, Seen};
 use greyrig::motor::Motor;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -28,7 +28,7 @@ use crate::experiment::{Drive, Experiment, Imposed};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::identify::{self, Settings, identifiability};
-use crate::model::{Kind, Model, catalogue, unit};
+use crate::model::{Kind, Model, unit};
 use crate::output;
 use crate::recording::{Motion, Recording};
 
@@ -45,7 +45,7 @@ pub const MOST_TRIES: u64 = 5;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Challenged {
     /// The effect.
-    pub effect: &'static str,
+    pub effect: EffectId,
     /// The field's name of it.
     pub name: &'static str,
     /// The parameter that is its size.
@@ -59,7 +59,7 @@ pub struct Challenged {
     /// What the smallest revealed size adds to the free-run error-to-signal ratio; where none is revealed, the largest one.
     pub esr: PerSignal,
     /// The effect that diagnosis names at the largest hidden size instead.
-    pub mistaken_for: Option<&'static str>,
+    pub mistaken_for: Option<EffectId>,
     /// Why diagnosis does not name it there.
     pub objection: Option<&'static str>,
 }
@@ -68,7 +68,7 @@ pub struct Challenged {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OutOfReach {
     /// The effect.
-    pub effect: &'static str,
+    pub effect: EffectId,
     /// The field's name of it.
     pub name: &'static str,
     /// Whether no recording of voltage, current and speed could show it.
@@ -83,7 +83,7 @@ pub struct Challenge {
     /// Free-run error-to-signal ratio of the model as it is.
     pub esr: PerSignal,
     /// What diagnosis finds without any challenge; the challenged model has it.
-    pub found: Vec<&'static str>,
+    pub found: Vec<EffectId>,
     /// Whether structure is left that no effect of the catalogue explains: what follows is then pessimistic.
     pub unexplained: bool,
     /// Effect by effect, in the order of the catalogue.
@@ -95,14 +95,14 @@ pub struct Challenge {
 /// Challenges a model and its recordings with the named effects, or with all. `tick` is called after each try.
 ///
 /// # Errors
-/// A model or recordings that cannot be used, an effect that there is not or that the model has, an interrupt.
+/// A model or recordings that cannot be used, an effect that the model has, an interrupt.
 pub fn challenge(
     recordings: &[Recording],
     model: &Model,
-    effects: &[String],
-    tick: &(dyn Fn(&str) + Sync),
+    effects: &[EffectId],
+    tick: &(dyn Fn(EffectId) + Sync),
 ) -> Result<Challenge> {
-    check_names(model, effects)?;
+    check_room(model, effects)?;
     let esr = compare(model, recordings)?.esr;
     let recordings = samples::without_clipped(recordings);
     let mut full = identify::prepare(&recordings, &model.filter)?;
@@ -115,8 +115,8 @@ pub fn challenge(
     }
     let (found, unexplained) = unchallenged(&recordings, &settings)?;
     let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion())?;
-    let wanted = Effect::<f64>::CATALOGUE.iter().filter(|d| {
-        let named = effects.iter().any(|id| id == d.id);
+    let wanted = Description::all().filter(|d| {
+        let named = effects.contains(&d.id);
         !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && fits(d, settings.kind)))
     });
     let (inside, outside): (Vec<&'static Description>, Vec<_>) = wanted.partition(|d| rig.challenging.contains(&d.id));
@@ -134,9 +134,8 @@ pub fn challenge(
 }
 
 /// How many effects a challenge of a kind of motor goes through at most: the length of its progress.
-pub fn most_effects(model: &Model, effects: &[String]) -> u64 {
-    let all = Effect::<f64>::CATALOGUE
-        .iter()
+pub fn most_effects(model: &Model, effects: &[EffectId]) -> u64 {
+    let all = Description::all()
         .filter(|d| d.seen_with(model.kind.flux_law()) == Seen::FreeRun && fits(d, model.kind))
         .count();
     (if effects.is_empty() { all } else { effects.len() }) as u64
@@ -146,9 +145,8 @@ fn fits(d: &Description, kind: Kind) -> bool {
     d.motors == Motors::All || kind == Kind::Universal
 }
 
-fn check_names(model: &Model, effects: &[String]) -> Result<()> {
+fn check_room(model: &Model, effects: &[EffectId]) -> Result<()> {
     for id in effects {
-        catalogue::effect(id)?;
         if model.effects.iter().any(|e| e.id == *id) {
             return Err(Error::usage(format!("the model has {id} already"), "challenge it with another effect"));
         }
@@ -163,7 +161,7 @@ fn check_names(model: &Model, effects: &[String]) -> Result<()> {
 }
 
 /// What diagnosis finds in the recordings as they are, and whether structure is left that no effect explains.
-fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<&'static str>, bool)> {
+fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<EffectId>, bool)> {
     let options = diagnose::Options { settings: settings.clone(), exclude: Vec::new(), candidates_refined: false };
     let verdict = diagnose::diagnose(recordings, &options, &|_| ())?.verdict;
     let mut found = verdict.effects;
@@ -171,7 +169,7 @@ fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<&'
         // The others are rivals of the first, not further effects.
         found.truncate(1);
     }
-    found.retain(|id| Description::of(id).is_some_and(|d| d.seen_with(settings.kind.flux_law()) == Seen::FreeRun));
+    found.retain(|id| id.description().seen_with(settings.kind.flux_law()) == Seen::FreeRun);
     found.truncate(MAX_EFFECTS - 1 - settings.effects.len());
     Ok((found, verdict.kind == VerdictKind::OutsideCatalogue))
 }
@@ -184,7 +182,7 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
             format!("no recording of voltage, current and speed shows it; it takes {needed}")
         }
         _ if !fits(d, kind) => "a motor with magnets cannot have it".to_owned(),
-        _ if d.id == "speed_sign_lost" => "it shows in the samples themselves, before any fit".to_owned(),
+        _ if d.id == EffectId::SpeedSignLost => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::Variance => "it shows in the variance of the residual, not in its mean".to_owned(),
         Seen::Orders => "it shows in lines at multiples of the rotation, above the filter".to_owned(),
         Seen::Samples => "it shows in the samples themselves, before any fit".to_owned(),
@@ -211,9 +209,9 @@ struct Rig<'a> {
     fit: Fit,
     candidates: Vec<&'static Description>,
     /// Effects that the balances show without any challenge, and that the free run has not confirmed.
-    unconfirmed: Vec<&'static str>,
+    unconfirmed: Vec<EffectId>,
     /// Those of the candidates that do something of their own.
-    challenging: Vec<&'static str>,
+    challenging: Vec<EffectId>,
 }
 
 /// Current and speed as the measuring chain shows them.
@@ -223,7 +221,7 @@ type FreeRun = [Vec<f64>; 2];
 enum Answer {
     Revealed,
     Hidden {
-        named: Option<&'static str>,
+        named: Option<EffectId>,
         objection: Option<&'static str>,
     },
     /// The model cannot be run with that much of the effect.
@@ -235,7 +233,7 @@ impl<'a> Rig<'a> {
         full: &'a [Experiment],
         model: &Model,
         settings: &Settings,
-        found: &[&'static str],
+        found: &[EffectId],
         motion: Motion,
     ) -> Result<Self> {
         let mut start = identify::build_space(settings)?;
@@ -245,9 +243,9 @@ impl<'a> Rig<'a> {
         diagnose::base::start(&mut start, full, &coarse)?;
         let scales = start.scales(full);
         for id in found {
-            start = start.with_effect(id, &scales);
+            start = start.with_effect(*id, &scales);
         }
-        let known = |id: &str| start.effects().contains(&id);
+        let known = |id: EffectId| start.effects().contains(&id);
         let mut candidates = screening::candidates(settings.kind, Holds::of(full), known);
         let fit = climb(&coarse, &candidates)?.fit(&start)?;
         let mut unconfirmed = Vec::new();
@@ -271,7 +269,7 @@ impl<'a> Rig<'a> {
     }
 
     /// Bisection for the smallest size at which an effect is revealed; the typical size comes first.
-    fn search(&self, d: &'static Description, tick: &(dyn Fn(&str) + Sync)) -> Result<Challenged> {
+    fn search(&self, d: &'static Description, tick: &(dyn Fn(EffectId) + Sync)) -> Result<Challenged> {
         let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name).abs();
         let (mut low, mut high) = (GRID.0 - 1, GRID.1 + 1);
         let (mut revealed, mut hidden) = (None, None);
@@ -364,7 +362,7 @@ fn free_run(e: &Experiment, motor: &Motor<f64>, plain: &Motor<f64>) -> Option<Fr
     run.iter().flatten().all(|x| x.is_finite()).then_some(run)
 }
 
-fn answer(step: &Step, id: &'static str, kind: Kind) -> Answer {
+fn answer(step: &Step, id: EffectId, kind: Kind) -> Answer {
     match step.winners.first().copied() {
         Some(winner) if classes::same(kind, winner, id) => Answer::Revealed,
         named => {

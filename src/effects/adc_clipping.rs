@@ -4,7 +4,7 @@
 //!
 //! Source: converter and amplifier with a limited range.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct AdcClipping<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
     const DESCRIPTION: Description = Description {
-        id: "adc_clipping",
         name: "clipped current channel",
         equation: "i_shown = max(−c, min(i, c))",
         acts: Acts::Measuring,
@@ -31,10 +30,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
             meaning: "largest current that is shown; 0: no limit",
         }],
         signature: "flat tops of equal codes; to a fit it looks like saturation",
-        confused_with: &["saturation", "current_compression", "armature_reaction"],
+        confused_with: &[EffectId::Saturation, EffectId::CurrentCompression, EffectId::ArmatureReaction],
         separated_by: &[Separation::by("the samples: codes that repeat at the extreme")],
         source: "converter with a limited range",
-        ..Description::USUAL
+        ..Description::usual(EffectId::AdcClipping)
     };
     fields!(level);
     #[inline(always)]

@@ -5,7 +5,7 @@
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -26,7 +26,6 @@ fn stepped<S: Scalar<Base = S>>(value: S, step: S) -> S {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
     const DESCRIPTION: Description = Description {
-        id: "adc_resolution",
         name: "resolution of the converter",
         equation: "i_shown = q_i round(i/q_i), ω_shown = q_ω round(ω/q_ω)",
         acts: Acts::Measuring,
@@ -50,10 +49,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
             },
         ],
         signature: "white noise of the variance q²/12, whatever current and speed are",
-        confused_with: &["brush_arcing"],
+        confused_with: &[EffectId::BrushArcing],
         separated_by: &[Separation::by("the samples: all differences are multiples of one step")],
         source: "Widrow's theory of quantisation",
-        ..Description::USUAL
+        ..Description::usual(EffectId::AdcResolution)
     };
     fields!(current, speed);
     #[inline(always)]

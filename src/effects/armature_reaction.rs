@@ -5,7 +5,7 @@
 //!
 //! Source: general machine theory (cross-magnetising field of a motor without compensating winding).
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -20,7 +20,6 @@ pub struct ArmatureReaction<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
     const DESCRIPTION: Description = Description {
-        id: "armature_reaction",
         name: "armature reaction (cross-magnetisation)",
         equation: "K φ(i) ω and K φ(i) i with φ = i (1 − a z²/(1 + z²)), z = i/i_k",
         acts: Acts::Both,
@@ -44,10 +43,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
             },
         ],
         signature: "that of saturation, with a softer curve",
-        confused_with: &["saturation"],
+        confused_with: &[EffectId::Saturation],
         separated_by: &[Separation::by("nothing that is measured at the terminals")],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::ArmatureReaction)
     };
     fields!(depth, knee);
     #[inline(always)]

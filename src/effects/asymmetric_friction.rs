@@ -7,7 +7,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ pub struct AsymmetricFriction<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
     const DESCRIPTION: Description = Description {
-        id: "asymmetric_friction",
         name: "friction that depends on the direction",
         equation: "J dω/dt = … − a |ω| − d |s|",
         acts: Acts::Mechanical,
@@ -45,13 +44,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             },
         ],
         signature: "a torque error that does not change its sign with the direction and grows with the speed",
-        confused_with: &["torque_offset", "coulomb_friction"],
+        confused_with: &[EffectId::TorqueOffset, EffectId::CoulombFriction],
         separated_by: &[
             Separation::both_directions("motion in both directions at several speeds"),
             Separation::by("breakaway from rest against a constant torque, which holds or drives the rotor there too"),
         ],
         source: "Janot, Gautier, Brunot 2019 (EMPS), extended",
-        ..Description::USUAL
+        ..Description::usual(EffectId::AsymmetricFriction)
     };
     fields!(viscous, dry);
     #[inline(always)]

@@ -7,7 +7,7 @@
 //! Source: viscosity of grease, with one thermal time constant.
 
 use super::memory::{accumulate, decay};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ pub struct BearingWarmup<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
     const DESCRIPTION: Description = Description {
-        id: "bearing_warmup",
         name: "warm-up of the bearings",
         equation: "μ0 (1 + a x), μ1 (1 + a x), dx/dt = −x/τ, x = 1 at the start",
         acts: Acts::Mechanical,
@@ -45,14 +44,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
             },
         ],
         signature: "a slow drift in the torque that does not depend on the current; the voltage balance is clean",
-        confused_with: &["windage_exponent", "winding_temperature"],
+        confused_with: &[EffectId::WindageExponent, EffectId::WindingTemperature],
         separated_by: &[
             Separation::by("the same recording repeated warm"),
             Separation::by("a coast-down at the beginning and one at the end"),
         ],
         source: "viscosity of grease, one time constant",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::BearingWarmup)
     };
     fields!(excess, time);
     #[inline(always)]

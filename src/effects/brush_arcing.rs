@@ -7,7 +7,7 @@
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ pub struct BrushArcing<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
     const DESCRIPTION: Description = Description {
-        id: "brush_arcing",
         name: "arcing of the brushes",
         equation: "u = … + V min(|i|/i_n, 1) sign(i) in the mean",
         acts: Acts::Electrical,
@@ -46,14 +45,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
             },
         ],
         signature: "variance of the residual that follows |i| ω, with bursts; the mean passes for resistance",
-        confused_with: &["brush_drop", "adc_resolution"],
+        confused_with: &[EffectId::BrushDrop, EffectId::AdcResolution],
         separated_by: &[
             Separation::by(
                 "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
             ),
         ],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::BrushArcing)
     };
     fields!(drop, current);
     #[inline(always)]

@@ -5,7 +5,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
 //! exponential transition is the usual smooth one.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -20,7 +20,6 @@ pub struct BrushDrop<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
     const DESCRIPTION: Description = Description {
-        id: "brush_drop",
         name: "contact drop of the brushes",
         equation: "u = … + V (1 − exp(−|i|/i_0)) sign(i)",
         acts: Acts::Electrical,
@@ -44,13 +43,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
         ],
         signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
                     resistance",
-        confused_with: &["saturation", "armature_reaction", "supply_dead_zone"],
+        confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::SupplyDeadZone],
         separated_by: &[
             Separation::locked_rotor("a locked rotor at low current"),
             Separation::by("a DC ramp through zero"),
         ],
         source: "Modelica Standard Library, Machines.Losses.DCMachines.Brush",
-        ..Description::USUAL
+        ..Description::usual(EffectId::BrushDrop)
     };
     fields!(drop, transition);
     #[inline(always)]

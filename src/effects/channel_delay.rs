@@ -11,7 +11,7 @@
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -27,7 +27,6 @@ const ALMOST_HALF: f64 = 0.51;
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
     const DESCRIPTION: Description = Description {
-        id: "channel_delay",
         name: "late current channel",
         equation: "i_shown(t) = i(t − d)",
         acts: Acts::Measuring,
@@ -41,7 +40,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         }],
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
                     quadrature to i²; the opposite sign of eddy currents",
-        confused_with: &["eddy_current", "transformer_emf", "hysteresis"],
+        confused_with: &[EffectId::EddyCurrent, EffectId::TransformerEmf, EffectId::Hysteresis],
         separated_by: &[
             Separation::by("a resistor in place of the motor"),
             Separation::by("slow DC ramps against hysteresis"),
@@ -49,7 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         ],
         source: "sampling theory",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::ChannelDelay)
     };
     fields!(delay);
     fn at_start(&self, state: State<S>) -> Memory<S> {

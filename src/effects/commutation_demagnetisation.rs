@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory (resistance and linear commutation).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct CommutationDemagnetisation<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
     const DESCRIPTION: Description = Description {
-        id: "commutation_demagnetisation",
         name: "demagnetisation by late commutation",
         equation: "φ (1 − κ |ω|) in back-EMF and torque",
         acts: Acts::Both,
@@ -30,14 +29,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
             meaning: "relative loss of flux per speed",
         }],
         signature: "resistance that seems to fall with the square of the speed, and a torque that falls with it; no harmonics",
-        confused_with: &["skin_effect", "iron_loss_drag"],
+        confused_with: &[EffectId::SkinEffect, EffectId::IronLossDrag],
         separated_by: &[
             Separation::by(
                 "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
             ),
         ],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CommutationDemagnetisation)
     };
     fields!(slope);
     #[inline(always)]

@@ -6,7 +6,7 @@
 //!
 //! Source: general machine theory (energy of the commutating coils).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -19,7 +19,6 @@ pub struct CommutationResistance<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
     const DESCRIPTION: Description = Description {
-        id: "commutation_resistance",
         name: "resistance of delayed commutation",
         equation: "(R + r |ω|) i",
         acts: Acts::Electrical,
@@ -34,13 +33,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
         }],
         signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
                     exceeds K of the torque. In a magnet motor a resistance that rises in proportion to the speed",
-        confused_with: &["voltage_gain", "skin_effect"],
+        confused_with: &[EffectId::VoltageGain, EffectId::SkinEffect],
         separated_by: &[
             Separation::by("a known inertia: K from the voltage balance against K from the torque balance"),
             Separation::by("with magnets different loads at one speed"),
         ],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CommutationResistance)
     };
     fields!(slope);
     #[inline(always)]

@@ -5,7 +5,7 @@
 //! Source: C. A. Coulomb 1785; Modelica Standard Library, Machines.Losses.Friction and
 //! Mechanics.Rotational.Components.BearingFriction.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct CoulombFriction<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
     const DESCRIPTION: Description = Description {
-        id: "coulomb_friction",
         name: "dry friction",
         equation: "J dω/dt = … − T sign(ω)",
         acts: Acts::Mechanical,
@@ -33,13 +32,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         }],
         signature: "a constant torque error that changes its sign with the direction; a rotor that stops too late and \
                     starts too early",
-        confused_with: &["torque_offset", "stribeck", "asymmetric_friction", "supply_dead_zone"],
+        confused_with: &[EffectId::TorqueOffset, EffectId::Stribeck, EffectId::AsymmetricFriction, EffectId::SupplyDeadZone],
         separated_by: &[
             Separation::both_directions("motion in both directions"),
             Separation::open_supply("the end of a coast-down"),
         ],
         source: "Coulomb's law",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CoulombFriction)
     };
     fields!(torque);
     #[inline(always)]

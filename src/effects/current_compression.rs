@@ -4,7 +4,7 @@
 //!
 //! Source: general theory of current sensors (magnetisation curve of the core).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct CurrentCompression<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
     const DESCRIPTION: Description = Description {
-        id: "current_compression",
         name: "compression by the current sensor",
         equation: "i_shown = i/√(1 + 2 γ i²)",
         acts: Acts::Measuring,
@@ -31,14 +30,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
         }],
         signature: "third harmonic in phase with the current, of the opposite sign of saturation, in resistance, back-EMF \
                     and inductance alike",
-        confused_with: &["saturation", "armature_reaction", "adc_clipping", "inductance_saturation"],
+        confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::AdcClipping, EffectId::InductanceSaturation],
         separated_by: &[
             Separation::locked_rotor("a locked rotor, where saturation leaves the resistance alone"),
             Separation::by("the sign of the third harmonic"),
             Separation::by("a resistor in place of the motor"),
         ],
         source: "magnetisation curve of the sensor's core",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CurrentCompression)
     };
     fields!(strength);
     #[inline(always)]

@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct CurrentGain<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
     const DESCRIPTION: Description = Description {
-        id: "current_gain",
         name: "gain error of the current channel",
         equation: "i_shown = (1 + e) i",
         acts: Acts::Measuring,
@@ -32,10 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
             meaning: "relative error of the gain, positive when too large a current is shown",
         }],
         signature: "none: parameters of the base model take its place",
-        confused_with: &["voltage_gain", "speed_gain"],
+        confused_with: &[EffectId::VoltageGain, EffectId::SpeedGain],
         separated_by: &[Separation::by("a reference meter for the current")],
         source: "scaling of the base equations",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CurrentGain)
     };
     fields!(error);
     #[inline(always)]

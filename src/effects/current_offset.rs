@@ -4,7 +4,7 @@
 //!
 //! Source: error model of a current-sensing amplifier (offset and gain).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct CurrentOffset<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
     const DESCRIPTION: Description = Description {
-        id: "current_offset",
         name: "offset of the current channel",
         equation: "i_shown = i + I₀",
         acts: Acts::Measuring,
@@ -30,13 +29,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
             meaning: "current that is shown when there is none",
         }],
         signature: "a direct voltage that grows with the speed, from R at standstill; a torque at mains frequency",
-        confused_with: &["remanence", "voltage_offset"],
+        confused_with: &[EffectId::Remanence, EffectId::VoltageOffset],
         separated_by: &[
             Separation::by("the record before switching on, where it shows a current without a voltage"),
             Separation::locked_rotor("a locked rotor, where remanence gives nothing"),
         ],
         source: "error model of a current-sensing amplifier",
-        ..Description::USUAL
+        ..Description::usual(EffectId::CurrentOffset)
     };
     fields!(offset);
     #[inline(always)]

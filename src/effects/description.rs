@@ -1,5 +1,6 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
+use super::EffectId;
 use super::separation::Separation;
 use crate::motor::FluxLaw;
 
@@ -65,7 +66,7 @@ pub struct Turn {
     /// Largest value with which the effect is still itself, in what the start value of the shape is relative to.
     pub beyond: f64,
     /// The effect that it turns into.
-    pub into: &'static str,
+    pub into: EffectId,
 }
 
 /// Which equation an effect enters.
@@ -112,8 +113,8 @@ pub enum Motors {
 /// The first parameter is the effect's size: at zero the effect is absent.
 #[derive(Debug, Clone, Copy)]
 pub struct Description {
-    /// Identifier in commands and files.
-    pub id: &'static str,
+    /// Its name in the catalogue.
+    pub id: EffectId,
     /// The field's name of it.
     pub name: &'static str,
     /// The equation, with units.
@@ -141,7 +142,7 @@ pub struct Description {
     /// Where a shape makes another effect of it.
     pub turns_into: Option<Turn>,
     /// Effects that look alike.
-    pub confused_with: &'static [&'static str],
+    pub confused_with: &'static [EffectId],
     /// What tells them apart.
     pub separated_by: &'static [Separation],
     /// Where the equation comes from.
@@ -164,23 +165,25 @@ impl Description {
     }
 
     /// What most effects are: seen in the free run, possible in every motor, without parameters or words yet.
-    pub const USUAL: Self = Self {
-        id: "",
-        name: "",
-        equation: "",
-        acts: Acts::Both,
-        seen: Seen::FreeRun,
-        motors: Motors::All,
-        stands_for: None,
-        lags_flux: false,
-        bends_supply: false,
-        of_supply: false,
-        remembers: false,
-        parameters: &[],
-        signature: "",
-        turns_into: None,
-        confused_with: &[],
-        separated_by: &[],
-        source: "",
-    };
+    pub const fn usual(id: EffectId) -> Self {
+        Self {
+            id,
+            name: "",
+            equation: "",
+            acts: Acts::Both,
+            seen: Seen::FreeRun,
+            motors: Motors::All,
+            stands_for: None,
+            lags_flux: false,
+            bends_supply: false,
+            of_supply: false,
+            remembers: false,
+            parameters: &[],
+            signature: "",
+            turns_into: None,
+            confused_with: &[],
+            separated_by: &[],
+            source: "",
+        }
+    }
 }

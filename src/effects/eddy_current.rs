@@ -7,7 +7,7 @@
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ pub struct EddyCurrent<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
     const DESCRIPTION: Description = Description {
-        id: "eddy_current",
         name: "eddy currents in the iron (flux lag)",
         equation: "T dφ/dt = F(i) − φ in K φ ω and K φ i; λ lags likewise with its share χ",
         acts: Acts::Both,
@@ -48,7 +47,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
         ],
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, without a third \
                     harmonic; the opposite sign of a late current channel",
-        confused_with: &["channel_delay", "transformer_emf", "hysteresis"],
+        confused_with: &[EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::Hysteresis],
         separated_by: &[
             Separation::by("a resistor in place of the motor, which shows the delay of the channels alone"),
             Separation::by("slow DC ramps against hysteresis"),
@@ -56,7 +55,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
         ],
         source: "Modelica Standard Library, Magnetic.FluxTubes (dynamic hysteresis)",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::EddyCurrent)
     };
     fields!(lag, linked);
     #[inline(always)]

@@ -8,7 +8,7 @@
 //! torque falls when the flow is throttled.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,6 @@ pub struct FanDynamics<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
     const DESCRIPTION: Description = Description {
-        id: "fan_dynamics",
         name: "inertia of the air in the duct",
         equation: "J dω/dt = … − (1 − b) μ2 ω|ω| − b μ2 q |ω|, τ dq/dt = ω − q",
         acts: Acts::Mechanical,
@@ -46,14 +45,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
             },
         ],
         signature: "too little load while the speed rises, too much while it falls; none at constant speed",
-        confused_with: &["stray_load_torque", "windage_exponent", "iron_loss_drag"],
+        confused_with: &[EffectId::StrayLoadTorque, EffectId::WindageExponent, EffectId::IronLossDrag],
         separated_by: &[
             Separation::by("steps of the voltage at full speed against a steady run"),
             Separation::by("a coast-down with the duct closed"),
         ],
         source: "momentum of an air column, linearised",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::FanDynamics)
     };
     fields!(share, time);
     #[inline(always)]

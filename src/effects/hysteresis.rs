@@ -18,7 +18,7 @@
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -95,7 +95,6 @@ impl<S: Scalar<Base = S>> Hysteresis<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
     const DESCRIPTION: Description = Description {
-        id: "hysteresis",
         name: "magnetic hysteresis",
         equation: "φ(i − r (i − x) − i_k z), x = i but for a play of i_c/2, dz/dx = r (1 + e − z s)/((2 + e) i_k) up to z = s, \
                    s = sign(dx/dt), i_k = (1 − r/2) i_c; dλ/di = L (1 − c d(r (i − x) + i_k z)/di)",
@@ -137,14 +136,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         ],
         signature: "fundamental in quadrature with the current, nearly independent of the amplitude; a torque in quadrature to \
                     i²",
-        confused_with: &["eddy_current", "channel_delay", "transformer_emf", "inductance_saturation"],
+        confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::InductanceSaturation],
         separated_by: &[
             Separation::by("slow DC ramps, where the loop stays and every lag in time vanishes"),
             Separation::by("different amplitudes"),
         ],
         source: "Duhem model; Bouc and Wen with exponent 1; plays of Prandtl and Ishlinskii",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::Hysteresis)
     };
     fields!(coercive, resting, closing, linked);
     #[inline(always)]

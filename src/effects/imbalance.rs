@@ -8,7 +8,7 @@
 //! Source: mechanics of a pendulum that turns.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,6 @@ pub struct Imbalance<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
     const DESCRIPTION: Description = Description {
-        id: "imbalance",
         name: "imbalance",
         equation: "J dω/dt = … + c cos θ + s sin θ",
         acts: Acts::Mechanical,
@@ -47,7 +46,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
             },
         ],
         signature: "a line at the frequency of rotation in the speed, the stronger the slower, and in the current",
-        confused_with: &["torque_ripple", "speed_ripple"],
+        confused_with: &[EffectId::TorqueRipple, EffectId::SpeedRipple],
         separated_by: &[
             Separation::by(
                 "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
@@ -56,7 +55,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
         ],
         source: "mechanics",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::Imbalance)
     };
     fields!(cosine, sine);
     #[inline(always)]

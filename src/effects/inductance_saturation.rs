@@ -5,7 +5,7 @@
 //!
 //! Source: arc-tangent flux of the SaturatingInductor of the Modelica Standard Library.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ pub struct InductanceSaturation<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
     const DESCRIPTION: Description = Description {
-        id: "inductance_saturation",
         name: "current-dependent inductance",
         equation: "dλ/di = L (1 − a q/(1 + q)), q = z² + n z⁴, z = i/i_k",
         acts: Acts::Electrical,
@@ -53,10 +52,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             },
         ],
         signature: "third harmonic in quadrature with the current, at any speed; nothing in the torque",
-        confused_with: &["hysteresis", "saturation", "current_compression"],
+        confused_with: &[EffectId::Hysteresis, EffectId::Saturation, EffectId::CurrentCompression],
         separated_by: &[Separation::by("a locked rotor at two or three amplitudes")],
         source: "Modelica Standard Library, SaturatingInductor (arc-tangent flux)",
-        ..Description::USUAL
+        ..Description::usual(EffectId::InductanceSaturation)
     };
     fields!(depth, knee, sharpness);
     #[inline(always)]

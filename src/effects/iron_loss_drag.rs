@@ -9,7 +9,7 @@
 //! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
 //! Machines.Losses.DCMachines.Core.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -27,7 +27,6 @@ const FADES_BELOW_A: f64 = 1e-6;
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
     const DESCRIPTION: Description = Description {
-        id: "iron_loss_drag",
         name: "drag by iron loss",
         equation: "J dω/dt = … − c (i² ω + h |i|^1.5 sign(ω))",
         acts: Acts::Mechanical,
@@ -50,13 +49,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
             },
         ],
         signature: "a torque in proportion to i² that falls with the speed; the voltage balance is clean",
-        confused_with: &["stray_load_torque", "commutation_demagnetisation", "quadratic_load", "fan_dynamics"],
+        confused_with: &[EffectId::StrayLoadTorque, EffectId::CommutationDemagnetisation, EffectId::QuadraticLoad, EffectId::FanDynamics],
         separated_by: &[
             Separation::by("a run at one speed and several currents"),
             Separation::by("nothing against the stray load torque, with which it is one class"),
         ],
         source: "separation of iron losses by Jordan and Bertotti",
-        ..Description::USUAL
+        ..Description::usual(EffectId::IronLossDrag)
     };
     fields!(coefficient, hysteresis);
     #[inline(always)]

@@ -23,6 +23,7 @@ macro_rules! fields {
 }
 
 mod description;
+mod id;
 mod memory;
 mod separation;
 
@@ -31,6 +32,7 @@ use crate::scalar::Scalar;
 
 pub use crate::motor::MAX_EFFECTS;
 pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
+pub use id::{Identifiers, UnknownEffect};
 pub use separation::{InWords, Recording, Separation};
 
 /// How many parameters an effect has at most.
@@ -84,6 +86,32 @@ macro_rules! catalogue {
     ($($module:ident :: $variant:ident),+ $(,)?) => {
         $(mod $module; pub use $module::$variant;)+
 
+        /// An effect of the catalogue, by name; in the order in which effects act.
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[allow(missing_docs)]
+        pub enum EffectId {
+            $($variant,)+
+        }
+
+        impl EffectId {
+            /// The catalogue.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            /// Identifier in commands and files.
+            pub const fn id(self) -> &'static str {
+                match self {
+                    $(Self::$variant => stringify!($module),)+
+                }
+            }
+
+            /// What it is.
+            pub const fn description(self) -> &'static Description {
+                match self {
+                    $(Self::$variant => &<$variant<f64> as PhysicalEffect<f64>>::DESCRIPTION,)+
+                }
+            }
+        }
+
         /// Any effect of the catalogue.
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[allow(missing_docs)]
@@ -91,39 +119,24 @@ macro_rules! catalogue {
             $($variant($variant<S>),)+
         }
 
-        /// The places of the effects in the catalogue.
-        #[allow(clippy::enum_variant_names)]
-        enum Place {
-            $($variant,)+
-        }
-
         impl<S: Scalar<Base = S>> Effect<S> {
-            /// All descriptions, in the catalogue's order.
-            pub const CATALOGUE: &'static [Description] =
-                &[$(<$variant<S> as PhysicalEffect<S>>::DESCRIPTION,)+];
-
-            /// The effect with an identifier and values in the order of its parameters.
-            pub fn from_id(id: &str, values: &[S]) -> Option<Self> {
-                $(
-                    if id == <$variant<S> as PhysicalEffect<S>>::DESCRIPTION.id {
-                        return Some(Self::$variant(PhysicalEffect::from_values(values)));
-                    }
-                )+
-                None
+            /// An effect with values in the order of its parameters; values that are missing are zero.
+            pub fn new(id: EffectId, values: &[S]) -> Self {
+                match id {
+                    $(EffectId::$variant => Self::$variant(PhysicalEffect::from_values(values)),)+
+                }
             }
 
-            /// Its place in the catalogue, which is the order in which effects act.
-            pub fn place(&self) -> usize {
+            /// Its name.
+            pub const fn id(&self) -> EffectId {
                 match self {
-                    $(Self::$variant(_) => Place::$variant as usize,)+
+                    $(Self::$variant(_) => EffectId::$variant,)+
                 }
             }
 
             /// What it is.
-            pub fn description(&self) -> &'static Description {
-                match self {
-                    $(Self::$variant(_) => &<$variant<S> as PhysicalEffect<S>>::DESCRIPTION,)+
-                }
+            pub const fn description(&self) -> &'static Description {
+                self.id().description()
             }
 
             /// The values of its parameters.
@@ -255,13 +268,6 @@ catalogue!(
     speed_gain::SpeedGain,
     adc_resolution::AdcResolution,
 );
-
-impl Description {
-    /// Of the effect with an identifier, if the catalogue has it.
-    pub fn of(id: &str) -> Option<&'static Self> {
-        Effect::<f64>::CATALOGUE.iter().find(|d| d.id == id)
-    }
-}
 
 impl<S: Scalar<Base = S>> Effect<S> {
     /// Checks that all values are finite and within their physical ranges.

@@ -5,7 +5,7 @@
 //! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
 //! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct QuadraticLoad<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
     const DESCRIPTION: Description = Description {
-        id: "quadratic_load",
         name: "load that grows with the square of the speed",
         equation: "J dω/dt = … − c ω|ω|",
         acts: Acts::Mechanical,
@@ -32,10 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
             meaning: "torque per square of the speed",
         }],
         signature: "a braking torque that grows faster than the speed, in either direction",
-        confused_with: &["windage_exponent", "stray_load_torque", "iron_loss_drag"],
+        confused_with: &[EffectId::WindageExponent, EffectId::StrayLoadTorque, EffectId::IronLossDrag],
         separated_by: &[Separation::open_supply("a coast-down from full speed without a current")],
         source: "similarity law of turbomachines",
-        ..Description::USUAL
+        ..Description::usual(EffectId::QuadraticLoad)
     };
     fields!(coefficient);
     #[inline(always)]

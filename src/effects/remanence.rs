@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct Remanence<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
     const DESCRIPTION: Description = Description {
-        id: "remanence",
         name: "remanent flux",
         equation: "K (i + i_r) ω and K (i + i_r) i",
         acts: Acts::Both,
@@ -31,7 +30,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
             meaning: "equivalent magnetising current",
         }],
         signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
-        confused_with: &["current_offset", "voltage_offset"],
+        confused_with: &[EffectId::CurrentOffset, EffectId::VoltageOffset],
         separated_by: &[
             Separation::open_supply(
                 "the coasting motor with an open supply, which shows the voltage without a current",
@@ -39,7 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
             Separation::locked_rotor("a locked rotor"),
         ],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::Remanence)
     };
     fields!(current);
     #[inline(always)]

@@ -20,7 +20,7 @@
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
 //! n = 4 blended under the root, which needs a fourth root alone.
 
-use super::{Acts, Description, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -39,7 +39,6 @@ pub struct Saturation<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
     const DESCRIPTION: Description = Description {
-        id: "saturation",
         name: "saturation of the main flux",
         equation: "K φ(i) ω and K φ(i) i with φ = i (1 − a (1 − g)), g = (1 + b z² + z⁴)^(−1/4), z = i/i_k; dλ/di = L (1 − c + c dφ/di)",
         acts: Acts::Both,
@@ -80,13 +79,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
         ],
         signature: "third harmonic in phase with the current, growing with speed and voltage; the base fit answers with a \
                     negative mu0 and too large a resistance",
-        confused_with: &["armature_reaction", "current_compression", "brush_drop", "inductance_saturation"],
+        confused_with: &[EffectId::ArmatureReaction, EffectId::CurrentCompression, EffectId::BrushDrop, EffectId::InductanceSaturation],
         separated_by: &[
             Separation::locked_rotor("a locked rotor, where it vanishes from the voltage but for the inductance"),
             Separation::by("DC steps show φ(i) point by point"),
         ],
         source: "Froelich's law in its generalised form, with the exponents 2 and 4 blended",
-        ..Description::USUAL
+        ..Description::usual(EffectId::Saturation)
     };
     fields!(depth, knee, softness, linked);
     #[inline(always)]

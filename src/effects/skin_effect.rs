@@ -6,7 +6,7 @@
 //!
 //! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -19,7 +19,6 @@ pub struct SkinEffect<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
     const DESCRIPTION: Description = Description {
-        id: "skin_effect",
         name: "skin and proximity effect",
         equation: "R (1 + k ω²)",
         acts: Acts::Electrical,
@@ -32,7 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
             meaning: "relative rise of the resistance per square of the speed",
         }],
         signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
-        confused_with: &["commutation_demagnetisation", "commutation_resistance"],
+        confused_with: &[EffectId::CommutationDemagnetisation, EffectId::CommutationResistance],
         separated_by: &[
             Separation::by(
                 "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
@@ -40,7 +39,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
             ),
         ],
         source: "general machine theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::SkinEffect)
     };
     fields!(rise);
     #[inline(always)]

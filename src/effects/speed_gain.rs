@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct SpeedGain<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
     const DESCRIPTION: Description = Description {
-        id: "speed_gain",
         name: "gain error of the speed channel",
         equation: "ω_shown = (1 + e) ω",
         acts: Acts::Measuring,
@@ -32,10 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
             meaning: "relative error of the gain, positive when too large a speed is shown",
         }],
         signature: "none: parameters of the base model take its place",
-        confused_with: &["voltage_gain", "current_gain", "commutation_resistance"],
+        confused_with: &[EffectId::VoltageGain, EffectId::CurrentGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the speed")],
         source: "scaling of the base equations",
-        ..Description::USUAL
+        ..Description::usual(EffectId::SpeedGain)
     };
     fields!(error);
     #[inline(always)]

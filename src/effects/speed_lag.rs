@@ -6,7 +6,7 @@
 //! Source: first-order low-pass filter.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -22,7 +22,6 @@ const NO_LAG: f64 = 1e-9;
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
     const DESCRIPTION: Description = Description {
-        id: "speed_lag",
         name: "lag of the speed channel",
         equation: "τ dω_shown/dt = ω − ω_shown",
         acts: Acts::Measuring,
@@ -36,14 +35,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         }],
         signature: "speed ripple at twice the mains frequency that is too small and late; a torque error in proportion to \
                     d²ω/dt²",
-        confused_with: &["channel_delay", "fan_dynamics"],
+        confused_with: &[EffectId::ChannelDelay, EffectId::FanDynamics],
         separated_by: &[
             Separation::by("a coast-down or run-up with steps of the voltage"),
             Separation::open_supply("the back-EMF of the open motor against the speed shown"),
         ],
         source: "first-order low-pass filter",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::SpeedLag)
     };
     fields!(time);
     fn at_start(&self, state: State<S>) -> Memory<S> {

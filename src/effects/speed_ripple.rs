@@ -6,7 +6,7 @@
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -21,7 +21,6 @@ pub struct SpeedRipple<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
     const DESCRIPTION: Description = Description {
-        id: "speed_ripple",
         name: "ripple of the tacho",
         equation: "ω_shown = ω (1 + c cos θ + s sin θ)",
         acts: Acts::Measuring,
@@ -45,13 +44,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
             },
         ],
         signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
-        confused_with: &["imbalance", "torque_ripple"],
+        confused_with: &[EffectId::Imbalance, EffectId::TorqueRipple],
         separated_by: &[
             Separation::by("order tracking over a coast-down: it grows with the speed, that of an imbalance falls"),
         ],
         source: "geometry of an eccentric disc",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::SpeedRipple)
     };
     fields!(cosine, sine);
     fn at_start(&self, _: State<S>) -> Memory<S> {

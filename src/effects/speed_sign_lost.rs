@@ -5,7 +5,7 @@
 //!
 //! Source: counting of pulses on one track.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct SpeedSignLost<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
     const DESCRIPTION: Description = Description {
-        id: "speed_sign_lost",
         name: "speed without its sign",
         equation: "ω_shown = ω + k (|ω| − ω), k = 0 or 1",
         acts: Acts::Measuring,
@@ -32,10 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
         }],
         signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
                     turns forwards",
-        confused_with: &["asymmetric_friction", "torque_offset"],
+        confused_with: &[EffectId::AsymmetricFriction, EffectId::TorqueOffset],
         separated_by: &[Separation::by("the samples: a speed that is never negative although the current reverses")],
         source: "counting of pulses on one track",
-        ..Description::USUAL
+        ..Description::usual(EffectId::SpeedSignLost)
     };
     fields!(share);
     #[inline(always)]

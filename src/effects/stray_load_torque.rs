@@ -4,7 +4,7 @@
 //!
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad, with the exponent 2 of the speed.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct StrayLoadTorque<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
     const DESCRIPTION: Description = Description {
-        id: "stray_load_torque",
         name: "stray load torque",
         equation: "J dω/dt = … − c i² ω|ω|",
         acts: Acts::Mechanical,
@@ -30,13 +29,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
             meaning: "torque per square of the current and of the speed",
         }],
         signature: "that of iron loss, with a steeper rise over the speed",
-        confused_with: &["iron_loss_drag", "fan_dynamics", "quadratic_load"],
+        confused_with: &[EffectId::IronLossDrag, EffectId::FanDynamics, EffectId::QuadraticLoad],
         separated_by: &[
             Separation::by("coast-downs with and without a current against the fan"),
             Separation::by("nothing against iron loss, with which it is one class"),
         ],
         source: "Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad",
-        ..Description::USUAL
+        ..Description::usual(EffectId::StrayLoadTorque)
     };
     fields!(coefficient);
     #[inline(always)]

@@ -6,7 +6,7 @@
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,7 +26,6 @@ const AT_REST: f64 = 1e-6;
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
     const DESCRIPTION: Description = Description {
-        id: "stribeck",
         name: "Stribeck friction",
         equation: "J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)",
         acts: Acts::Mechanical,
@@ -57,13 +56,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             },
         ],
         signature: "a braking torque at the start and at the end of a coast-down only",
-        confused_with: &["windage_exponent", "coulomb_friction"],
+        confused_with: &[EffectId::WindageExponent, EffectId::CoulombFriction],
         separated_by: &[
             Separation::open_supply("a coast-down to standstill"),
             Separation::by("slow motion at several speeds"),
         ],
         source: "exponential form as in Simscape, Rotational Friction",
-        ..Description::USUAL
+        ..Description::usual(EffectId::Stribeck)
     };
     fields!(torque, speed, exponent);
     #[inline(always)]

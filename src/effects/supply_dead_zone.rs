@@ -5,7 +5,7 @@
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct SupplyDeadZone<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
     const DESCRIPTION: Description = Description {
-        id: "supply_dead_zone",
         name: "dead zone of the supply",
         equation: "u_motor = u − sign(u) min(|u|, w)",
         acts: Acts::Electrical,
@@ -34,7 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         }],
         signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
                     voltage",
-        confused_with: &["brush_drop", "coulomb_friction", "voltage_offset"],
+        confused_with: &[EffectId::BrushDrop, EffectId::CoulombFriction, EffectId::VoltageOffset],
         separated_by: &[
             Separation::by("the voltage at the motor's terminals"),
             Separation::by(
@@ -44,7 +43,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
             Separation::locked_rotor("currents at low voltage with a locked rotor"),
         ],
         source: "dead time of a voltage-source inverter",
-        ..Description::USUAL
+        ..Description::usual(EffectId::SupplyDeadZone)
     };
     fields!(width);
     #[inline(always)]

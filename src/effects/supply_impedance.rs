@@ -4,7 +4,7 @@
 //!
 //! Source: circuit theory.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -19,7 +19,6 @@ pub struct SupplyImpedance<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
     const DESCRIPTION: Description = Description {
-        id: "supply_impedance",
         name: "impedance of the supply",
         equation: "(R + R_s) i + (L + L_s) di/dt",
         acts: Acts::Electrical,
@@ -43,10 +42,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
             },
         ],
         signature: "none: R and L take its place",
-        confused_with: &["winding_temperature", "inductance_saturation"],
+        confused_with: &[EffectId::WindingTemperature, EffectId::InductanceSaturation],
         separated_by: &[Separation::by("an ohmmeter at the terminals, or the voltage measured there")],
         source: "circuit theory",
-        ..Description::USUAL
+        ..Description::usual(EffectId::SupplyImpedance)
     };
     fields!(resistance, inductance);
     #[inline(always)]

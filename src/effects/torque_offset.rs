@@ -6,7 +6,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
 //! is the offset of the drive's force.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -19,7 +19,6 @@ pub struct TorqueOffset<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
     const DESCRIPTION: Description = Description {
-        id: "torque_offset",
         name: "constant torque",
         equation: "J dω/dt = … − T",
         acts: Acts::Mechanical,
@@ -32,10 +31,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
             meaning: "constant torque against the positive direction",
         }],
         signature: "a torque error that does not change its sign with the direction of motion",
-        confused_with: &["asymmetric_friction", "coulomb_friction"],
+        confused_with: &[EffectId::AsymmetricFriction, EffectId::CoulombFriction],
         separated_by: &[Separation::both_directions("motion in both directions at several speeds")],
         source: "Janot, Gautier, Brunot 2019 (EMPS)",
-        ..Description::USUAL
+        ..Description::usual(EffectId::TorqueOffset)
     };
     fields!(torque);
     #[inline(always)]

@@ -7,7 +7,7 @@
 //! Source: general machine theory (slot harmonics).
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -24,7 +24,6 @@ pub struct TorqueRipple<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
     const DESCRIPTION: Description = Description {
-        id: "torque_ripple",
         name: "torque ripple",
         equation: "J dω/dt = … + c cos nθ + s sin nθ",
         acts: Acts::Mechanical,
@@ -57,11 +56,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
         ],
         signature: "lines at n times the frequency of rotation in speed and current, above the filter but at low speed; \
                     folded at high speed",
-        confused_with: &["imbalance", "speed_ripple"],
+        confused_with: &[EffectId::Imbalance, EffectId::SpeedRipple],
         separated_by: &[Separation::by("order tracking over a slow run-up or coast-down")],
         source: "general machine theory",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::TorqueRipple)
     };
     fields!(cosine, sine, order);
     #[inline(always)]

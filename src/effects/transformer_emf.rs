@@ -6,7 +6,7 @@
 //! Source: general machine theory (AC commutator machines).
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,6 @@ pub struct TransformerEmf<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
     const DESCRIPTION: Description = Description {
-        id: "transformer_emf",
         name: "transformer EMF of the short-circuited coils (damper effect)",
         equation: "as eddy currents, with T = T₀/(1 + |ω|/ω_t)",
         acts: Acts::Both,
@@ -56,12 +55,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             },
         ],
         signature: "that of eddy currents, stronger at standstill; none on DC",
-        turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: "eddy_current" }),
-        confused_with: &["eddy_current", "channel_delay", "hysteresis"],
+        turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: EffectId::EddyCurrent }),
+        confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::Hysteresis],
         separated_by: &[Separation::locked_rotor("a locked rotor against the running motor at the same current")],
         source: "general machine theory",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::TransformerEmf)
     };
     fields!(lag, fading, linked);
     #[inline(always)]

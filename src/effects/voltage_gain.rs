@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -18,7 +18,6 @@ pub struct VoltageGain<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
     const DESCRIPTION: Description = Description {
-        id: "voltage_gain",
         name: "gain error of the voltage channel",
         equation: "u_recorded = (1 + e) u",
         acts: Acts::Electrical,
@@ -33,10 +32,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
             meaning: "relative error of the gain, positive when too large a voltage is shown",
         }],
         signature: "none: all parameters of the base model take its place",
-        confused_with: &["current_gain", "speed_gain", "commutation_resistance"],
+        confused_with: &[EffectId::CurrentGain, EffectId::SpeedGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the voltage")],
         source: "scaling of the base equations",
-        ..Description::USUAL
+        ..Description::usual(EffectId::VoltageGain)
     };
     fields!(error);
     #[inline(always)]

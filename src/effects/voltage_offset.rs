@@ -4,7 +4,7 @@
 //!
 //! Source: error model of an amplifier (offset and gain).
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -17,7 +17,6 @@ pub struct VoltageOffset<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
     const DESCRIPTION: Description = Description {
-        id: "voltage_offset",
         name: "offset of the voltage channel",
         equation: "u_recorded = u + U₀",
         acts: Acts::Electrical,
@@ -30,14 +29,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
             meaning: "voltage that is shown when there is none",
         }],
         signature: "a direct voltage that depends on neither current nor speed",
-        confused_with: &["current_offset", "remanence"],
+        confused_with: &[EffectId::CurrentOffset, EffectId::Remanence],
         separated_by: &[
             Separation::by("the record before switching on"),
             Separation::open_supply("an open circuit, where a current offset still shows a current"),
             Separation::by("several speeds against remanence, which grows with the speed"),
         ],
         source: "error model of an amplifier",
-        ..Description::USUAL
+        ..Description::usual(EffectId::VoltageOffset)
     };
     fields!(offset);
     #[inline(always)]

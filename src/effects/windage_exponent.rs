@@ -7,7 +7,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.
 
-use super::{Acts, Description, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -25,7 +25,6 @@ const FADES_BELOW: f64 = 1e-3;
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
     const DESCRIPTION: Description = Description {
-        id: "windage_exponent",
         name: "windage with another exponent",
         equation: "J dω/dt = … − μ2 ω|ω| (|ω|/ω_r + 10⁻³)^δ, exponent p = 2 + δ",
         acts: Acts::Mechanical,
@@ -49,10 +48,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
         ],
         signature: "a torque error that bends over the speed range; mu0, mu1 and mu2 of the base fit hide most of it and \
                     turn negative",
-        confused_with: &["stribeck", "bearing_warmup", "quadratic_load", "fan_dynamics"],
+        confused_with: &[EffectId::Stribeck, EffectId::BearingWarmup, EffectId::QuadraticLoad, EffectId::FanDynamics],
         separated_by: &[Separation::open_supply("a coast-down over the whole range of speeds")],
         source: "Modelica Standard Library, Machines.Losses.Friction",
-        ..Description::USUAL
+        ..Description::usual(EffectId::WindageExponent)
     };
     fields!(excess, reference);
     #[inline(always)]

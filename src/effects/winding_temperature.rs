@@ -10,7 +10,7 @@
 //! Machines.Thermal.Constants.
 
 use super::memory::accumulate;
-use super::{Acts, Description, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -25,7 +25,6 @@ pub struct WindingTemperature<S> {
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
     const DESCRIPTION: Description = Description {
-        id: "winding_temperature",
         name: "resistance that rises as the winding heats up",
         equation: "R (1 + r), dr/dt = g (1 + r) i² − r/τ",
         acts: Acts::Electrical,
@@ -49,7 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
         ],
         signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
                     run",
-        confused_with: &["supply_impedance", "brush_drop", "bearing_warmup"],
+        confused_with: &[EffectId::SupplyImpedance, EffectId::BrushDrop, EffectId::BearingWarmup],
         separated_by: &[
             Separation::by("a long run"),
             Separation::by("the same recording cold and warm"),
@@ -57,7 +56,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
         ],
         source: "one thermal body; temperature coefficient of copper of Modelica, Machines.Thermal.Constants",
         remembers: true,
-        ..Description::USUAL
+        ..Description::usual(EffectId::WindingTemperature)
     };
     fields!(heating, time);
     #[inline(always)]

@@ -59,7 +59,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
         // By insertion: they are few, and the library's sort recurses, so that nothing could be said about the stack.
         for end in 1..effects.len() {
             for k in (1..=end).rev() {
-                if effects[k - 1].place() <= effects[k].place() {
+                if effects[k - 1].id() <= effects[k].id() {
                     break;
                 }
                 effects.swap(k - 1, k);

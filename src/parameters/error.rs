@@ -6,6 +6,7 @@ use super::tag::Tag;
 use crate::anfis;
 use crate::butterworth::SettingsError;
 use crate::detector;
+use crate::effects::EffectId;
 use crate::motor::ParameterError;
 use crate::term::TermError;
 use crate::units::CalibrationError;
@@ -42,8 +43,8 @@ pub enum Error {
     Filter(SettingsError),
     /// Base model.
     Motor(ParameterError),
-    /// An effect, by its identifier.
-    Effect(&'static str, ParameterError),
+    /// An effect, by its name.
+    Effect(EffectId, ParameterError),
     /// A term, by its place in the block.
     Term(usize, TermError),
     /// Learned correction.

@@ -1,7 +1,7 @@
 //! A number that two programs share if they mean the same by a block.
 
 use super::tag::Tag;
-use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
+use crate::effects::{EffectId, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
 use crate::term::{MAX_OPS, MAX_UNKNOWNS};
 
@@ -28,11 +28,10 @@ const fn fingerprint() -> u32 {
         digest = byte(digest, limits[n] as u8);
         n += 1;
     }
-    let catalogue = Effect::<f32>::CATALOGUE;
     let mut n = 0;
-    while n < catalogue.len() {
-        digest = text(digest, catalogue[n].id);
-        let parameters = catalogue[n].parameters;
+    while n < EffectId::ALL.len() {
+        digest = text(digest, EffectId::ALL[n].id());
+        let parameters = EffectId::ALL[n].description().parameters;
         let mut m = 0;
         while m < parameters.len() {
             digest = text(digest, parameters[m].name);

@@ -119,7 +119,7 @@ impl Settings {
         let filter = self.filter.build().map_err(Error::Filter)?;
         self.motor.validate().map_err(Error::Motor)?;
         for effect in &self.effects {
-            effect.validate().map_err(|error| Error::Effect(effect.description().id, error))?;
+            effect.validate().map_err(|error| Error::Effect(effect.id(), error))?;
         }
         if self.terms.iter().flat_map(Term::unknowns).any(|value| !value.is_finite()) {
             return Err(Error::Unknowns);

@@ -102,11 +102,8 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
     out.section(Tag::Calibration, &settings.calibration)?;
     out.section(Tag::Filter, &settings.filter)?;
     out.section(Tag::Motor, &settings.motor)?;
-    let effects: heapless::Vec<_, MAX_EFFECTS> = settings
-        .effects
-        .iter()
-        .map(|effect| EffectEntry { id: effect.description().id, values: effect.values() })
-        .collect();
+    let effects: heapless::Vec<_, MAX_EFFECTS> =
+        settings.effects.iter().map(|effect| EffectEntry { id: effect.id().id(), values: effect.values() }).collect();
     out.section(Tag::Effects, &effects)?;
     let terms: heapless::Vec<_, MAX_TERMS> = settings
         .terms
@@ -153,7 +150,8 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
             Tag::Effects => {
                 let entries: heapless::Vec<EffectEntry, MAX_EFFECTS> = whole(tag, body)?;
                 for (index, EffectEntry { id, values }) in entries.iter().enumerate() {
-                    let effect = Effect::from_id(id, values).ok_or(Error::UnknownEffect(index))?;
+                    let id = id.parse().map_err(|_| Error::UnknownEffect(index))?;
+                    let effect = Effect::new(id, values);
                     settings.effects.push(effect).map_err(|_| Error::Malformed(tag))?;
                 }
             }

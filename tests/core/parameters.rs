@@ -4,7 +4,7 @@ use greyrig::anfis::{Firing, Premise, Settings3x3, Shape};
 use greyrig::app::bench::MOTOR;
 use greyrig::butterworth;
 use greyrig::detector;
-use greyrig::effects::{BrushDrop, Effect, MAX_EFFECTS, Saturation};
+use greyrig::effects::{BrushDrop, Effect, EffectId, MAX_EFFECTS, Saturation};
 use greyrig::motor::ParameterError;
 use greyrig::parameters::Tag;
 use greyrig::parameters::block::MAX_PAYLOAD;
@@ -144,10 +144,10 @@ fn the_fullest_block_fits() {
     let mut settings = settings();
     settings.motor_type = "m".repeat(32).as_str().try_into().unwrap();
     settings.rig = "r".repeat(32).as_str().try_into().unwrap();
-    let longest = Effect::<f32>::CATALOGUE.iter().map(|d| d.id).max_by_key(|id| id.len()).unwrap();
+    let longest = EffectId::ALL.iter().copied().max_by_key(|id| id.id().len()).unwrap();
     settings.effects.clear();
     while settings.effects.len() < MAX_EFFECTS {
-        settings.effects.push(Effect::from_id(longest, &[]).unwrap()).unwrap();
+        settings.effects.push(Effect::new(longest, &[])).unwrap();
     }
     let mut ops = vec![Op::Current];
     ops.extend([Op::Abs; 31]);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use greyrig::effects::Effect;
+use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::Settings;
@@ -27,10 +27,20 @@ fn diagnosed(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagn
     diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
 }
 
+/// The effect with an identifier.
+fn effect(id: &str) -> EffectId {
+    id.parse().expect("an effect")
+}
+
+/// What a diagnosis found, and the identifiers of what it names.
+fn verdict(d: &Diagnosis) -> (VerdictKind, Vec<&'static str>) {
+    (d.verdict.kind, d.verdict.effects.iter().map(|id| id.id()).collect())
+}
+
 pub fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
     Options {
         settings: Settings { base, ..Settings::new(kind) },
-        exclude: exclude.iter().map(|id| (*id).to_owned()).collect(),
+        exclude: exclude.iter().map(|id| effect(id)).collect(),
         candidates_refined: false,
     }
 }
@@ -44,7 +54,7 @@ fn universal(effects: &[&str], exclude: &[&str]) -> Diagnosis {
 #[test]
 fn names_the_effect_and_its_class() {
     let d = universal(&["saturation=0.3"], &[]);
-    assert_eq!((d.verdict.kind, d.verdict.effects.as_slice()), (VerdictKind::MissingEffect, &["saturation"][..]));
+    assert_eq!(verdict(&d), (VerdictKind::MissingEffect, vec!["saturation"]));
     assert_eq!(d.verdict.classes, [["saturation", "armature_reaction"]]);
     // Armature reaction is the same function of the same current: the default member stands for the class.
     let d = universal(&["armature_reaction=0.12"], &[]);
@@ -54,7 +64,7 @@ fn names_the_effect_and_its_class() {
 #[test]
 fn names_two_effects() {
     let d = universal(&["hysteresis=0.3", "channel_delay=150e-6"], &[]);
-    let mut effects = d.verdict.effects.clone();
+    let mut effects = verdict(&d).1;
     effects.sort_unstable();
     assert_eq!(effects, ["channel_delay", "hysteresis"], "{}", d.verdict.text);
 }
@@ -74,12 +84,7 @@ fn a_direct_start_does_not_hide_what_is_missing() {
         (&[("start", 6.0), ("staircase", 8.0)], &["saturation", "hysteresis"]),
     ] {
         let d = ask(profiles, effects);
-        assert_eq!(
-            (d.verdict.kind, d.verdict.effects.as_slice()),
-            (VerdictKind::MissingEffect, effects),
-            "{}",
-            d.verdict.text
-        );
+        assert_eq!(verdict(&d), (VerdictKind::MissingEffect, effects.to_vec()), "{}", d.verdict.text);
     }
 }
 
@@ -193,7 +198,7 @@ fn two_offsets_stand_in_for_a_third() {
     // K ω i_r is (R + K ω) i_o less R i_o: without remanence in the catalogue two offsets explain it exactly.
     let d = universal(&["remanence=0.2"], &["remanence"]);
     assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{}", d.verdict.text);
-    assert!(d.verdict.effects.contains(&"remanence") && d.verdict.next_experiment.is_some());
+    assert!(d.verdict.effects.contains(&EffectId::Remanence) && d.verdict.next_experiment.is_some());
 }
 
 #[test]
@@ -221,7 +226,7 @@ fn a_square_wave_is_no_brush_drop() {
     let whole = record(Kind::PmDc, "dc-steps", 16.0, &[]);
     let pieces: Vec<Recording> = [5, 8].into_iter().map(|n| whole.part(n * 10_000..(n + 2) * 10_000)).collect();
     let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis");
-    assert!(!d.verdict.effects.contains(&"brush_drop"), "{}", d.verdict.text);
+    assert!(!d.verdict.effects.contains(&EffectId::BrushDrop), "{}", d.verdict.text);
 }
 
 /// Without filters in front of the converter, noise and quanta: the supply switches from one sample to the next.
@@ -279,13 +284,8 @@ fn turbulence_of_the_load_is_no_structure() {
         (Kind::PmDc, 0.05, "brush_drop=2.5", "brush_drop"),
         (Kind::PmDc, 0.02, "supply_dead_zone=1", "supply_dead_zone"),
     ] {
-        let verdict = turbulent(turbulence, &[effect], &options(kind, Base::usual(kind), &[])).verdict;
-        assert_eq!(
-            (verdict.kind, verdict.effects.as_slice()),
-            (VerdictKind::MissingEffect, &[named][..]),
-            "{effect}: {}",
-            verdict.text
-        );
+        let d = turbulent(turbulence, &[effect], &options(kind, Base::usual(kind), &[]));
+        assert_eq!(verdict(&d), (VerdictKind::MissingEffect, vec![named]), "{effect}: {}", d.verdict.text);
     }
     for (kind, turbulence) in [(Kind::Universal, 0.05), (Kind::PmDc, 0.01), (Kind::PmDc, 0.05)] {
         let verdict = turbulent(turbulence, &[], &options(kind, Base::usual(kind), &[])).verdict;
@@ -439,7 +439,7 @@ fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording 
     const H: f64 = 1e-4;
     const HELD: usize = 100;
     let base = [2.9, 0.026, 0.0115, 2.6e-4, 0.02, 1.2e-5, 3.5e-8];
-    let friction = Effect::from_id("stribeck", &[torque, speed, 1.0]).expect("an effect");
+    let friction = Effect::new(EffectId::Stribeck, &[torque, speed, 1.0]);
     let mut recording = record(Kind::Universal, "staircase", 12.0, &[]);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -513,7 +513,7 @@ fn json(output: &Output) -> Value {
 }
 
 fn names_alone(d: &Diagnosis, effects: &[&str]) {
-    assert_eq!((d.verdict.kind, d.verdict.effects.as_slice()), (VerdictKind::MissingEffect, effects));
+    assert_eq!(verdict(d), (VerdictKind::MissingEffect, effects.to_vec()));
 }
 
 #[test]
@@ -581,7 +581,7 @@ fn a_law_of_friction_that_chance_has_put_ahead_of_another_is_not_named_for_sure(
         let d = of_the_lot(Kind::Universal, "steady", seed, "stribeck");
         let named = &d.verdict.effects;
         assert_eq!(d.verdict.kind, VerdictKind::Ambiguous, "{seed}: {:?}", d.verdict);
-        assert!(named.contains(&"stribeck") && named.len() == 2, "{seed}: {named:?}");
+        assert!(named.contains(&EffectId::Stribeck) && named.len() == 2, "{seed}: {named:?}");
     }
 }
 

@@ -35,8 +35,10 @@ fn points_at_once_have_the_bits_of_each_alone() {
         &["supply_dead_zone", "eddy_current", "windage_exponent"],
         &["channel_delay", "speed_lag", "brush_drop"],
     ] {
-        let settings =
-            Settings { effects: effects.iter().map(|id| (*id).to_owned()).collect(), ..Settings::new(Kind::Universal) };
+        let settings = Settings {
+            effects: effects.iter().map(|id| id.parse().expect("an effect")).collect(),
+            ..Settings::new(Kind::Universal)
+        };
         let mut space = build_space(&settings).unwrap();
         space.take_typical_values();
         space.take_scales(&space.scales(&experiments));

@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use greyrig::detector::Features;
+use greyrig::effects::EffectId;
 use greyrig_host::anfis::Method;
 use greyrig_host::compare::compare;
 use greyrig_host::hybrid;
@@ -96,7 +97,7 @@ fn faults_fail_and_are_put_where_they_are() {
 #[test]
 fn parameters_tell_what_was_wrong_from_the_start() {
     let training = [rig("staircase", 12.0, 1).run().unwrap().recording];
-    let effects = ["saturation", "hysteresis"].map(str::to_owned).to_vec();
+    let effects = vec![EffectId::Saturation, EffectId::Hysteresis];
     let model = identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }).unwrap().model;
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
     let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();

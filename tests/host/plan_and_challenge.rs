@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use greyrig::effects::EffectId;
 use greyrig_host::challenge::{Challenge, MOST_TRIES, challenge};
-use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, unit};
+use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, catalogue, unit};
 use greyrig_host::plan::{Contest, Limits, Plan, plan};
 use greyrig_host::recording::{Motion, Recording};
 use greyrig_host::rig::{Motor, Setup};
@@ -32,8 +33,8 @@ fn true_model(kind: Kind) -> Model {
     }
 }
 
-fn names(ids: &[&str]) -> Vec<String> {
-    ids.iter().map(|id| (*id).to_owned()).collect()
+fn names(ids: &[&str]) -> Vec<EffectId> {
+    ids.iter().map(|id| id.parse().unwrap()).collect()
 }
 
 fn recorded(profile: &str, effects: &[&str]) -> Vec<Recording> {
@@ -50,7 +51,7 @@ fn challenged(recordings: &[Recording], ids: &[&str]) -> Challenge {
 fn what_a_staircase_of_a_healthy_motor_reveals() {
     let ids = ["saturation", "brush_drop", "current_offset", "coulomb_friction", "voltage_gain", "torque_offset"];
     let tries = AtomicUsize::new(0);
-    let tick = |_: &str| {
+    let tick = |_: EffectId| {
         tries.fetch_add(1, Ordering::Relaxed);
     };
     let c = challenge(&recorded("staircase", &[]), &true_model(Kind::Universal), &names(&ids), &tick).unwrap();
@@ -93,16 +94,13 @@ fn an_effect_that_wins_without_a_challenge_does_not_hide_the_others() {
     let run = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(6.0).seed(1).run().unwrap().recording;
     let ids = names(&["brush_drop", "current_offset"]);
     let c = challenge(&[run], &true_model(Kind::PmDc), &ids, &|_| ()).unwrap();
-    assert!(c.effects.iter().all(|e| e.revealed_from.is_some() && e.mistaken_for != Some("speed_lag")), "{c:?}");
+    assert!(c.effects.iter().all(|e| e.revealed_from.is_some() && e.mistaken_for != Some(EffectId::SpeedLag)), "{c:?}");
 }
 
 #[test]
-fn challenges_that_make_no_sense_are_refused() {
-    let refused = |ids: &[&str]| {
-        let all = challenge(&recorded("staircase", &[]), &true_model(Kind::Universal), &names(ids), &|_| ());
-        all.unwrap_err().to_string()
-    };
-    assert!(refused(&["gremlins"]).contains("there is no effect gremlins"));
+fn effects_that_there_are_not_are_refused() {
+    let refused = catalogue::effects(&["saturation".to_owned(), "gremlins".to_owned()]).unwrap_err().to_string();
+    assert!(refused.contains("there is no effect gremlins") && refused.contains("brush_drop"), "{refused}");
 }
 
 fn planned(kind: Kind, rivals: &[&str]) -> Plan {
@@ -186,5 +184,4 @@ fn rivals_that_nothing_tells_apart_are_refused() {
     assert!(refused(Kind::Universal, &["saturation", "armature_reaction"]).contains("no recording"));
     assert!(refused(Kind::Universal, &["voltage_gain", "saturation"]).contains("a reference meter for the voltage"));
     assert!(refused(Kind::PmDc, &["remanence", "current_offset"]).contains("cannot have remanence"));
-    assert!(refused(Kind::Universal, &["gremlins"]).contains("there is no effect gremlins"));
 }

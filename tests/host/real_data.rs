@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 
+use greyrig::effects::EffectId;
 use greyrig_host::compare::compare;
 use greyrig_host::identify::{Identification, Settings, identify};
 use greyrig_host::model::{Assignment, Base, Kind};
@@ -40,7 +41,7 @@ fn emps_equals_the_published_parameters() {
     let (Some(train), Some(pulses)) = (read("EMPS/emps_train.csv", &EMPS), read("EMPS/emps_pulses.csv", &EMPS)) else {
         return;
     };
-    let settings = Settings { effects: vec!["torque_offset".into()], ..magnet_motor(Base::DryViscous) };
+    let settings = Settings { effects: vec![EffectId::TorqueOffset], ..magnet_motor(Base::DryViscous) };
     let identification = identify(std::slice::from_ref(&train), &settings).expect("EMPS is identified");
     // Janot, Gautier, Brunot 2019; half a percent is ten times the spread between reasonable filters.
     for (name, published) in [("J", 95.1089), ("mu1", 203.50), ("mu0", 20.394), ("torque_offset", -3.165)] {

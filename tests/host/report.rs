@@ -1,5 +1,6 @@
 //! The report's file: well formed, whole in itself, safe against hostile names, within its size.
 
+use greyrig::effects::EffectId;
 use greyrig_host::compare::{Comparison, PerSignal};
 use greyrig_host::model::{EffectEntry, Parameter, Status};
 use greyrig_host::recording::Motion;
@@ -68,7 +69,7 @@ fn a_full_report_is_well_formed_and_whole_in_itself() {
     let (before, mut m) = (comparison(vec![recording("a.csv", traces(3.0))]), model(Motion::Rotary));
     let offset = Parameter { value: 0.003, unit: "N m".into(), ci95: Some([0.002, 0.004]), status: Status::Identified };
     m.effects
-        .push(EffectEntry { id: "torque_offset".into(), parameters: [("torque_offset".to_owned(), offset)].into() });
+        .push(EffectEntry { id: EffectId::TorqueOffset, parameters: [("torque_offset".to_owned(), offset)].into() });
     let after = comparison(vec![recording("b.csv", traces(2.0))]);
     let page = Report::new("Type 462")
         .lead("First sentence.")

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use greyrig::effects::Effect;
+use greyrig::effects::{EffectId, Identifiers};
 use serde_json::json;
 
 use super::answer::Answer;
@@ -52,17 +52,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in args.out.iter().chain(&args.answer.report) {
         output::refuse_overwrite(path, args.answer.force)?;
     }
-    let known = |path: &PathBuf| {
-        let id = path.to_str()?;
-        Effect::<f64>::CATALOGUE.iter().map(|d| d.id).find(|known| *known == id)
-    };
-    let effects: Vec<&'static str> = args.arguments.iter().filter_map(known).collect();
+    let known = |path: &PathBuf| path.to_str()?.parse().ok();
+    let effects: Vec<EffectId> = args.arguments.iter().filter_map(known).collect();
     let files: Vec<PathBuf> = args.arguments.iter().filter(|a| known(a).is_none()).cloned().collect();
     if (effects.is_empty() && args.term.is_empty()) || files.is_empty() {
-        let ids: Vec<&str> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
         return Err(Error::usage(
             "add needs at least one effect or --term, and one recording",
-            format!("effects are {}", ids.join(", ")),
+            format!("effects are {Identifiers}"),
         ));
     }
     let model = Model::load(&args.model)?;

@@ -7,7 +7,7 @@ use super::input::Input;
 use super::words;
 use crate::challenge::{Challenge, Challenged, MOST_TRIES, challenge, most_effects};
 use crate::error::Result;
-use crate::model::Model;
+use crate::model::{Model, catalogue};
 use crate::output;
 
 /// Is there really nothing else? From what size on these recordings would have revealed each effect.
@@ -35,10 +35,11 @@ pub struct Args {
 /// A model or recordings that cannot be used.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
+    let effects = catalogue::effects(&args.effect)?;
     let recordings = args.input.load()?;
-    let bar = output::progress("challenge", MOST_TRIES * most_effects(&model, &args.effect));
-    let result = challenge(&recordings, &model, &args.effect, &|effect| {
-        bar.set_message(effect.to_owned());
+    let bar = output::progress("challenge", MOST_TRIES * most_effects(&model, &effects));
+    let result = challenge(&recordings, &model, &effects, &|effect| {
+        bar.set_message(effect.id());
         bar.inc(1);
     });
     bar.finish_and_clear();
@@ -55,8 +56,8 @@ fn print(c: &Challenge) -> Result<()> {
     if !c.found.is_empty() {
         output::print_line(&format!(
             "diagnosis finds {} without any challenge; the challenged model has it (greyrig add {})",
-            c.found.join(" and "),
-            c.found.join(" ")
+            catalogue::joined(&c.found, " and "),
+            catalogue::joined(&c.found, " ")
         ))?;
     }
     if c.unexplained {

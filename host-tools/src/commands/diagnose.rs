@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use greyrig::effects::EffectId;
 use serde_json::json;
 
 use super::answer::Answer;
@@ -15,7 +16,7 @@ use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, Progress, VerdictKind, diagnose};
 use crate::error::Result;
 use crate::identify::{self, Settings};
-use crate::model::{Assignment, Base, Kind, Model, Origin};
+use crate::model::{Assignment, Base, Kind, Model, Origin, catalogue};
 use crate::output;
 use crate::report::{Curves, Report, Table};
 
@@ -63,7 +64,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     settings.fixed.extend(args.fix.iter().cloned());
-    let options = Options { settings: settings.clone(), exclude: args.exclude.clone(), candidates_refined: true };
+    let exclude = catalogue::effects(&args.exclude)?;
+    let options = Options { settings: settings.clone(), exclude, candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
     let (began, ranked) = (Instant::now(), AtomicBool::new(false));
     let watch = |at: Progress<'_>| match at {
@@ -151,7 +153,7 @@ fn cleanness(d: &Diagnosis) -> String {
 }
 
 /// The candidates that a first screening puts foremost.
-fn first_look(candidates: &[(&'static str, f64)], after: Duration) -> String {
+fn first_look(candidates: &[(EffectId, f64)], after: Duration) -> String {
     let foremost: Vec<String> = candidates
         .iter()
         .take(5)
@@ -162,11 +164,11 @@ fn first_look(candidates: &[(&'static str, f64)], after: Duration) -> String {
 
 /// The verdict in a line.
 pub fn headline(d: &Diagnosis) -> String {
-    let others = |id: &&str| {
+    let others = |id: &EffectId| {
         let class = d.verdict.classes.iter().find(|class| class.contains(id))?;
-        Some(class.iter().copied().filter(|other| other != id).collect::<Vec<_>>().join(" or "))
+        Some(catalogue::joined(&class.iter().copied().filter(|other| other != id).collect::<Vec<_>>(), " or "))
     };
-    let with_class = |id: &&str| others(id).map_or((*id).to_owned(), |others| format!("{id} (or {others})"));
+    let with_class = |id: &EffectId| others(id).map_or(id.to_string(), |others| format!("{id} (or {others})"));
     let effects = d.verdict.effects.iter().map(with_class).collect::<Vec<_>>().join(", ");
     match d.verdict.kind {
         VerdictKind::MissingEffect => format!("missing: {effects}"),
@@ -188,7 +190,7 @@ fn rows(d: &Diagnosis) -> Vec<Vec<String>> {
         .map(|c| {
             vec![
                 c.step.to_string(),
-                c.effect.to_owned(),
+                c.effect.to_string(),
                 format!("{:.1} %", 100.0 * c.held_out_gain.max(0.0)),
                 words::percent(c.esr_after.current),
                 words::percent(c.esr_after.speed),

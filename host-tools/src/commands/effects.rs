@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use greyrig::effects::{Acts, Description, Effect, InWords, Relative, Seen};
+use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
@@ -33,8 +33,8 @@ pub struct Args {
 /// An effect that is not in the catalogue.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let chosen: Vec<&Description> = match &args.id {
-        None => Effect::<f64>::CATALOGUE.iter().collect(),
-        Some(id) => vec![catalogue::effect(id)?],
+        None => Description::all().collect(),
+        Some(id) => vec![catalogue::effect(id)?.description()],
     };
     if args.markdown {
         output::print_line(&page(&chosen))?;
@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Seen::Orders => "orders",
                 Seen::Samples => "samples",
             };
-            table.add_row([d.id, d.name, enters(d), shows]);
+            table.add_row([d.id.id(), d.name, enters(d), shows]);
         }
         output::print_line(&table.to_string())?;
     }
@@ -74,7 +74,7 @@ fn enters(d: &Description) -> &'static str {
 }
 
 /// The effect that another one turns into, and with which shape.
-fn turns_into(d: &Description) -> Option<(&'static str, String)> {
+fn turns_into(d: &Description) -> Option<(EffectId, String)> {
     let turn = d.turns_into?;
     let p = d.parameters.iter().find(|p| p.name == turn.parameter)?;
     Some((turn.into, format!("`{}` beyond {} %{}", p.name, 100.0 * turn.beyond, relative(p.relative))))
@@ -194,7 +194,7 @@ fn explained(d: &Description) -> String {
     if let Some((other, beyond)) = turns_into(d) {
         text += &format!("turns into     {other} with {beyond}\n");
     }
-    text += &format!("confused with  {}\n", d.confused_with.join(", "));
+    text += &format!("confused with  {}\n", catalogue::joined(d.confused_with, ", "));
     text += &format!("separated by   {}\n", InWords(d.separated_by));
     text + &format!("source         {}", d.source)
 }

@@ -10,7 +10,7 @@ use super::words;
 use crate::compare::compare;
 use crate::error::{Error, Result};
 use crate::identify::{self, Method, Settings};
-use crate::model::{Assignment, Base, Kind};
+use crate::model::{Assignment, Base, Kind, catalogue};
 use crate::output;
 use crate::term::Formula;
 
@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut settings = Settings::new(kind);
     settings.method = args.method;
     settings.base = args.base.unwrap_or(settings.base);
-    settings.effects.clone_from(&args.effect);
+    settings.effects = catalogue::effects(&args.effect)?;
     settings.terms.clone_from(&args.term);
     settings.fixed.clone_from(&args.fix);
     settings.bounds.clone_from(&args.bound);

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use greyrig::effects::EffectId;
+
 use super::words;
 use crate::error::{Error, Result};
-use crate::model::{Kind, Model};
+use crate::model::{Kind, Model, catalogue};
 use crate::output;
 use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan, ticks};
 
@@ -47,13 +49,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         x => Ok(x.unwrap_or(usual)),
     };
     let model = Model::load(&args.model)?;
+    let rivals = catalogue::effects(&args.rivals)?;
     let usual = Limits::usual(model.kind);
     let limits = Limits {
         voltage_v: limit(args.max_voltage, usual.voltage_v, "--max-voltage")?,
         current_a: limit(args.max_current, usual.current_a, "--max-current")?,
     };
     let bar = output::progress("simulations", ticks(model.kind));
-    let result = plan(&model, &args.rivals, args.seconds, limits, &|| bar.inc(1));
+    let result = plan(&model, &rivals, args.seconds, limits, &|| bar.inc(1));
     bar.finish_and_clear();
     let result = result?;
     if args.json {
@@ -78,7 +81,7 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
         let hidden = contest.proposals.first().is_none_or(|p| p.separation < 1.0);
         output::print_line(&format!(
             "{}: {}{}",
-            contest.rivals.join(" or "),
+            catalogue::joined(&contest.rivals, " or "),
             if hidden { "no profile shows more than the noise; known is " } else { "" },
             contest.separated_by
         ))?;
@@ -91,7 +94,7 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
 }
 
 fn ranking(contest: &Contest) -> String {
-    let [a, b] = contest.rivals;
+    let [a, b] = contest.rivals.map(EffectId::id);
     let mut table = words::table(&["recording", "separation", a, b, "peak voltage", "peak current"]);
     for p in contest.proposals.iter().take(SHOWN) {
         let peak = |of: fn(&Take) -> f64| p.recordings.iter().map(of).fold(0.0, f64::max);
@@ -111,7 +114,7 @@ fn best_of_each(plan: &Plan) -> String {
     let mut table = words::table(&["rivals", "recording", "separation"]);
     for contest in &plan.contests {
         let Some(best) = contest.proposals.first() else { continue };
-        table.add_row([contest.rivals.join(", "), names(best), format!("{:.2}", best.separation)]);
+        table.add_row([catalogue::joined(&contest.rivals, ", "), names(best), format!("{:.2}", best.separation)]);
     }
     table.to_string()
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::Description;
+use greyrig::effects::{Description, EffectId};
 
 use super::blocks::{self, HeldOut, p_value};
 use super::classes;
@@ -120,7 +120,7 @@ impl<'a> Audit<'a> {
         }
         let present = base.space.effects();
         let added = space.effects().iter().filter(|id| !present.contains(id));
-        let usual = added.fold(base.space.clone(), |usual, id| usual.with_effect(id, scales));
+        let usual = added.fold(base.space.clone(), |usual, id| usual.with_effect(*id, scales));
         let other = self.fit_with(&usual, Effort::ESTIMATE)?;
         if self.fall(&fit, &other) < -FAR_OFF {
             return Ok(fit);
@@ -134,18 +134,18 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn keep_earners(&self, base: &Fit, fit: Fit, found: &mut Vec<&'static str>) -> Result<Fit> {
+    pub fn keep_earners(&self, base: &Fit, fit: Fit, found: &mut Vec<EffectId>) -> Result<Fit> {
         if self.fall(base, &fit) < SMALLEST_GAIN {
             found.clear();
             return Ok(base.clone());
         }
         let mut fit = fit;
-        let mut proved: Vec<&'static str> = Vec::new();
+        let mut proved: Vec<EffectId> = Vec::new();
         loop {
             let all = self.fall(base, &fit);
-            let worths = found.iter().filter(|id| !proved.contains(id)).map(|id| (*id, self.worth(&fit, id)));
+            let worths = found.iter().filter(|id| !proved.contains(id)).map(|id| (*id, self.worth(&fit, *id)));
             let doubtful = worths.map(|(id, worth)| (id, worth, smallest_share(id, found, all)));
-            let doubtful = doubtful.filter(|(id, worth, smallest)| worth < smallest || classes::bends_with(id, found));
+            let doubtful = doubtful.filter(|(id, worth, smallest)| worth < smallest || classes::bends_with(*id, found));
             let least = doubtful.min_by(|a, b| a.1.total_cmp(&b.1));
             let Some((id, _, smallest)) = least else { return Ok(fit) };
             // Over a long way the others only seem to be able to take its part.
@@ -161,7 +161,7 @@ impl<'a> Audit<'a> {
 
     /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more than the error
     /// rises by with all other parameters as they are, which it cannot.
-    fn worth(&self, fit: &Refined, id: &str) -> f64 {
+    fn worth(&self, fit: &Refined, id: EffectId) -> f64 {
         let worth = screening::worth(fit, self.problem.groups(), id);
         let without = self.error_at(&fit.space.without_effect(id));
         let most: f64 = (0..2).filter(|g| self.has()[*g]).map(|g| (without[g] / fit.rms[g]).ln()).sum();
@@ -277,7 +277,7 @@ impl<'a> Audit<'a> {
 }
 
 /// What an effect has to earn beside the others that were `found`, of what `all` together earn.
-fn smallest_share(id: &str, found: &[&'static str], all: f64) -> f64 {
+fn smallest_share(id: EffectId, found: &[EffectId], all: f64) -> f64 {
     let share = if classes::rounds_off(id, found) { LEAST_SHARE_OF_A_LAW } else { LEAST_SHARE };
     SMALLEST_GAIN.max(share * all)
 }

@@ -1,6 +1,6 @@
 //! The base model: where its fit starts, how far off it is by itself, and what recordings cannot say of it.
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 
 use super::audit::Audit;
 use super::climb::Climb;
@@ -62,7 +62,7 @@ pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Opti
     if space.get("mu0").is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;
     }
-    let d = Description::of("coulomb_friction")?;
+    let d = EffectId::CoulombFriction.description();
     let own = climb.independence(base, d).unwrap_or(0.0);
     (own < VISIBLE_FRICTION).then(|| {
         format!(

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ const CLOSE: f64 = 0.5;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Candidate {
     /// The effect.
-    pub effect: &'static str,
+    pub effect: EffectId,
     /// Free-run error-to-signal ratio with it (after the effects found before it).
     pub esr_after: PerSignal,
     /// By how much the error on data held out falls: 0.9 is 90 %.
@@ -37,7 +37,7 @@ pub struct Candidate {
     /// Its parameters.
     pub parameters: Vec<Size>,
     /// Effects that look alike.
-    pub confused_with: Vec<&'static str>,
+    pub confused_with: Vec<EffectId>,
     /// Why it does not count, in words; `None`: it does.
     pub objection: Option<&'static str>,
     /// The step of the diagnosis in which it was tried, from 1.
@@ -96,14 +96,13 @@ fn candidate(
     settings: &Settings,
     recordings: &[Recording],
 ) -> Candidate {
-    let description = Description::of(tried.id);
     Candidate {
         effect: tried.id,
         esr_after,
         held_out_gain: 1.0 - (-0.5 * tried.gain).exp(),
         p_value: tried.p_value,
         parameters: sizes(&[tried.id], &tried.fit.space, &BTreeMap::new(), settings, recordings),
-        confused_with: description.map_or_else(Vec::new, |d| d.confused_with.to_vec()),
+        confused_with: tried.id.description().confused_with.to_vec(),
         objection: tried.objection.map(Objection::words),
         step,
     }

@@ -1,6 +1,6 @@
 //! What a set of recordings holds, as far as it decides which effects can be told, and which recording would tell more.
 
-use greyrig::effects::{Acts, Description, InWords, Recording, Separation};
+use greyrig::effects::{Acts, Description, EffectId, InWords, Recording, Separation};
 
 use crate::experiment::{Drive, Experiment};
 
@@ -43,8 +43,8 @@ impl Holds {
 
     /// Whether such recordings can tell an effect.
     pub fn tells(self, d: &Description) -> bool {
-        let one_way = matches!(d.id, "torque_offset" | "asymmetric_friction");
-        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, "speed_lag");
+        let one_way = matches!(d.id, EffectId::TorqueOffset | EffectId::AsymmetricFriction);
+        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, EffectId::SpeedLag);
         (self.electrical || of_speed) && (self.both_directions || !one_way)
     }
 
@@ -99,13 +99,17 @@ mod tests {
 
     #[test]
     fn what_is_there_already_is_not_asked_for() {
-        let told = |holds: Holds, id: &str| Description::of(id).and_then(|d| holds.what_else_tells(d));
+        let told = |holds: Holds, id: EffectId| holds.what_else_tells(id.description());
         assert!(
-            told(AC, "remanence").is_some_and(|ways| ways.contains("open supply") && ways.contains("locked rotor"))
+            told(AC, EffectId::Remanence)
+                .is_some_and(|ways| ways.contains("open supply") && ways.contains("locked rotor"))
         );
         let locked = Holds { locked_rotor: true, ..AC };
-        assert!(told(locked, "remanence").is_some_and(|ways| ways.contains("open supply") && !ways.contains("locked")));
-        assert_eq!(told(Holds { open_supply: true, ..locked }, "remanence"), None);
+        assert!(
+            told(locked, EffectId::Remanence)
+                .is_some_and(|ways| ways.contains("open supply") && !ways.contains("locked"))
+        );
+        assert_eq!(told(Holds { open_supply: true, ..locked }, EffectId::Remanence), None);
     }
 
     #[test]

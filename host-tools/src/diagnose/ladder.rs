@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use greyrig::effects::{Acts, Description};
+use greyrig::effects::{Acts, EffectId};
 
 use super::classes::{self, OFFSETS};
 use super::completeness::{Completeness, Floor};
@@ -46,7 +46,7 @@ impl Objection {
 #[derive(Debug, Clone)]
 pub struct Tried {
     /// The effect.
-    pub id: &'static str,
+    pub id: EffectId,
     /// The model with it.
     pub fit: Arc<Fit>,
     /// Fall of the held-out error, sum of the logarithms of both balances.
@@ -61,17 +61,17 @@ pub struct Tried {
 #[derive(Debug, Clone)]
 pub struct Step {
     /// Screening of all candidates, most promising first.
-    pub promises: Vec<(&'static str, f64)>,
+    pub promises: Vec<(EffectId, f64)>,
     /// Those that were fitted, best first.
     pub tried: Vec<Tried>,
     /// Those that were added.
-    pub winners: Vec<&'static str>,
+    pub winners: Vec<EffectId>,
     /// Whether these were tried together only.
     pub together: bool,
     /// Whether the free run was the judge.
     pub in_free_run: bool,
     /// Others that may do as well, where it was.
-    pub as_well: Vec<&'static str>,
+    pub as_well: Vec<EffectId>,
     /// Best gain of a decoy.
     pub decoy_gain: f64,
     /// Decoys tried, and how many of them gain enough, significantly, to be accepted if they were effects.
@@ -84,9 +84,9 @@ pub struct Ladder {
     /// Steps, the last of which found nothing.
     pub steps: Vec<Step>,
     /// The effects that stay, in the order in which they should be added.
-    pub found: Vec<&'static str>,
+    pub found: Vec<EffectId>,
     /// For each of them, effects that would do as well in its place and are no class with it; looked for at the end.
-    pub rivals: Vec<Vec<&'static str>>,
+    pub rivals: Vec<Vec<EffectId>>,
     /// The fit with all of them.
     pub fit: Fit,
     /// Completeness at the beginning.
@@ -106,9 +106,9 @@ impl Ladder {
     }
 
     /// Whether a step has added an effect or one of its class, even if it has been dropped since.
-    pub fn has_added(&self, id: &str) -> bool {
+    pub fn has_added(&self, id: EffectId) -> bool {
         let added = self.steps.iter().flat_map(|s| &s.winners).chain(&self.found);
-        added.into_iter().any(|other| classes::same(self.fit.space.kind(), other, id))
+        added.into_iter().any(|other| classes::same(self.fit.space.kind(), *other, id))
     }
 
     /// Whether the effects that stay are those of another climb, in whatever order.
@@ -146,14 +146,14 @@ impl Ladder {
 
 /// [`Ladder::is_explained`] by the completeness of the balances, at the beginning and at the end, and that of the free run.
 fn is_explained(
-    found: &[&'static str],
+    found: &[EffectId],
     [before, after]: [Completeness; 2],
     free_run: Option<&(Completeness, Completeness)>,
 ) -> bool {
     match (free_run, found.is_empty()) {
         (free_run, true) => after.is_complete() && free_run.is_none_or(|(without, _)| without.may_be_healthy()),
         (Some((without, with)), false) => {
-            let roughly_undone = with.is_complete() && found.iter().any(|id| bends_in_the_chain(id));
+            let roughly_undone = with.is_complete() && found.iter().any(|id| bends_in_the_chain(*id));
             with.explains(without) && (roughly_undone || !after.leaves_most(&before))
         }
         (None, false) => after.explains(&before),
@@ -161,29 +161,29 @@ fn is_explained(
 }
 
 /// Whether an effect makes a channel another function of time or size than the signal plus a constant.
-fn bends_in_the_chain(id: &str) -> bool {
-    Description::of(id).is_some_and(|d| d.acts == Acts::Measuring) && !OFFSETS.contains(&id)
+fn bends_in_the_chain(id: EffectId) -> bool {
+    id.description().acts == Acts::Measuring && !OFFSETS.contains(&id)
 }
 
 /// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that
 /// stays, beside which it may be needed.
-pub fn left_out(kind: Kind, steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
+pub fn left_out(kind: Kind, steps: &[Step], found: &[EffectId]) -> Vec<EffectId> {
     let stays = |step: &Step| step.in_free_run && step.winners.iter().any(|id| found.contains(id));
     let last = steps.iter().rposition(stays).map_or(0, |k| k + 1);
     dropped(kind, &steps[last..], found)
 }
 
 /// Effects that steps have added and that are no longer among what was found.
-pub fn dropped(kind: Kind, steps: &[Step], found: &[&'static str]) -> Vec<&'static str> {
+pub fn dropped(kind: Kind, steps: &[Step], found: &[EffectId]) -> Vec<EffectId> {
     let added = steps.iter().flat_map(|s| &s.winners).copied();
-    added.filter(|id| found.iter().all(|kept| !classes::same(kind, kept, id))).collect()
+    added.filter(|id| found.iter().all(|kept| !classes::same(kind, *kept, *id))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn step(winners: &[&'static str], in_free_run: bool) -> Step {
+    fn step(winners: &[EffectId], in_free_run: bool) -> Step {
         Step {
             promises: Vec::new(),
             tried: Vec::new(),
@@ -198,18 +198,28 @@ mod tests {
 
     #[test]
     fn what_a_climb_began_with_and_dropped_is_left_out() {
-        let steps = [step(&["stribeck"], false), step(&["saturation"], false), step(&[], false)];
-        assert_eq!(left_out(Kind::Universal, &steps, &["saturation"]), ["stribeck"]);
+        let steps = [step(&[EffectId::Stribeck], false), step(&[EffectId::Saturation], false), step(&[], false)];
+        assert_eq!(left_out(Kind::Universal, &steps, &[EffectId::Saturation]), [EffectId::Stribeck]);
     }
 
     #[test]
     fn what_was_dropped_is_tried_beside_what_the_free_run_has_added_since() {
-        let steps = [step(&["speed_lag"], false), step(&["saturation"], false), step(&["stribeck"], true)];
-        assert!(left_out(Kind::Universal, &steps, &["saturation", "stribeck"]).is_empty());
+        let steps = [
+            step(&[EffectId::SpeedLag], false),
+            step(&[EffectId::Saturation], false),
+            step(&[EffectId::Stribeck], true),
+        ];
+        assert!(left_out(Kind::Universal, &steps, &[EffectId::Saturation, EffectId::Stribeck]).is_empty());
         // But not where that has not stayed, nor what was dropped afterwards.
-        assert_eq!(left_out(Kind::Universal, &steps, &["saturation"]), ["speed_lag", "stribeck"]);
-        let more = [&steps[..], &[step(&["brush_drop"], false)]].concat();
-        assert_eq!(left_out(Kind::Universal, &more, &["saturation", "stribeck"]), ["brush_drop"]);
+        assert_eq!(
+            left_out(Kind::Universal, &steps, &[EffectId::Saturation]),
+            [EffectId::SpeedLag, EffectId::Stribeck]
+        );
+        let more = [&steps[..], &[step(&[EffectId::BrushDrop], false)]].concat();
+        assert_eq!(
+            left_out(Kind::Universal, &more, &[EffectId::Saturation, EffectId::Stribeck]),
+            [EffectId::BrushDrop]
+        );
     }
 
     fn left(electrical: f64, mechanical: f64) -> Completeness {
@@ -220,14 +230,14 @@ mod tests {
     fn balances_contradict_a_free_run_but_not_one_that_is_complete_with_what_bends_in_the_chain() {
         let balances = [left(1.1, 4.2), left(1.1, 3.8)];
         let free_run = (left(20.0, 9.0), left(1.1, 1.2));
-        let explained = |found: &'static str, free_run| is_explained(&[found], balances, Some(free_run));
-        assert!(explained("current_compression", &free_run) && explained("speed_lag", &free_run));
-        assert!(!explained("saturation", &free_run), "an effect of the motor has to show in its balance");
-        assert!(!explained("current_offset", &free_run), "the balances undo an offset exactly");
+        let explained = |found: EffectId, free_run| is_explained(&[found], balances, Some(free_run));
+        assert!(explained(EffectId::CurrentCompression, &free_run) && explained(EffectId::SpeedLag, &free_run));
+        assert!(!explained(EffectId::Saturation, &free_run), "an effect of the motor has to show in its balance");
+        assert!(!explained(EffectId::CurrentOffset, &free_run), "the balances undo an offset exactly");
         // Explained, a twentieth of the speed's structure being left, but not complete.
         let nearly = (left(20.0, 9.0), left(1.1, 1.38));
-        assert!(!explained("current_compression", &nearly));
-        assert!(is_explained(&["saturation"], [left(1.1, 4.2), left(1.1, 1.4)], Some(&nearly)));
+        assert!(!explained(EffectId::CurrentCompression, &nearly));
+        assert!(is_explained(&[EffectId::Saturation], [left(1.1, 4.2), left(1.1, 1.4)], Some(&nearly)));
     }
 
     #[test]

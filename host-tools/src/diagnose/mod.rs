@@ -35,13 +35,12 @@ pub mod shape;
 pub mod sizes;
 mod verdict;
 
-use greyrig::effects::MAX_EFFECTS;
+use greyrig::effects::{EffectId, MAX_EFFECTS};
 
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::{self, Settings, identifiability};
-use crate::model::catalogue;
 use crate::recording::Recording;
 use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
@@ -75,7 +74,7 @@ pub struct Diagnosis {
     /// Candidates, best first, step by step.
     pub candidates: Vec<Candidate>,
     /// All candidates by what the screening promised: fall of the error, best first.
-    pub screening: Vec<(&'static str, f64)>,
+    pub screening: Vec<(EffectId, f64)>,
     /// Residual over what does not repeat, before and after.
     pub completeness: Option<(Completeness, Completeness)>,
     /// What generic terms make of the rest.
@@ -96,7 +95,7 @@ pub struct Options {
     /// Kind of motor, base and effects that the model has already.
     pub settings: Settings,
     /// Effects that are not to be tried.
-    pub exclude: Vec<String>,
+    pub exclude: Vec<EffectId>,
     /// Whether the free-run error of the best candidates is refined for a report.
     pub candidates_refined: bool,
 }
@@ -107,31 +106,30 @@ pub enum Progress<'a> {
     /// A step, in a word or two.
     Doing(&'a str),
     /// A screening has ranked the candidates: by how much each promises to lower the error, best first.
-    Ranking(&'a [(&'static str, f64)]),
+    Ranking(&'a [(EffectId, f64)]),
 }
 
 /// Who is told what a diagnosis is at, from several threads.
 pub type Watch<'a> = dyn Fn(Progress<'_>) + Sync + 'a;
 
 impl Options {
-    fn excludes(&self, id: &str) -> bool {
-        self.exclude.iter().any(|excluded| excluded == id)
+    fn excludes(&self, id: EffectId) -> bool {
+        self.exclude.contains(&id)
     }
 }
 
 /// Diagnoses a model on recordings.
 ///
 /// # Errors
-/// Recordings that cannot be used, an unknown effect in `exclude`, an interrupt.
+/// Recordings that cannot be used, an interrupt.
 pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
-    options.exclude.iter().try_for_each(|id| catalogue::effect(id).map(drop))?;
     let settings = &options.settings;
     progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);
     let mut full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
     let clean = dither::add(&mut full);
     let mut findings = samples::look(recordings, &full, settings.kind);
-    findings.retain(|f| !options.excludes(f.id) && !settings.effects.iter().any(|e| e == f.id));
+    findings.retain(|f| !options.excludes(f.id) && !settings.effects.contains(&f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
@@ -142,8 +140,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     base::start(&mut space, &full, &coarse)?;
 
     let holds = Holds::of(&full);
-    let known: Vec<&'static str> = space.effects().to_vec();
-    let left_out = |id: &str| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
+    let known: Vec<EffectId> = space.effects().to_vec();
+    let left_out = |id: EffectId| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
     let candidates = screening::candidates(settings.kind, holds, left_out);
     let most = MOST_EFFECTS.min(MAX_EFFECTS - known.len());
     let Some(climb) = Climb::new(&coarse, candidates, most) else {
@@ -260,6 +258,6 @@ fn insufficient(reason: &str) -> Diagnosis {
 }
 
 /// Findings of the samples as effects.
-fn ids(findings: &[Finding]) -> Vec<&'static str> {
+fn ids(findings: &[Finding]) -> Vec<EffectId> {
     findings.iter().map(|f| f.id).collect()
 }

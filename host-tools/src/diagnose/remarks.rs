@@ -1,5 +1,7 @@
 //! What a motor engineer would add to a verdict.
 
+use greyrig::effects::EffectId;
+
 use super::VerdictKind;
 use super::holds::Holds;
 use crate::experiment::Experiment;
@@ -8,7 +10,7 @@ use crate::identify::space::Space;
 use crate::numbers::figure;
 
 /// Effects that take flux away where the current is large.
-const LESS_FLUX: [&str; 2] = ["saturation", "armature_reaction"];
+const LESS_FLUX: [EffectId; 2] = [EffectId::Saturation, EffectId::ArmatureReaction];
 /// How far from one half a share of an interval is half of it.
 const HALF_AN_INTERVAL: f64 = 0.1;
 
@@ -57,8 +59,8 @@ pub fn standstill(verdict: VerdictKind, holds: Holds) -> Option<String> {
 }
 
 /// A delay that is none of the current channel's.
-pub fn held_voltage(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
-    let delay = space.get("channel_delay").filter(|_| found.contains(&"channel_delay"))?;
+pub fn held_voltage(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
+    let delay = space.get("channel_delay").filter(|_| found.contains(&EffectId::ChannelDelay))?;
     let is_half = |e: &Experiment| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL;
     experiments.iter().all(is_half).then(|| {
         "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
@@ -68,7 +70,7 @@ pub fn held_voltage(space: &Space, found: &[&'static str], experiments: &[Experi
 }
 
 /// What effects of the flux come to: their parameters by themselves say little.
-pub fn flux(space: &Space, found: &[&'static str], experiments: &[Experiment]) -> Option<String> {
+pub fn flux(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
     found.iter().find(|id| LESS_FLUX.contains(id))?;
     let current = space.scales(experiments).current;
     let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::{Description, Seen};
+use greyrig::effects::{EffectId, Seen};
 
 use super::orders;
 use crate::experiment::Experiment;
@@ -27,7 +27,7 @@ const SLOWEST_SAMPLING_S: f64 = 1.25e-4;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The effect.
-    pub id: &'static str,
+    pub id: EffectId,
     /// Why, in words.
     pub text: String,
 }
@@ -35,7 +35,7 @@ pub struct Finding {
 impl Finding {
     /// Whether it is a line that follows the rotor.
     pub fn is_line(&self) -> bool {
-        Description::of(self.id).is_some_and(|d| d.seen == Seen::Orders)
+        self.id.description().seen == Seen::Orders
     }
 }
 
@@ -64,12 +64,12 @@ pub fn look(recordings: &[Recording], experiments: &[Experiment], kind: Kind) ->
                 .collect();
             let count: usize = clipped.values().map(|c| c.1).sum();
             if count as f64 > CLIPPED_SHARE * values.len() as f64
-                && found.iter().all(|f: &Finding| f.id != "adc_clipping")
+                && found.iter().all(|f: &Finding| f.id != EffectId::AdcClipping)
             {
                 let level = clipped.values().map(|c| c.0.abs()).fold(0.0, f64::max);
                 let unit = if channel == Channel::Current { "A" } else { "rad/s" };
                 found.push(Finding {
-                    id: "adc_clipping",
+                    id: EffectId::AdcClipping,
                     text: format!(
                         "{count} samples of {} rest at ±{level:.3} {unit} while the quantity goes on: the channel clips",
                         if channel == Channel::Current { "the current" } else { "the speed" }
@@ -80,7 +80,7 @@ pub fn look(recordings: &[Recording], experiments: &[Experiment], kind: Kind) ->
     }
     if kind == Kind::PmDc && experiments.iter().any(sign_lost) {
         found.push(Finding {
-            id: "speed_sign_lost",
+            id: EffectId::SpeedSignLost,
             text:
                 "the voltage changes its sign for longer than the motor takes to follow, and the speed never does: the \
                    sensor gives its magnitude"
@@ -89,7 +89,7 @@ pub fn look(recordings: &[Recording], experiments: &[Experiment], kind: Kind) ->
     }
     if let Some(ratio) = sparking(experiments) {
         found.push(Finding {
-            id: "brush_arcing",
+            id: EffectId::BrushArcing,
             text: format!(
                 "the current's noise is {ratio:.1} times as strong at 400 to 1000 Hz as at 2500 to 3500 Hz, and the voltage's is \
                  not: pulses of voltage behind an inductance, sparks at the commutator (the mean hides in the resistance)"
@@ -105,9 +105,9 @@ fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
     let lines = orders::lines(experiments);
     let line = lines.first()?;
     let (id, what) = match (line.grows(), line.order) {
-        (true, _) => ("speed_ripple", "it grows with the speed: the sensor shows it, the shaft does not do it"),
-        (false, 1) => ("imbalance", "it fades as the speed rises, as what a torque does to the speed"),
-        (false, _) => ("torque_ripple", "it fades as the speed rises, as what a torque does to the speed"),
+        (true, _) => (EffectId::SpeedRipple, "it grows with the speed: the sensor shows it, the shaft does not do it"),
+        (false, 1) => (EffectId::Imbalance, "it fades as the speed rises, as what a torque does to the speed"),
+        (false, _) => (EffectId::TorqueRipple, "it fades as the speed rises, as what a torque does to the speed"),
     };
     let [(slow, at_slow), (fast, at_fast)] = line.amplitudes;
     Some(Finding {

@@ -4,7 +4,7 @@
 //! small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
-use greyrig::effects::{Acts, Description, Effect, Motors, Seen};
+use greyrig::effects::{Acts, Description, EffectId, Motors, Seen};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
@@ -32,7 +32,7 @@ const NEIGHBOUR: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct Promise {
     /// The effect.
-    pub id: &'static str,
+    pub id: EffectId,
     /// Fall of the error that the linearisation predicts: sum of the logarithms of both balances' RMS.
     pub gain: f64,
     /// The model with it, at the size and shape that the linearisation suggests.
@@ -46,16 +46,16 @@ pub struct Promise {
 /// Whether a kind of motor can have an effect, and whether it then shows in the error of a free run.
 pub fn shows(kind: Kind, d: &Description) -> bool {
     d.seen_with(kind.flux_law()) == Seen::FreeRun
-        && d.id != "speed_sign_lost"
+        && d.id != EffectId::SpeedSignLost
         && (d.motors == Motors::All || kind == Kind::Universal)
 }
 
 /// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
 /// of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands still, one.
-pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(&str) -> bool) -> Vec<&'static Description> {
+pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(EffectId) -> bool) -> Vec<&'static Description> {
     let tried = |d: &&Description| shows(kind, d) && holds.tells(d) && !left_out(d.id);
-    let all: Vec<&'static Description> = Effect::<f64>::CATALOGUE.iter().filter(tried).collect();
-    let is_there = |id: &&str| all.iter().any(|d| d.id == *id);
+    let all: Vec<&'static Description> = Description::all().filter(tried).collect();
+    let is_there = |id: &EffectId| all.iter().any(|d| d.id == *id);
     let is_stood_for =
         |d: &Description| classes::at_standstill(d.id).iter().take_while(|id| **id != d.id).any(is_there);
     all.iter().copied().filter(|d| holds.motion || !is_stood_for(d)).collect()
@@ -94,9 +94,8 @@ impl Complement {
 
 /// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
 /// groups' RMS.
-pub fn worth(fit: &Refined, groups: &[u8], id: &str) -> f64 {
-    let Some(effect) = Description::of(id) else { return 0.0 };
-    let own = |name: &str| effect.parameters.iter().any(|p| p.name == name);
+pub fn worth(fit: &Refined, groups: &[u8], id: EffectId) -> f64 {
+    let own = |name: &str| id.description().parameters.iter().any(|p| p.name == name);
     let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
     let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
     let Some(size) = names.iter().position(|n| *n == size_of(id)) else { return f64::INFINITY };
@@ -106,12 +105,12 @@ pub fn worth(fit: &Refined, groups: &[u8], id: &str) -> f64 {
 }
 
 /// A model with one of its effects at a small size.
-pub fn at_small_size(space: &Space, id: &str) -> Space {
+pub fn at_small_size(space: &Space, id: EffectId) -> Space {
     at_size(space, id, SMALL)
 }
 
 /// A model with one of its effects at a size, in typical ones.
-fn at_size(space: &Space, id: &str, size: f64) -> Space {
+fn at_size(space: &Space, id: EffectId, size: f64) -> Space {
     let mut sized = space.clone();
     if let Some(entry) = sized.get_mut(size_of(id)) {
         entry.value = entry.scale * size;
@@ -224,7 +223,7 @@ fn best_of(
 #[derive(Debug, Clone)]
 pub struct Pair {
     /// The effects.
-    pub ids: [&'static str; 2],
+    pub ids: [EffectId; 2],
     /// Fall of the error that the linearisation predicts for both.
     pub gain: f64,
     /// The model with both, at the sizes that the linearisation suggests.
@@ -250,7 +249,7 @@ pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises:
         let mut space = fit.space.with_effect(ids[0], scales).with_effect(ids[1], scales);
         for (promise, size) in [&promises[*a], &promises[*b]].into_iter().zip(sizes.iter()) {
             space.start_from(&promise.space, promise.id);
-            let size_of = Description::of(promise.id)?.size();
+            let size_of = promise.id.description().size();
             let scale = space.get(size_of.name)?.scale;
             let (low, high) = size_of.range;
             if size * scale < low {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use serde::Serialize;
 
 use crate::identify::Settings;
@@ -33,15 +33,14 @@ impl Size {
 
 /// The parameters of effects with their intervals, as far as these are known.
 pub fn sizes(
-    ids: &[&'static str],
+    ids: &[EffectId],
     space: &Space,
     intervals: &BTreeMap<String, [f64; 2]>,
     settings: &Settings,
     recordings: &[Recording],
 ) -> Vec<Size> {
     ids.iter()
-        .filter_map(|id| Description::of(id))
-        .flat_map(|d| d.parameters)
+        .flat_map(|id| id.description().parameters)
         .map(|p| Size {
             name: p.name.to_owned(),
             value: space.value(p.name),
@@ -52,11 +51,11 @@ pub fn sizes(
 }
 
 /// Number of parameters of an effect.
-pub fn parameters_of(id: &str) -> usize {
-    Description::of(id).map_or(0, |d| d.parameters.len())
+pub fn parameters_of(id: EffectId) -> usize {
+    id.description().parameters.len()
 }
 
 /// Name of the size of an effect.
-pub fn size_of(id: &str) -> &'static str {
-    Description::of(id).map_or("", |d| d.size().name)
+pub fn size_of(id: EffectId) -> &'static str {
+    id.description().size().name
 }

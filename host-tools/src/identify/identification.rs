@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use serde::Serialize;
 
 use super::flux::FluxAtPeak;
@@ -139,10 +139,9 @@ impl Outcome {
         let motion = recordings[0].motion();
         let parameters = self.estimates(settings.kind, motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
-        let of_effect = |id: &String| {
-            let description = Description::of(id)?;
-            let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
-            Some(EffectEntry { id: id.clone(), parameters: stored(&parameters, |name| names.contains(&name)) })
+        let of_effect = |id: &EffectId| {
+            let names: Vec<&str> = id.description().parameters.iter().map(|p| p.name).collect();
+            EffectEntry { id: *id, parameters: stored(&parameters, |name| names.contains(&name)) }
         };
         let of_term = |formula: &Formula| TermEntry {
             formula: formula.clone(),
@@ -156,7 +155,7 @@ impl Outcome {
             motor: recordings.iter().find_map(|r| r.metadata().get("motor").cloned()),
             filter,
             parameters: stored(&parameters, |name| BASE_PARAMETERS.contains(&name)),
-            effects: settings.effects.iter().filter_map(of_effect).collect(),
+            effects: settings.effects.iter().map(of_effect).collect(),
             terms: settings.terms.iter().map(of_term).collect(),
             correction: None,
             detector: None,

@@ -269,6 +269,7 @@ impl Residuals for OutputError<'_> {
 #[cfg(test)]
 mod tests {
     use greyrig::butterworth::Settings;
+    use greyrig::effects::EffectId;
 
     use super::*;
     use crate::identify::minimise::as_it_is;
@@ -282,7 +283,7 @@ mod tests {
         let experiment = Experiment::new(&setup.run().unwrap().recording, &Filter::default()).unwrap();
         let problem = OutputError::new(vec![Rows::new(&experiment, 1)]).unwrap();
         let through_the_speed = |lag: f64| {
-            let mut space = Space::new(Kind::PmDc, Base::Full, &["speed_lag"]);
+            let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
             let m = setup.motor;
             for (name, value) in [("R", m.r), ("L", m.l), ("K", m.k), ("J", m.j), ("mu0", m.mu0), ("mu1", m.mu1)] {
                 space.start(name, value);

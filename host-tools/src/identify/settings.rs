@@ -1,10 +1,11 @@
 //! What the user chooses, and the parameters that this leaves free.
 
+use greyrig::effects::EffectId;
 use greyrig::motor::MAX_TERMS;
 
 use super::space::{Freedom, Space};
 use crate::error::{Error, Result};
-use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status, catalogue};
+use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
 use crate::term::Formula;
 
 /// How far the estimation goes.
@@ -26,8 +27,8 @@ pub struct Settings {
     pub kind: Kind,
     /// Friction terms of the base model.
     pub base: Base,
-    /// Identifiers of effects that the model has besides.
-    pub effects: Vec<String>,
+    /// Effects that the model has besides.
+    pub effects: Vec<EffectId>,
     /// Terms of the user's own that the model has besides.
     pub terms: Vec<Formula>,
     /// Parameters with known values.
@@ -63,7 +64,7 @@ impl Settings {
         let held = model.parameters.iter().chain(effects).chain(terms);
         Self {
             base: model.base,
-            effects: model.effects.iter().map(|e| e.id.clone()).collect(),
+            effects: model.effects.iter().map(|e| e.id).collect(),
             terms: model.terms.iter().map(|t| t.formula.clone()).collect(),
             fixed: held
                 .filter(|(_, p)| p.status == Status::Fixed)
@@ -79,17 +80,15 @@ impl Settings {
 /// The parameters that settings ask for.
 ///
 /// # Errors
-/// An effect or a parameter that there is not, or an impossible value.
+/// A parameter that there is not, or an impossible value.
 pub fn build_space(settings: &Settings) -> Result<Space> {
-    let ids: Vec<&'static str> =
-        settings.effects.iter().map(|id| Ok(catalogue::effect(id)?.id)).collect::<Result<_>>()?;
     if settings.terms.len() > MAX_TERMS {
         return Err(Error::usage(
             format!("{} terms are too many", settings.terms.len()),
             format!("a model takes {MAX_TERMS} at most; write them as one sum"),
         ));
     }
-    let mut space = Space::new(settings.kind, settings.base, &ids).with_terms(&settings.terms);
+    let mut space = Space::new(settings.kind, settings.base, &settings.effects).with_terms(&settings.terms);
     for (k, entry) in space.entries.iter().enumerate() {
         if space.entries[..k].iter().any(|e| e.name == entry.name) {
             return Err(Error::usage(

@@ -1,6 +1,6 @@
 //! The parameters of a fit: which are free, how the optimiser sees them, and the model that a point stands for.
 
-use greyrig::effects::{Description, Effect};
+use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Motor, ParameterError, Parameters};
 use greyrig::term::Target;
 
@@ -144,7 +144,7 @@ impl Entry {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
     kind: Kind,
-    effects: Vec<&'static str>,
+    effects: Vec<EffectId>,
     terms: Vec<Formula>,
     /// Base parameters in the core's order, then those of the effects.
     pub entries: Vec<Entry>,
@@ -152,7 +152,7 @@ pub struct Space {
 
 impl Space {
     /// All parameters of a kind of motor with a base and effects, all free, with neutral values.
-    pub fn new(kind: Kind, base: Base, effects: &[&'static str]) -> Self {
+    pub fn new(kind: Kind, base: Base, effects: &[EffectId]) -> Self {
         let mut entries: Vec<Entry> = BASE_PARAMETERS
             .iter()
             .enumerate()
@@ -170,8 +170,7 @@ impl Space {
             })
             .collect();
         for (e, id) in effects.iter().enumerate() {
-            let Some(effect) = Effect::<f64>::from_id(id, &[]) else { continue };
-            for (j, p) in effect.description().parameters.iter().enumerate() {
+            for (j, p) in id.description().parameters.iter().enumerate() {
                 entries.push(Entry {
                     name: p.name.to_owned(),
                     value: p.start,
@@ -227,8 +226,7 @@ impl Space {
                 }
                 Home::Term(t, j) => entry.scale = unknown_scale(&self.terms[t], j, scales),
                 Home::Effect(e, j) => {
-                    let Some(effect) = Effect::<f64>::from_id(self.effects[e], &[]) else { continue };
-                    let p = &effect.description().parameters[j];
+                    let p = &self.effects[e].description().parameters[j];
                     let typical = (p.start * scales.size(p.relative)).clamp(p.range.0, p.range.1);
                     entry.scale = if typical == 0.0 { 1.0 } else { typical.abs() };
                     if matches!(entry.freedom, Freedom::Free(None)) {
@@ -293,21 +291,21 @@ impl Space {
         }
     }
 
-    /// The identifiers of the effects.
-    pub fn effects(&self) -> &[&'static str] {
+    /// The effects.
+    pub fn effects(&self) -> &[EffectId] {
         &self.effects
     }
 
     /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name says
     /// ([`greyrig::effects::Description::turns_into`]).
     #[must_use]
-    pub fn with_effect(&self, id: &'static str, scales: &Scales) -> Self {
+    pub fn with_effect(&self, id: EffectId, scales: &Scales) -> Self {
         let mut all = self.effects.clone();
         all.push(id);
         let mut more = Self::new(self.kind, Base::Full, &all).with_terms(&self.terms);
         more.take_scales(scales);
-        if let Some(d) = Description::of(id)
-            && let Some(turn) = d.turns_into
+        let d = id.description();
+        if let Some(turn) = d.turns_into
             && let Some(p) = d.parameters.iter().find(|p| p.name == turn.parameter)
             && let Some(entry) = more.get_mut(turn.parameter)
         {
@@ -324,22 +322,22 @@ impl Space {
 
     /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would cease to be what
     /// its name says.
-    pub fn turned(&self, id: &str) -> Option<&'static str> {
-        let turn = Description::of(id)?.turns_into?;
+    pub fn turned(&self, id: EffectId) -> Option<EffectId> {
+        let turn = id.description().turns_into?;
         let shape = self.get(turn.parameter)?;
         (shape.value >= AT_THE_LIMIT * shape.range.1).then_some(turn.into)
     }
 
     /// A time of an effect that a fit has left at the shortest that it takes: what is faster is another effect.
-    pub fn at_its_shortest(&self, id: &str) -> Option<&'static str> {
-        let mut times = Description::of(id)?.parameters.iter().skip(1).filter(|p| p.unit == "s").map(|p| p.name);
+    pub fn at_its_shortest(&self, id: EffectId) -> Option<&'static str> {
+        let mut times = id.description().parameters.iter().skip(1).filter(|p| p.unit == "s").map(|p| p.name);
         times.find(|name| self.get(name).is_some_and(Entry::rests_at_its_least))
     }
 
     /// The same without an effect.
     #[must_use]
-    pub fn without_effect(&self, id: &str) -> Self {
-        let left: Vec<&'static str> = self.effects.iter().copied().filter(|e| *e != id).collect();
+    pub fn without_effect(&self, id: EffectId) -> Self {
+        let left: Vec<EffectId> = self.effects.iter().copied().filter(|e| *e != id).collect();
         let mut less = Self::new(self.kind, Base::Full, &left).with_terms(&self.terms);
         for entry in &mut less.entries {
             let home = entry.home;
@@ -383,9 +381,8 @@ impl Space {
     }
 
     /// Takes the values of an effect's parameters over from another space.
-    pub fn start_from(&mut self, other: &Self, effect: &str) {
-        let Some(d) = Description::of(effect) else { return };
-        for p in d.parameters {
+    pub fn start_from(&mut self, other: &Self, effect: EffectId) {
+        for p in effect.description().parameters {
             if let Some(entry) = other.get(p.name) {
                 self.start(p.name, entry.value);
             }
@@ -430,8 +427,7 @@ impl Space {
                 Home::Term(t, j) => unknowns[t][j] = value,
             }
         }
-        let effects: Vec<_> =
-            self.effects.iter().zip(&effects).filter_map(|(id, values)| Effect::from_id(id, values)).collect();
+        let effects: Vec<_> = self.effects.iter().zip(&effects).map(|(id, values)| Effect::new(*id, values)).collect();
         let motor = Motor::build(Parameters::from_values(self.kind.flux_law(), base), &effects)?;
         if self.terms.is_empty() {
             return Ok(motor);
@@ -484,27 +480,27 @@ mod tests {
     #[test]
     fn a_candidate_turns_at_the_end_of_its_shape() {
         let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
-        let mut space = Space::new(Kind::Universal, Base::Full, &[]).with_effect("transformer_emf", &scales);
-        assert_eq!(space.turned("transformer_emf"), None);
+        let mut space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::TransformerEmf, &scales);
+        assert_eq!(space.turned(EffectId::TransformerEmf), None);
         space.start("transformer_fading", 2.99e3);
-        assert_eq!(space.turned("transformer_emf"), Some("eddy_current"));
-        assert_eq!(space.turned("saturation"), None);
+        assert_eq!(space.turned(EffectId::TransformerEmf), Some(EffectId::EddyCurrent));
+        assert_eq!(space.turned(EffectId::Saturation), None);
     }
 
     #[test]
     fn the_shortest_time_is_told_but_no_long_one_and_no_share() {
         let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
-        let space = Space::new(Kind::Universal, Base::Full, &[]).with_effect("bearing_warmup", &scales);
-        let mut space = space.with_effect("eddy_current", &scales);
+        let space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::BearingWarmup, &scales);
+        let mut space = space.with_effect(EffectId::EddyCurrent, &scales);
         space.start("eddy_linked", 1.0);
-        assert_eq!(space.at_its_shortest("eddy_current"), None);
+        assert_eq!(space.at_its_shortest(EffectId::EddyCurrent), None);
         for (time, shortest) in [(0.5, Some("warmup_time")), (0.52, None), (1000.0, None)] {
             space.start("warmup_time", time);
-            assert_eq!(space.at_its_shortest("bearing_warmup"), shortest);
+            assert_eq!(space.at_its_shortest(EffectId::BearingWarmup), shortest);
         }
         // A time that the recordings cannot tell has not been put there by them.
         space.start("warmup_time", 0.5);
         space.hold(&["warmup_time"], Freedom::Pinned);
-        assert_eq!(space.at_its_shortest("bearing_warmup"), None);
+        assert_eq!(space.at_its_shortest(EffectId::BearingWarmup), None);
     }
 }

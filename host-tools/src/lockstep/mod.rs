@@ -101,7 +101,7 @@ impl Stepped<Lanes> for Lockstep {
 fn as_one(motors: &[Motor<f64>; LANES]) -> Option<Motor<Lanes>> {
     let first = &motors[0];
     let alike = |motor: &Motor<f64>| {
-        let ids = |m: &Motor<f64>| m.effects().iter().map(Effect::place).collect::<Vec<_>>();
+        let ids = |m: &Motor<f64>| m.effects().iter().map(Effect::id).collect::<Vec<_>>();
         ids(motor) == ids(first)
             && motor.parameters().flux_law == first.parameters().flux_law
             && motor.terms().is_empty()
@@ -111,14 +111,14 @@ fn as_one(motors: &[Motor<f64>; LANES]) -> Option<Motor<Lanes>> {
     }
     let values = motors.each_ref().map(|motor| motor.parameters().values());
     let values = array::from_fn(|p| Lanes::from_each(|k| values[k][p]));
-    let effects: Option<Vec<Effect<Lanes>>> = (0..first.effects().len())
+    let effects: Vec<Effect<Lanes>> = (0..first.effects().len())
         .map(|e| {
             let values = motors.each_ref().map(|motor| motor.effects()[e].values());
             let lanes: Vec<Lanes> = (0..values[0].len()).map(|p| Lanes::from_each(|k| values[k][p])).collect();
-            Effect::from_id(first.effects()[e].description().id, &lanes)
+            Effect::new(first.effects()[e].id(), &lanes)
         })
         .collect();
-    Motor::build(Parameters::from_values(first.parameters().flux_law, values), &effects?).ok()
+    Motor::build(Parameters::from_values(first.parameters().flux_law, values), &effects).ok()
 }
 
 fn lane(all: &Snapshot<Lanes>, k: usize) -> Snapshot<f64> {
@@ -144,6 +144,7 @@ fn state_of_lanes(each: &[State<f64>; LANES]) -> State<Lanes> {
 
 #[cfg(test)]
 mod tests {
+    use greyrig::effects::Description;
     use greyrig::motor::FluxLaw;
 
     use super::*;
@@ -156,14 +157,14 @@ mod tests {
     fn each_motor_has_the_bits_that_it_has_alone() {
         let mut apart = 0;
         for (difference, law) in [(1e-6, FluxLaw::Series), (0.1, FluxLaw::Series), (0.1, FluxLaw::PermanentMagnet)] {
-            for d in Effect::<f64>::CATALOGUE {
+            for d in Description::all() {
                 let motors: [Motor<f64>; LANES] = array::from_fn(|k| {
                     let factor = 1.0 + difference * k as f64;
                     let k_phi = if law == FluxLaw::Series { 0.01 } else { 0.05 };
                     let base = [2.2, 0.02, k_phi * factor, 2e-5, 0.015, 8e-6, 3e-8];
                     let values: Vec<f64> =
                         d.parameters.iter().map(|p| (p.start * factor).clamp(p.range.0, p.range.1)).collect();
-                    let effect = Effect::from_id(d.id, &values).unwrap();
+                    let effect = Effect::new(d.id, &values);
                     Motor::build(Parameters::from_values(law, base), &[effect]).unwrap()
                 });
                 let mut together = Lockstep::build(&motors, INTERVAL_S, 2).unwrap();

@@ -1,6 +1,6 @@
 //! The catalogue of effects, asked by what a user has written.
 
-use greyrig::effects::{Description, Effect};
+use greyrig::effects::{EffectId, Identifiers};
 
 use crate::error::{Error, Result};
 
@@ -8,12 +8,19 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// There is none.
-pub fn effect(id: &str) -> Result<&'static Description> {
-    Description::of(id).ok_or_else(|| Error::usage(format!("there is no effect {id}"), known_effects()))
+pub fn effect(id: &str) -> Result<EffectId> {
+    id.parse().map_err(|_| Error::usage(format!("there is no effect {id}"), format!("known are {Identifiers}")))
 }
 
-/// All identifiers, as a remedy for one that is unknown.
-pub fn known_effects() -> String {
-    let ids: Vec<&str> = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).collect();
-    format!("known are {}", ids.join(", "))
+/// Effects by their identifiers.
+pub fn joined(effects: &[EffectId], between: &str) -> String {
+    effects.iter().map(|id| id.id()).collect::<Vec<_>>().join(between)
+}
+
+/// The effects with some identifiers.
+///
+/// # Errors
+/// The first one that there is not.
+pub fn effects(ids: &[String]) -> Result<Vec<EffectId>> {
+    ids.iter().map(|id| effect(id)).collect()
 }

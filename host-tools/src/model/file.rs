@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use greyrig::butterworth;
-use greyrig::effects::Effect;
 
-use super::{BASE_PARAMETERS, Model, SCHEMA, catalogue, unit};
+use super::{BASE_PARAMETERS, Model, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
@@ -91,18 +90,11 @@ impl Model {
         Ok(())
     }
 
-    /// Identifiers, and a value for each parameter.
+    /// A value for each parameter.
     fn check_effects(&self, at: At<'_>) -> Result<()> {
         for entry in &self.effects {
-            let place = || at(&format!("id = {:?}", entry.id));
-            let Some(effect) = Effect::<f64>::from_id(&entry.id, &[]) else {
-                return Err(Error::input(
-                    place(),
-                    format!("there is no effect {}", entry.id),
-                    catalogue::known_effects(),
-                ));
-            };
-            let names: Vec<_> = effect.description().parameters.iter().map(|p| p.name).collect();
+            let place = || at(&format!("id = {:?}", entry.id.id()));
+            let names: Vec<_> = entry.id.description().parameters.iter().map(|p| p.name).collect();
             if let Some(missing) = names.iter().find(|n| !entry.parameters.contains_key(**n)) {
                 return Err(Error::input(
                     place(),

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use greyrig::anfis::{Anfis3x3, Settings3x3};
-use greyrig::effects::Effect;
+use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
@@ -74,8 +74,8 @@ pub struct Parameter {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EffectEntry {
-    /// Identifier of the catalogue.
-    pub id: String,
+    /// Its name in the catalogue.
+    pub id: EffectId,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Parameter>,
 }
@@ -244,14 +244,13 @@ impl Model {
     pub fn effects<S: greyrig::scalar::Scalar<Base = S>>(&self) -> Vec<Effect<S>> {
         self.effects
             .iter()
-            .filter_map(|entry| {
-                let description = *Effect::<S>::from_id(&entry.id, &[])?.description();
-                let values: Vec<S> = description
-                    .parameters
+            .map(|entry| {
+                let parameters = entry.id.description().parameters;
+                let values: Vec<S> = parameters
                     .iter()
                     .map(|p| S::constant(entry.parameters.get(p.name).map_or(p.start, |v| v.value)))
                     .collect();
-                Effect::from_id(&entry.id, &values)
+                Effect::new(entry.id, &values)
             })
             .collect()
     }

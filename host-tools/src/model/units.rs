@@ -1,6 +1,6 @@
 //! Units of the parameters.
 
-use greyrig::effects::Effect;
+use greyrig::effects::Description;
 
 use super::Kind;
 use crate::recording::Motion;
@@ -57,7 +57,7 @@ pub fn unit(name: &str, kind: Kind, motion: Motion) -> &'static str {
 
 /// Unit of an effect's parameter.
 fn other_unit(name: &str) -> &'static str {
-    Effect::<f64>::CATALOGUE.iter().flat_map(|d| d.parameters).find(|p| p.name == name).map_or("1", |p| p.unit)
+    Description::all().flat_map(|d| d.parameters).find(|p| p.name == name).map_or("1", |p| p.unit)
 }
 
 /// The linear counterpart of a rotary unit.

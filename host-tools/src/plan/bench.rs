@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2};
 
 use greyrig::butterworth;
-use greyrig::effects::{Description, InWords};
+use greyrig::effects::{Description, EffectId, InWords};
 use greyrig::motor::Stepper;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -46,7 +46,7 @@ pub struct Piece {
     /// ∂y/∂θ.
     base: DMatrix<f64>,
     /// d of each effect at its usual shape, then its changes with the shape.
-    effects: BTreeMap<&'static str, Vec<DVector<f64>>>,
+    effects: BTreeMap<EffectId, Vec<DVector<f64>>>,
 }
 
 /// The model that is simulated, and the effects at their sizes.
@@ -253,15 +253,15 @@ fn take(space: &mut Space, model: &Model, scales: &Scales) {
 }
 
 /// s(A|B) over several recordings.
-fn remains(pieces: &[&Piece], a: &str, b: &str) -> f64 {
+fn remains(pieces: &[&Piece], a: EffectId, b: EffectId) -> f64 {
     let stacked = |column: &dyn Fn(&Piece) -> DVector<f64>| {
         DVector::from_vec(pieces.iter().flat_map(|p| column(p).iter().copied().collect::<Vec<f64>>()).collect())
     };
     let mut columns: Vec<DVector<f64>> =
         (0..pieces[0].base.ncols()).map(|c| stacked(&|p| p.base.column(c).into_owned())).collect();
-    let of_b = pieces[0].effects.get(b).map_or(0, Vec::len);
-    columns.extend((0..of_b).map(|k| stacked(&|p| p.effects[b][k].clone())));
-    let effect = stacked(&|p| p.effects[a][0].clone());
+    let of_b = pieces[0].effects.get(&b).map_or(0, Vec::len);
+    columns.extend((0..of_b).map(|k| stacked(&|p| p.effects[&b][k].clone())));
+    let effect = stacked(&|p| p.effects[&a][0].clone());
     let left = Complement::of(&DMatrix::from_columns(&columns)).project(&effect);
     (left.norm_squared() * SIGNALS as f64 / left.len() as f64).sqrt()
 }

@@ -21,6 +21,7 @@ mod bench;
 mod rivals;
 mod trial;
 
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -82,7 +83,7 @@ pub struct Proposal {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contest {
     /// The effects.
-    pub rivals: [&'static str; 2],
+    pub rivals: [EffectId; 2],
     /// Their sizes: 1 % of the current of the usual staircase.
     pub sizes: [f64; 2],
     /// What the catalogue says.
@@ -105,8 +106,14 @@ pub struct Plan {
 /// Plans the recording that tells rivals apart; without rivals, the classic pairs. `tick` is called after each simulation.
 ///
 /// # Errors
-/// A model that cannot be run, rivals that there are not or that nothing tells apart, an impossible length, an interrupt.
-pub fn plan(model: &Model, rivals: &[String], seconds: f64, limits: Limits, tick: &(dyn Fn() + Sync)) -> Result<Plan> {
+/// A model that cannot be run, rivals that nothing tells apart, an impossible length, an interrupt.
+pub fn plan(
+    model: &Model,
+    rivals: &[EffectId],
+    seconds: f64,
+    limits: Limits,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Plan> {
     if !(SECONDS.0..=SECONDS.1).contains(&seconds) {
         return Err(Error::usage(
             format!("a recording of {seconds} s is not possible"),

@@ -1,18 +1,18 @@
 //! Which effects are to be told apart.
 
-use greyrig::effects::{Description, InWords, Motors, Seen};
+use greyrig::effects::{Description, EffectId, InWords, Motors, Seen};
 
 use crate::diagnose::classes;
 use crate::error::{Error, Result};
-use crate::model::{Kind, catalogue};
+use crate::model::Kind;
 
 /// Rivals that are known of old.
-const CLASSIC: [[&str; 2]; 5] = [
-    ["eddy_current", "channel_delay"],
-    ["remanence", "current_offset"],
-    ["saturation", "current_compression"],
-    ["hysteresis", "eddy_current"],
-    ["brush_drop", "saturation"],
+const CLASSIC: [[EffectId; 2]; 5] = [
+    [EffectId::EddyCurrent, EffectId::ChannelDelay],
+    [EffectId::Remanence, EffectId::CurrentOffset],
+    [EffectId::Saturation, EffectId::CurrentCompression],
+    [EffectId::Hysteresis, EffectId::EddyCurrent],
+    [EffectId::BrushDrop, EffectId::Saturation],
 ];
 
 fn fits(d: &Description, kind: Kind) -> bool {
@@ -21,24 +21,24 @@ fn fits(d: &Description, kind: Kind) -> bool {
 
 /// The pairs that are known of old, for a kind of motor.
 pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
-    let series: Vec<[&str; 2]> = match kind {
+    let pairs: Vec<[EffectId; 2]> = match kind {
         Kind::Universal => CLASSIC.to_vec(),
         Kind::PmDc => {
             vec![
-                ["coulomb_friction", "stribeck"],
-                ["brush_drop", "supply_dead_zone"],
-                ["current_offset", "voltage_offset"],
+                [EffectId::CoulombFriction, EffectId::Stribeck],
+                [EffectId::BrushDrop, EffectId::SupplyDeadZone],
+                [EffectId::CurrentOffset, EffectId::VoltageOffset],
             ]
         }
     };
-    series.iter().filter_map(|[a, b]| Some([Description::of(a)?, Description::of(b)?])).collect()
+    pairs.into_iter().map(|pair| pair.map(EffectId::description)).collect()
 }
 
 /// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single one.
-pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description; 2]>> {
+pub fn pairs(kind: Kind, rivals: &[EffectId]) -> Result<Vec<[&'static Description; 2]>> {
     let mut named = Vec::new();
     for id in rivals {
-        let d = catalogue::effect(id)?;
+        let d = id.description();
         match d.seen_with(kind.flux_law()) {
             Seen::FreeRun if fits(d, kind) => named.push(d),
             Seen::FreeRun => return Err(Error::usage(format!("a {kind} motor cannot have {id}"), "leave it out")),
@@ -57,7 +57,7 @@ pub fn pairs(kind: Kind, rivals: &[String]) -> Result<Vec<[&'static Description;
         }
     }
     if let [only] = named[..] {
-        let others = only.confused_with.iter().filter_map(|id| Description::of(id));
+        let others = only.confused_with.iter().map(|id| id.description());
         named.extend(others.filter(|d| d.seen_with(kind.flux_law()) == Seen::FreeRun && fits(d, kind)));
         named.dedup_by_key(|d| d.id);
         return different(kind, named[1..].iter().map(|other| [only, other]).collect());

@@ -1,6 +1,5 @@
 //! One comparison: what is read first, then the model, where it fails, and the plots.
 
-use greyrig::effects::Effect;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
@@ -196,13 +195,13 @@ fn parameters(model: &Model) -> Markup {
             tbody {
                 @for (name, parameter) in base { (parameter_row(name, meaning(name, model.motion), parameter)) }
                 @for entry in &model.effects {
-                    @let description = Effect::<f64>::from_id(&entry.id, &[]).map(|e| e.description());
+                    @let d = entry.id.description();
                     tr.effect { th colspan="7" scope="rowgroup" {
                         "Effect " (entry.id)
-                        @if let Some(d) = description { ": " (d.name) ", " span.equation { (d.equation) } }
+                        ": " (d.name) ", " span.equation { (d.equation) }
                     } }
                     @for (name, parameter) in &entry.parameters {
-                        @let meaning = description.and_then(|d| d.parameters.iter().find(|p| p.name == name)).map_or("", |p| p.meaning);
+                        @let meaning = d.parameters.iter().find(|p| p.name == name).map_or("", |p| p.meaning);
                         (parameter_row(name, meaning, parameter))
                     }
                 }

@@ -5,7 +5,7 @@ use std::fmt::{self, Display, Formatter};
 
 use greyrig_host::diagnose::VerdictKind;
 use greyrig_host::error::Result;
-use greyrig_host::model::Kind;
+use greyrig_host::model::{Kind, catalogue};
 use greyrig_host::rig::{PROFILES, Profile};
 use rayon::prelude::*;
 
@@ -152,7 +152,7 @@ impl Display for Table {
                 write!(f, "- {truth} on {profile}, motor {}: {}", outcome.seed, told.word())?;
                 match outcome.named[..] {
                     [] => writeln!(f)?,
-                    ref names => writeln!(f, " {}", names.join(", "))?,
+                    ref names => writeln!(f, " {}", catalogue::joined(names, ", "))?,
                 }
             }
         }

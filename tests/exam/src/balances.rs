@@ -1,5 +1,6 @@
 //! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is judged by.
 
+use greyrig::effects::EffectId;
 use greyrig_host::error::Result;
 use greyrig_host::identify::equation_error::{Balance, EquationError};
 use greyrig_host::identify::minimise::{Residuals, rms_of};
@@ -19,11 +20,11 @@ pub type Left = [f64; 2];
 /// Recordings that cannot be used, an interrupt.
 pub fn left(case: &Case, outcome: &Outcome) -> Result<(Left, Left)> {
     let training = case.recordings()?;
-    let with = |effects: Vec<String>| -> Result<Left> {
+    let with = |effects: Vec<EffectId>| -> Result<Left> {
         let settings = Settings { effects, ..Settings::new(case.excitation.kind()) };
         of(&identify(&training, &settings)?.model, case)
     };
-    Ok((with(Vec::new())?, with(outcome.named.iter().map(|id| (*id).to_owned()).collect())?))
+    Ok((with(Vec::new())?, with(outcome.named.clone())?))
 }
 
 fn of(model: &Model, case: &Case) -> Result<Left> {

@@ -5,7 +5,9 @@
 //! exponential, a true first-order flux lag against its expansion, arc tangent against a root for the current sensor, and so
 //! on (`greyrig simulate --list`).
 
+use greyrig::effects::EffectId;
 use greyrig_host::diagnose::base;
+use greyrig_host::diagnose::classes::{class_of, same};
 use greyrig_host::identify::Settings;
 use greyrig_host::model::Filter;
 use greyrig_host::model::Kind;
@@ -23,8 +25,8 @@ const SPREAD: f64 = 0.025;
 
 /// An effect with its forms and the range of its sizes in a motor of the 1.4 kW class.
 pub struct Sort {
-    /// Identifier.
-    pub id: &'static str,
+    /// The effect.
+    pub id: EffectId,
     /// Forms of the plant; empty: one only.
     pub forms: &'static [&'static str],
     /// Smallest and largest size.
@@ -40,58 +42,58 @@ impl Sort {
     }
 }
 
-const fn sort(id: &'static str, low: f64, high: f64) -> Sort {
+const fn sort(id: EffectId, low: f64, high: f64) -> Sort {
     Sort { id, forms: &[], sizes: (low, high) }
 }
 
 /// Effects that leave something to see in voltage, current and speed of a universal motor.
 const VISIBLE: &[Sort] = &[
-    Sort { id: "saturation", forms: &["froelich", "langevin"], sizes: (0.1, 0.5) },
-    sort("inductance_saturation", 0.2, 0.7),
-    sort("hysteresis", 0.04, 0.5),
-    sort("eddy_current", 30e-6, 200e-6),
-    sort("transformer_emf", 80e-6, 300e-6),
-    sort("remanence", 0.05, 0.3),
-    sort("armature_reaction", 0.03, 0.15),
-    sort("brush_drop", 1.0, 5.0),
-    sort("winding_temperature", 20.0, 120.0),
-    sort("commutation_demagnetisation", 0.02, 0.1),
-    sort("skin_effect", 0.03, 0.25),
-    sort("supply_dead_zone", 1.0, 6.0),
-    sort("stribeck", 0.01, 0.06),
-    sort("windage_exponent", 2.15, 3.0),
-    sort("fan_dynamics", 0.05, 0.3),
-    sort("iron_loss_drag", 20.0, 100.0),
-    sort("stray_load_torque", 20.0, 100.0),
-    sort("bearing_warmup", 0.5, 2.0),
-    sort("current_offset", 0.05, 0.25),
-    sort("voltage_offset", 0.5, 5.0),
-    sort("current_compression", 0.02, 0.1),
-    sort("channel_delay", 30e-6, 200e-6),
-    sort("speed_lag", 3e-3, 30e-3),
-    sort("adc_clipping", 5.0, 8.0),
+    Sort { id: EffectId::Saturation, forms: &["froelich", "langevin"], sizes: (0.1, 0.5) },
+    sort(EffectId::InductanceSaturation, 0.2, 0.7),
+    sort(EffectId::Hysteresis, 0.04, 0.5),
+    sort(EffectId::EddyCurrent, 30e-6, 200e-6),
+    sort(EffectId::TransformerEmf, 80e-6, 300e-6),
+    sort(EffectId::Remanence, 0.05, 0.3),
+    sort(EffectId::ArmatureReaction, 0.03, 0.15),
+    sort(EffectId::BrushDrop, 1.0, 5.0),
+    sort(EffectId::WindingTemperature, 20.0, 120.0),
+    sort(EffectId::CommutationDemagnetisation, 0.02, 0.1),
+    sort(EffectId::SkinEffect, 0.03, 0.25),
+    sort(EffectId::SupplyDeadZone, 1.0, 6.0),
+    sort(EffectId::Stribeck, 0.01, 0.06),
+    sort(EffectId::WindageExponent, 2.15, 3.0),
+    sort(EffectId::FanDynamics, 0.05, 0.3),
+    sort(EffectId::IronLossDrag, 20.0, 100.0),
+    sort(EffectId::StrayLoadTorque, 20.0, 100.0),
+    sort(EffectId::BearingWarmup, 0.5, 2.0),
+    sort(EffectId::CurrentOffset, 0.05, 0.25),
+    sort(EffectId::VoltageOffset, 0.5, 5.0),
+    sort(EffectId::CurrentCompression, 0.02, 0.1),
+    sort(EffectId::ChannelDelay, 30e-6, 200e-6),
+    sort(EffectId::SpeedLag, 3e-3, 30e-3),
+    sort(EffectId::AdcClipping, 5.0, 8.0),
 ];
 
 /// Effects that leave something to see in voltage, current and speed of a small magnet motor.
 const VISIBLE_WITH_MAGNETS: &[Sort] = &[
-    sort("brush_drop", 0.2, 2.0),
-    sort("winding_temperature", 20.0, 120.0),
-    sort("commutation_demagnetisation", 0.02, 0.1),
-    sort("commutation_resistance", 0.1, 1.0),
-    sort("skin_effect", 0.05, 0.5),
-    sort("supply_dead_zone", 0.2, 3.0),
-    sort("asymmetric_friction", 1e-3, 0.01),
-    sort("stribeck", 1e-3, 0.01),
-    sort("torque_offset", 1e-3, 0.01),
-    sort("quadratic_load", 1e-3, 0.01),
-    sort("stray_load_torque", 0.05, 0.5),
-    sort("bearing_warmup", 0.5, 2.0),
-    sort("current_offset", 0.02, 0.2),
-    sort("voltage_offset", 0.05, 1.0),
-    sort("current_compression", 0.02, 0.2),
-    sort("channel_delay", 50e-6, 1e-3),
-    sort("speed_lag", 1e-3, 20e-3),
-    sort("adc_clipping", 1.0, 4.0),
+    sort(EffectId::BrushDrop, 0.2, 2.0),
+    sort(EffectId::WindingTemperature, 20.0, 120.0),
+    sort(EffectId::CommutationDemagnetisation, 0.02, 0.1),
+    sort(EffectId::CommutationResistance, 0.1, 1.0),
+    sort(EffectId::SkinEffect, 0.05, 0.5),
+    sort(EffectId::SupplyDeadZone, 0.2, 3.0),
+    sort(EffectId::AsymmetricFriction, 1e-3, 0.01),
+    sort(EffectId::Stribeck, 1e-3, 0.01),
+    sort(EffectId::TorqueOffset, 1e-3, 0.01),
+    sort(EffectId::QuadraticLoad, 1e-3, 0.01),
+    sort(EffectId::StrayLoadTorque, 0.05, 0.5),
+    sort(EffectId::BearingWarmup, 0.5, 2.0),
+    sort(EffectId::CurrentOffset, 0.02, 0.2),
+    sort(EffectId::VoltageOffset, 0.05, 1.0),
+    sort(EffectId::CurrentCompression, 0.02, 0.2),
+    sort(EffectId::ChannelDelay, 50e-6, 1e-3),
+    sort(EffectId::SpeedLag, 1e-3, 20e-3),
+    sort(EffectId::AdcClipping, 1.0, 4.0),
 ];
 
 /// Effects that leave something to see in voltage, current and speed of a kind of motor.
@@ -104,26 +106,27 @@ pub const fn visible(kind: Kind) -> &'static [Sort] {
 
 /// Effects of a magnet motor that nothing in voltage, current and speed below the filter can show.
 const INVISIBLE_WITH_MAGNETS: &[Sort] = &[
-    sort("supply_impedance", 0.05, 0.5),
-    sort("current_gain", -0.05, 0.05),
-    sort("voltage_gain", -0.05, 0.05),
-    sort("speed_gain", -0.05, 0.05),
-    sort("coulomb_friction", 1e-3, 0.01),
+    sort(EffectId::SupplyImpedance, 0.05, 0.5),
+    sort(EffectId::CurrentGain, -0.05, 0.05),
+    sort(EffectId::VoltageGain, -0.05, 0.05),
+    sort(EffectId::SpeedGain, -0.05, 0.05),
+    sort(EffectId::CoulombFriction, 1e-3, 0.01),
 ];
 
 /// Effects that nothing in voltage, current and speed below the filter can show.
 const INVISIBLE: &[Sort] = &[
-    sort("commutation_resistance", 0.5, 3.0),
-    sort("supply_impedance", 0.1, 0.6),
-    sort("current_gain", -0.05, 0.05),
-    sort("voltage_gain", -0.05, 0.05),
-    sort("speed_gain", -0.05, 0.05),
-    sort("coulomb_friction", 0.005, 0.03),
-    sort("torque_offset", 0.005, 0.02),
+    sort(EffectId::CommutationResistance, 0.5, 3.0),
+    sort(EffectId::SupplyImpedance, 0.1, 0.6),
+    sort(EffectId::CurrentGain, -0.05, 0.05),
+    sort(EffectId::VoltageGain, -0.05, 0.05),
+    sort(EffectId::SpeedGain, -0.05, 0.05),
+    sort(EffectId::CoulombFriction, 0.005, 0.03),
+    sort(EffectId::TorqueOffset, 0.005, 0.02),
 ];
 
 /// The combination of five that is asked for.
-const FIVE: [&str; 5] = ["saturation", "hysteresis", "eddy_current", "brush_drop", "iron_loss_drag"];
+const FIVE: [EffectId; 5] =
+    [EffectId::Saturation, EffectId::Hysteresis, EffectId::EddyCurrent, EffectId::BrushDrop, EffectId::IronLossDrag];
 
 /// How a motor is excited: profiles and seconds, and the recording on which what was learnt is judged.
 #[derive(Debug, Clone, Copy)]
@@ -143,14 +146,14 @@ pub enum Excitation {
 }
 
 /// Effects that are one on AC alone.
-const ALIKE_ON_AC: [&str; 2] = ["eddy_current", "transformer_emf"];
+const ALIKE_ON_AC: [EffectId; 2] = [EffectId::EddyCurrent, EffectId::TransformerEmf];
 
 /// An effect and those that cannot be told from it: the class, and on AC alone its like.
-fn withheld_with(id: &'static str, excitation: Excitation) -> Vec<&'static str> {
+fn withheld_with(id: EffectId, excitation: Excitation) -> Vec<EffectId> {
     if matches!(excitation, Excitation::Ac | Excitation::Twice | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
-    greyrig_host::diagnose::classes::class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
+    class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
 }
 
 impl Excitation {
@@ -231,19 +234,19 @@ pub enum Question {
 pub struct Case {
     /// Its number.
     pub seed: u64,
-    /// The truth: identifiers in the order in which they were drawn.
-    pub truth: Vec<&'static str>,
+    /// The truth, in the order in which it was drawn.
+    pub truth: Vec<EffectId>,
     /// The same as arguments of `simulate --effect`.
     pub effects: Vec<String>,
     /// Effects withheld from the catalogue.
-    pub exclude: Vec<String>,
+    pub exclude: Vec<EffectId>,
     /// How it is excited.
     pub excitation: Excitation,
     /// Factor on the noise.
     pub noise: f64,
 }
 
-fn draw(random: &mut ChaCha8Rng, sorts: &[&'static Sort], taken: &[&'static str]) -> (&'static str, String) {
+fn draw(random: &mut ChaCha8Rng, sorts: &[&'static Sort], taken: &[EffectId]) -> (EffectId, String) {
     loop {
         let sort = sorts[random.random_range(0..sorts.len())];
         if taken.contains(&sort.id) {
@@ -276,7 +279,7 @@ impl Case {
         let mut truth = Vec::new();
         let mut effects = Vec::new();
         let several = matches!(question, Question::Two | Question::Three);
-        let mut add = |random: &mut ChaCha8Rng, sorts: &[&'static Sort], truth: &mut Vec<&'static str>| {
+        let mut add = |random: &mut ChaCha8Rng, sorts: &[&'static Sort], truth: &mut Vec<EffectId>| {
             let (id, text) = loop {
                 let drawn = draw(random, sorts, truth);
                 // With one effect the examiner sorts out afterwards; with several each has to be there to be found.
@@ -302,9 +305,7 @@ impl Case {
                     let apart: Vec<&'static Sort> = excitation
                         .visible()
                         .iter()
-                        .filter(|s| {
-                            truth.iter().all(|t| !greyrig_host::diagnose::classes::same(excitation.kind(), s.id, t))
-                        })
+                        .filter(|s| truth.iter().all(|t| !same(excitation.kind(), s.id, *t)))
                         .collect();
                     add(&mut random, &apart, &mut truth);
                 }
@@ -317,7 +318,7 @@ impl Case {
             }
         }
         let exclude = match question {
-            Question::Withheld => withheld_with(truth[0], excitation).iter().map(|id| (*id).to_owned()).collect(),
+            Question::Withheld => withheld_with(truth[0], excitation),
             _ => Vec::new(),
         };
         Self { seed, truth, effects, exclude, excitation, noise }

@@ -6,6 +6,7 @@
 use std::ops::ControlFlow;
 
 use greyrig::detector::{Features, Verdict};
+use greyrig::effects::EffectId;
 use greyrig_host::anfis::Method;
 use greyrig_host::error::Result;
 use greyrig_host::hybrid;
@@ -138,12 +139,9 @@ impl MotorType {
         let teachers: Vec<Recording> = (1..=TEACHERS)
             .map(|seed| Ok(self.motor(1_000_000 + seed, None, Onset::During)?.0))
             .collect::<Result<_>>()?;
-        let named = |effects: &[&str]| Settings {
-            effects: effects.iter().map(|id| (*id).to_owned()).collect(),
-            ..Settings::new(Kind::Universal)
-        };
+        let named = |effects: &[EffectId]| Settings { effects: effects.to_vec(), ..Settings::new(Kind::Universal) };
         let bare = identify(&training, &named(&[]))?.model;
-        let physics = identify(&training, &named(&["saturation", "hysteresis"]))?.model;
+        let physics = identify(&training, &named(&[EffectId::Saturation, EffectId::Hysteresis]))?.model;
         let corrected = |model: &Model| -> Result<Model> {
             let settings = hybrid::settings(Method::Varpro, 60);
             Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)

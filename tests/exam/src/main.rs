@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
+use greyrig::effects::EffectId;
 use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::recovery::{self, Recovery};
@@ -13,7 +14,7 @@ use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_exam::{balances, export};
 use greyrig_host::diagnose::VerdictKind;
-use greyrig_host::model::Kind;
+use greyrig_host::model::{Kind, catalogue};
 use rayon::prelude::*;
 
 /// Prints a line. Where nobody reads any further (`| head`) there is nothing left to ask.
@@ -182,8 +183,8 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seeds: Vec<u64>, 
 fn confusion(outcomes: &[&Outcome]) {
     let mut named: BTreeMap<&str, BTreeMap<String, usize>> = BTreeMap::new();
     for o in outcomes {
-        let verdict = if o.named.is_empty() { format!("({:?})", o.kind) } else { o.named.join(" + ") };
-        *named.entry(o.truth[0]).or_default().entry(verdict).or_default() += 1;
+        let verdict = if o.named.is_empty() { format!("({:?})", o.kind) } else { catalogue::joined(&o.named, " + ") };
+        *named.entry(o.truth[0].id()).or_default().entry(verdict).or_default() += 1;
     }
     say!("\n| truth | cases | verdict |\n| --- | --- | --- |");
     for (truth, verdicts) in named {
@@ -205,7 +206,7 @@ fn recover(
 ) {
     let chosen: Vec<&Outcome> = outcomes
         .iter()
-        .filter(|o| o.exact() && o.before[0] >= STANDS_OUT * healthy[0] && !o.truth.contains(&"adc_clipping"))
+        .filter(|o| o.exact() && o.before[0] >= STANDS_OUT * healthy[0] && !o.truth.contains(&EffectId::AdcClipping))
         .take(most)
         .collect();
     let recovered: Vec<Recovery> = chosen
@@ -307,7 +308,7 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             o.seed,
             o.effects.join(" "),
             o.kind,
-            o.named.join(" "),
+            catalogue::joined(&o.named, " "),
             o.before[0],
             o.before[1],
             o.after[0],

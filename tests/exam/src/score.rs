@@ -1,6 +1,6 @@
 //! What one case says, and what all say together.
 
-use greyrig::effects::Effect;
+use greyrig::effects::{Description, EffectId};
 use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::error::Result;
@@ -21,11 +21,11 @@ pub struct Outcome {
     /// Effects that the plant had.
     pub effects: Vec<String>,
     /// Their identifiers.
-    pub truth: Vec<&'static str>,
+    pub truth: Vec<EffectId>,
     /// The verdict.
     pub kind: VerdictKind,
     /// The effects that it names.
-    pub named: Vec<&'static str>,
+    pub named: Vec<EffectId>,
     /// Free-run error-to-signal ratios before: current, speed.
     pub before: [f64; 2],
     /// And after.
@@ -66,7 +66,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
 
 /// Sizes whose interval holds zero.
 fn open(d: &Diagnosis) -> Vec<String> {
-    let is_size = |name: &str| Effect::<f64>::CATALOGUE.iter().any(|d| d.size().name == name);
+    let is_size = |name: &str| Description::all().any(|d| d.size().name == name);
     let sizes = d.verdict.sizes.iter().filter(|s| is_size(&s.name) && s.may_be_zero());
     sizes.map(|s| s.name.clone()).collect()
 }
@@ -74,23 +74,23 @@ fn open(d: &Diagnosis) -> Vec<String> {
 impl Outcome {
     /// Whether the effects' error stands out: at least three times the error of healthy motors, in current or speed.
     pub fn stands_out(&self, healthy: [f64; 2]) -> bool {
-        (0..2).any(|k| self.before[k] >= STANDS_OUT * healthy[k]) || self.truth.contains(&"adc_clipping")
+        (0..2).any(|k| self.before[k] >= STANDS_OUT * healthy[k]) || self.truth.contains(&EffectId::AdcClipping)
     }
 
     /// Whether the first effect named is the truth or of its class.
     pub fn first_right(&self) -> bool {
-        self.named.first().is_some_and(|n| self.truth.iter().any(|t| same(self.motor, n, t)))
+        self.named.first().is_some_and(|n| self.truth.iter().any(|t| same(self.motor, *n, *t)))
     }
 
     /// Whether exactly the true effects are named, classes counting as one.
     pub fn exact(&self) -> bool {
         self.kind == VerdictKind::MissingEffect
             && self.named.len() == self.truth.len()
-            && self.truth.iter().all(|t| self.named.iter().any(|n| same(self.motor, n, t)))
+            && self.truth.iter().all(|t| self.named.iter().any(|n| same(self.motor, *n, *t)))
     }
 
     /// Names that are right.
     pub fn hits(&self) -> usize {
-        self.truth.iter().filter(|t| self.named.iter().any(|n| same(self.motor, n, t))).count()
+        self.truth.iter().filter(|t| self.named.iter().any(|n| same(self.motor, *n, *t))).count()
     }
 }

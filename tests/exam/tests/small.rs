@@ -1,5 +1,6 @@
 //! A small examination: the figures of docs/exam.md are those of many more cases.
 
+use greyrig::effects::EffectId;
 use greyrig_exam::cases::{Case, Excitation, Question};
 use greyrig_exam::lot::{MotorType, Onset};
 use greyrig_exam::score::{Outcome, run};
@@ -65,14 +66,19 @@ fn an_effect_that_the_catalogue_lacks_is_not_called_by_another_name() {
 #[test]
 fn weak_eddy_currents_are_no_transformer_emf_that_does_not_fade() {
     let o = &ask_of(Excitation::Set, Question::Withheld, [7])[0];
-    assert_eq!((o.truth.as_slice(), o.kind), (&["eddy_current"][..], VerdictKind::OutsideCatalogue), "{:?}", o.named);
+    assert_eq!(
+        (o.truth.as_slice(), o.kind),
+        (&[EffectId::EddyCurrent][..], VerdictKind::OutsideCatalogue),
+        "{:?}",
+        o.named
+    );
 }
 
 #[test]
 fn a_direct_start_misleads_neither_the_balances_nor_their_fits() {
     // 63: saturation, of which a quick fit ends in a wrong valley, far from a base that the inrush alone has decided.
     // 232: a lag of the speed, which the balances undo to first order only; they name iron loss, and the free run drops it.
-    for (seed, truth) in [(63, "saturation"), (232, "speed_lag")] {
+    for (seed, truth) in [(63, EffectId::Saturation), (232, EffectId::SpeedLag)] {
         let o = &ask_of(Excitation::Start, Question::One, [seed])[0];
         assert_eq!(o.truth, [truth]);
         assert!(o.exact(), "seed {seed}: {:?} {:?}", o.kind, o.named);

@@ -6,8 +6,8 @@ use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{self, Settings, fixed};
 use greyrig::detector;
 use greyrig::effects::{
-    BrushDrop, ChannelDelay, CurrentCompression, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS, Saturation,
-    SpeedLag, TorqueOffset, WindingTemperature,
+    BrushDrop, ChannelDelay, CurrentCompression, Description, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS,
+    Saturation, SpeedLag, TorqueOffset, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::parameters::block::MAX_PAYLOAD;
@@ -224,13 +224,13 @@ fn motor_chain(outputs: &mut Outputs) {
 /// Every effect of the catalogue by itself, with values that are small in whatever unit they have, from a speed at which
 /// the angle is wrapped every few steps.
 fn motor_each_effect(outputs: &mut Outputs) {
-    for description in Effect::<f32>::CATALOGUE {
+    for description in Description::all() {
         let mut values = [0.0; MAX_EFFECT_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(description.parameters) {
             let (least, greatest) = parameter.range;
             *value = parameter.start.clamp(least, greatest) as f32;
         }
-        let Some(effect) = Effect::from_id(description.id, &values) else { return };
+        let effect = Effect::new(description.id, &values);
         let Some(mut stepper) = stepper(MOTOR, &[effect]) else { return };
         stepper.set_state(State { current: 0.5, speed: 2_000.0 });
         let mut noise = Noise(9);

@@ -1,5 +1,6 @@
 //! Ways to a model, one after the other, each judged on data that it has not seen.
 
+use greyrig::effects::EffectId;
 use serde_json::{Value, json};
 
 use crate::commands::words;
@@ -49,9 +50,8 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    fn new(label: &str, method: Method, effects: &[&str], data: &Data) -> Result<Self> {
-        let effects = effects.iter().map(|id| (*id).to_owned()).collect();
-        let settings = Settings { method, effects, ..Settings::new(Kind::Universal) };
+    fn new(label: &str, method: Method, effects: &[EffectId], data: &Data) -> Result<Self> {
+        let settings = Settings { method, effects: effects.to_vec(), ..Settings::new(Kind::Universal) };
         let identification = identify::identify(&data.training, &settings)?;
         let held_out = compare(&identification.model, &data.held_out)?;
         Ok(Self { label: label.to_owned(), identification, held_out })
@@ -81,7 +81,7 @@ impl Attempts {
     }
 
     /// Adds effects, one after the other.
-    pub fn add_each(&mut self, effects: &[&str], data: &Data) -> Result<()> {
+    pub fn add_each(&mut self, effects: &[EffectId], data: &Data) -> Result<()> {
         for (k, id) in effects.iter().enumerate() {
             let label = format!("+ {id}");
             self.with_effects.push(Attempt::new(&label, Method::OutputError, &effects[..=k], data)?);

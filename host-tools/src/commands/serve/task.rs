@@ -1,6 +1,6 @@
 //! What a page can ask for that takes its time: each what the command of the same name does.
 
-use greyrig::effects::Effect;
+use greyrig::effects::EffectId;
 use serde_json::{Value, json};
 
 use super::session::Version;
@@ -11,7 +11,7 @@ use crate::diagnose::{Options, Progress, diagnose};
 use crate::error::{Error, Result};
 use crate::held_out::split;
 use crate::identify::{Identification, Settings, identify};
-use crate::model::Kind;
+use crate::model::{Kind, catalogue};
 use crate::recording::Recording;
 
 /// A task.
@@ -21,7 +21,7 @@ pub enum Task {
     /// What the present model lacks.
     Diagnose,
     /// The present model with an effect more.
-    Add(&'static str),
+    Add(EffectId),
 }
 
 /// What comes of a task.
@@ -40,8 +40,7 @@ impl Task {
     /// # Errors
     /// An effect that is not in it.
     pub fn add(id: &str) -> Result<Self> {
-        let known = Effect::<f64>::CATALOGUE.iter().map(|d| d.id).find(|known| *known == id);
-        known.map(Self::Add).ok_or_else(|| Error::usage(format!("{id:?} is no effect"), "see greyrig effects"))
+        id.parse().map(Self::Add).map_err(|_| Error::usage(format!("{id:?} is no effect"), "see greyrig effects"))
     }
 
     /// What is being done, in words.
@@ -67,7 +66,7 @@ impl Task {
         match (self, before) {
             (Self::Identify, _) => identified(recordings, kind, watch).map(|v| Outcome::First(Box::new(v))),
             (Self::Diagnose, Some(before)) => diagnosed(recordings, before, watch).map(Outcome::Diagnosis),
-            (Self::Add(id), Some(before)) => added(recordings, before, id, watch).map(|v| Outcome::Next(Box::new(v))),
+            (Self::Add(id), Some(before)) => added(recordings, before, *id, watch).map(|v| Outcome::Next(Box::new(v))),
             (Self::Diagnose | Self::Add(_), None) => Err(no_model()),
         }
     }
@@ -87,12 +86,7 @@ fn identified(recordings: &[Recording], kind: Option<Kind>, watch: &(dyn Fn(&str
     Ok(version("base model".to_owned(), whole, &judged, None, recordings.len()))
 }
 
-fn added(
-    recordings: &[Recording],
-    before: &Version,
-    id: &'static str,
-    watch: &(dyn Fn(&str) + Sync),
-) -> Result<Version> {
+fn added(recordings: &[Recording], before: &Version, id: EffectId, watch: &(dyn Fn(&str) + Sync)) -> Result<Version> {
     if before.model.effects.iter().any(|e| e.id == id) {
         return Err(Error::usage(format!("the model has {id} already"), "add another effect"));
     }
@@ -105,7 +99,7 @@ fn added(
     watch("all recordings");
     let whole = add_to(&before.model, &[], recordings, &[id])?;
     let accepted = judged && without.held_out.esr.falls_to(&with.held_out.esr);
-    let label = format!("+ {}", whole.effects.join(" + "));
+    let label = format!("+ {}", catalogue::joined(&whole.effects, " + "));
     Ok(version(label, whole.identification, &with, Some(accepted), recordings.len()))
 }
 

@@ -35,7 +35,7 @@ impl Climb<'_> {
         progress: &Watch<'_>,
     ) -> Result<Vec<Fitted<'p>>> {
         let begin = |promise: &&'p Promise| {
-            progress(Progress::Doing(promise.id));
+            progress(Progress::Doing(promise.id.id()));
             let (refined, gain) = self.begin(fit, promise, smallest)?;
             Ok((*promise, refined, gain))
         };

@@ -7,7 +7,7 @@ mod step;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use greyrig::effects::Description;
+use greyrig::effects::{Description, EffectId};
 use rayon::prelude::*;
 
 use super::blocks::{self, HeldOut, held_out, p_value};
@@ -39,7 +39,7 @@ pub struct Way {
     /// The fit of the balances.
     pub fit: Fit,
     /// The effects that it holds beside those of the base.
-    pub found: Vec<&'static str>,
+    pub found: Vec<EffectId>,
     /// The steps so far.
     pub steps: Vec<Step>,
 }
@@ -90,15 +90,15 @@ impl<'a> Climb<'a> {
     }
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
-    fn screen(&self, fit: &Refined, left_out: &[&'static str]) -> Vec<Promise> {
+    fn screen(&self, fit: &Refined, left_out: &[EffectId]) -> Vec<Promise> {
         let scales = fit.space.scales(self.experiments);
         screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out), Loops::AsTheyAre)
     }
 
     /// The candidates that a model does not have yet, but for some.
-    pub fn candidates_beside(&self, space: &Space, left_out: &[&'static str]) -> Vec<&'static Description> {
+    pub fn candidates_beside(&self, space: &Space, left_out: &[EffectId]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
-        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), id, d.id));
+        let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), *id, d.id));
         // What the base model has by another name differs from it by rounding alone, of which two at a time make something.
         let in_base = |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.name == term));
         let candidates = self.candidates.iter().copied();
@@ -130,7 +130,7 @@ impl<'a> Climb<'a> {
     }
 
     /// Adds the effect of the next step to what a climb has found, and tells it; none, if nothing is left to add.
-    fn add_the_next(&self, base: &Fit, way: &mut Way, progress: &Watch<'_>) -> Result<Option<&'static str>> {
+    fn add_the_next(&self, base: &Fit, way: &mut Way, progress: &Watch<'_>) -> Result<Option<EffectId>> {
         if way.found.len() >= self.most {
             return Ok(None);
         }
@@ -176,7 +176,7 @@ impl<'a> Climb<'a> {
             !promised && !earlier.has_added(p.id)
         };
         let Some(first) = promises.first().filter(hidden) else { return Ok(None) };
-        progress(Progress::Doing(first.id));
+        progress(Progress::Doing(first.id.id()));
         let begun = self.fit_beside(base, &first.space, Effort::USUAL)?;
         if self.held_out(&begun).log_error() >= self.held_out(&earlier.fit).log_error() {
             return Ok(None);
@@ -195,7 +195,7 @@ impl<'a> Climb<'a> {
         let mut pairs = screening::pairs(base, &self.problem, &scales, &promises);
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
-            progress(Progress::Doing(pair.ids[0]));
+            progress(Progress::Doing(pair.ids[0].id()));
             Ok((pair.ids, self.fit_beside(base, &pair.space, Effort::USUAL)?))
         };
         let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
@@ -203,7 +203,7 @@ impl<'a> Climb<'a> {
         let best = begun.into_iter().min_by(|a, b| held_out(a).total_cmp(&held_out(b)));
         let error = self.held_out(&earlier.fit).log_error();
         let Some((winners, fit)) = best.filter(|b| held_out(b) < error) else { return Ok(None) };
-        if winners.iter().all(|id| earlier.has_added(id)) {
+        if winners.iter().all(|id| earlier.has_added(*id)) {
             return Ok(None);
         }
         self.climb_from(base, fit, winners.to_vec(), &promises, progress).map(Some)
@@ -214,7 +214,7 @@ impl<'a> Climb<'a> {
         &self,
         base: &Fit,
         begun: Fit,
-        winners: Vec<&'static str>,
+        winners: Vec<EffectId>,
         promises: &[Promise],
         progress: &Watch<'_>,
     ) -> Result<Ladder> {
@@ -223,8 +223,8 @@ impl<'a> Climb<'a> {
         let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
         let tries = self.candidates.len().pow(winners.len() as u32) as f64;
         let begun = Arc::new(begun);
-        let tried = |id: &&'static str| Tried {
-            id,
+        let tried = |id: &EffectId| Tried {
+            id: *id,
             fit: Arc::clone(&begun),
             gain,
             p_value: (p * tries).min(1.0),
@@ -251,10 +251,10 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[&'static str], free: &Refined) -> Result<()> {
+    pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[EffectId], free: &Refined) -> Result<()> {
         let inertia = ladder.fit.space.value("J");
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
-        let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(id));
+        let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(**id));
         let fitted = |space: &Space| self.fit_from(Some(ladder.fit.rms), space, Effort::USUAL);
         let present = || match space.effects() == free.space.effects() {
             true if dropped.is_empty() => Ok(Some(ladder.fit.clone())),

@@ -1,6 +1,6 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 
 use super::{Climb, THOROUGH, Way};
@@ -26,13 +26,13 @@ const CLOSEST: usize = 8;
 const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
 
 /// An effect that was found, and a candidate to give it for.
-type Pair<'t> = (&'static str, &'t Tried);
+type Pair<'t> = (EffectId, &'t Tried);
 
 /// An effect that was found given for another one.
 pub struct Exchange {
-    given: &'static str,
+    given: EffectId,
     /// What it was given for.
-    pub taken: &'static str,
+    pub taken: EffectId,
     /// The balances with the other one, roughly.
     fit: Fit,
 }
@@ -43,20 +43,20 @@ impl Climb<'_> {
     pub(super) fn better_forms(
         &self,
         fit: &mut Fit,
-        found: &mut [&'static str],
+        found: &mut [EffectId],
         steps: &mut [Step],
         progress: &Watch<'_>,
     ) -> Result<()> {
         for present in found {
-            for other in classes::class_of(fit.space.kind(), present).unwrap_or(&[]).iter().copied() {
+            for other in classes::class_of(fit.space.kind(), *present).unwrap_or(&[]).iter().copied() {
                 if other == *present {
                     continue;
                 }
                 let Some(step) = steps.iter_mut().find(|s| s.winners.contains(present)) else { continue };
                 let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
-                progress(Progress::Doing(other));
+                progress(Progress::Doing(other.id()));
                 let scales = fit.space.scales(self.experiments);
-                let mut space = fit.space.without_effect(present).with_effect(other, &scales);
+                let mut space = fit.space.without_effect(*present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
                 let begun = self.fit_beside(fit, &space, Effort::ESTIMATE)?;
                 if self.gain(&begun, fit) > SMALLEST_GAIN {
@@ -76,10 +76,10 @@ impl Climb<'_> {
     }
 
     /// Drops effects that the later ones have made superfluous.
-    pub(super) fn look_back(&self, fit: &mut Fit, found: &mut Vec<&'static str>, progress: &Watch<'_>) -> Result<()> {
+    pub(super) fn look_back(&self, fit: &mut Fit, found: &mut Vec<EffectId>, progress: &Watch<'_>) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
-            progress(Progress::Doing(found[k]));
+            progress(Progress::Doing(found[k].id()));
             // The linearisation knows the worth of what is far from superfluous.
             if screening::worth(fit, self.problem.groups(), found[k]) > BEYOND_QUESTION {
                 k += 1;
@@ -100,18 +100,18 @@ impl Climb<'_> {
     pub(super) fn one_for_two(
         &self,
         fit: &mut Fit,
-        found: &mut Vec<&'static str>,
+        found: &mut Vec<EffectId>,
         steps: &mut [Step],
         progress: &Watch<'_>,
     ) -> Result<()> {
-        let is_tried = |id: &str| self.candidates.iter().any(|d| d.id == id);
+        let is_tried = |id: EffectId| self.candidates.iter().any(|d| d.id == id);
         let fits = |sum: &classes::Sum| {
             sum.two.iter().all(|id| found.contains(id)) && !found.contains(&sum.one) && is_tried(sum.one)
         };
         let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
-        progress(Progress::Doing(sum.one));
+        progress(Progress::Doing(sum.one.id()));
         let scales = fit.space.scales(self.experiments);
-        let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(id));
+        let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(*id));
         let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
         if self.gain(&given, fit) >= SAME_ERROR {
             return Ok(());
@@ -141,14 +141,14 @@ impl Climb<'_> {
             let tried: &[Tried] = step.filter(|s| !s.together).map_or(&[], |s| &s.tried);
             let gain = tried.iter().find(|t| t.id == *id).map_or(0.0, |t| t.gain);
             let rivals_here = tried.iter().filter(|t| t.gain > RIVAL_SHARE * gain && !found.contains(&t.id));
-            let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), id, r.id)).collect();
+            let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), *id, r.id)).collect();
             let does_as_well = |rival: &&Tried| {
-                progress(Progress::Doing(rival.id));
+                progress(Progress::Doing(rival.id.id()));
                 // With more parameters it is one only in its usual shape: a law can be bent to look like another one.
-                let bends = parameters_of(rival.id) > parameters_of(id);
+                let bends = parameters_of(rival.id) > parameters_of(*id);
                 let swapped = match found.len() {
                     1 if !bends => (*rival.fit).clone(),
-                    _ => self.swapped(fit, id, rival, bends, Effort::USUAL)?,
+                    _ => self.swapped(fit, *id, rival, bends, Effort::USUAL)?,
                 };
                 Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
             };
@@ -169,7 +169,7 @@ impl Climb<'_> {
         let pairs = to_exchange(ladder);
         let pairs = if pairs.len() > CLOSEST { self.closest(&ladder.fit, pairs, progress)? } else { pairs };
         let fit = |(given, other): Pair<'_>| {
-            progress(Progress::Doing(other.id));
+            progress(Progress::Doing(other.id.id()));
             let fit = self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?;
             Ok((self.held_out(&fit).log_error(), Exchange { given, taken: other.id, fit }))
         };
@@ -181,7 +181,7 @@ impl Climb<'_> {
     /// The exchanges that come closest after a few steps.
     fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>, progress: &Watch<'_>) -> Result<Vec<Pair<'t>>> {
         let look = |(given, other): Pair<'t>| {
-            progress(Progress::Doing(other.id));
+            progress(Progress::Doing(other.id.id()));
             let begun = self.fit_beside(fit, &self.space_swapped(fit, given, other), FIRST_LOOK)?;
             Ok((self.error(&begun), (given, other)))
         };
@@ -194,11 +194,11 @@ impl Climb<'_> {
     /// effect found in their place, and the candidate.
     pub fn passed_over<'l>(&self, ladder: &'l Ladder) -> Vec<[&'l Tried; 2]> {
         let kind = ladder.fit.space.kind();
-        let of_one = |id: &&'static str| {
+        let of_one = |id: &EffectId| {
             let step = ladder.steps.iter().find(|s| !s.together && !s.in_free_run && s.winners.contains(id))?;
             let own = step.tried.iter().find(|t| t.id == *id)?;
             let fits_better = |t: &&Tried| self.error(&t.fit) < self.error(&own.fit);
-            let others = step.tried.iter().filter(|t| !ladder.found.iter().any(|id| classes::same(kind, id, t.id)));
+            let others = step.tried.iter().filter(|t| !ladder.found.iter().any(|id| classes::same(kind, *id, t.id)));
             Some(others.filter(fits_better).map(move |other| [own, other]).collect::<Vec<_>>())
         };
         ladder.found.iter().filter_map(of_one).flatten().collect()
@@ -208,7 +208,7 @@ impl Climb<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn exchange(&self, ladder: &Ladder, given: &'static str, other: &Tried) -> Result<Exchange> {
+    pub fn exchange(&self, ladder: &Ladder, given: EffectId, other: &Tried) -> Result<Exchange> {
         let fit = match ladder.found.len() {
             1 => (*other.fit).clone(),
             _ => self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?,
@@ -265,17 +265,17 @@ impl Climb<'_> {
     }
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
-    fn swapped(&self, fit: &Refined, id: &str, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
+    fn swapped(&self, fit: &Refined, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
         let mut space = self.space_swapped(fit, id, rival);
-        if bends && let Some(d) = Description::of(rival.id) {
-            let shapes: Vec<&str> = d.parameters[1..].iter().map(|p| p.name).collect();
+        if bends {
+            let shapes: Vec<&str> = rival.id.description().parameters[1..].iter().map(|p| p.name).collect();
             space.hold(&shapes, Freedom::Pinned);
         }
         self.fit_from(Some(fit.rms), &space, effort)
     }
 
     /// Where such a fit begins: with the rival of the size that it had when it was tried.
-    fn space_swapped(&self, fit: &Refined, id: &str, rival: &Tried) -> Space {
+    fn space_swapped(&self, fit: &Refined, id: EffectId, rival: &Tried) -> Space {
         let scales = fit.space.scales(self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
@@ -289,8 +289,8 @@ impl Climb<'_> {
 fn to_exchange(ladder: &Ladder) -> Vec<Pair<'_>> {
     let kind = ladder.fit.space.kind();
     let mut others: Vec<&Tried> = ladder.steps.iter().flat_map(|s| &s.tried).collect();
-    others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, id, t.id)));
-    others.sort_by(|a, b| a.id.cmp(b.id).then(b.gain.total_cmp(&a.gain)));
+    others.retain(|t| t.gain > SMALLEST_GAIN && ladder.found.iter().all(|id| !classes::same(kind, *id, t.id)));
+    others.sort_by(|a, b| a.id.cmp(&b.id).then(b.gain.total_cmp(&a.gain)));
     others.dedup_by_key(|t| t.id);
     ladder.found.iter().flat_map(|id| others.iter().map(move |other| (*id, *other))).collect()
 }
@@ -325,14 +325,16 @@ mod tests {
     }
 
     /// A candidate that a climb has tried.
-    fn tried<'l>(ladder: &'l Ladder, id: &str) -> &'l Tried {
+    fn tried<'l>(ladder: &'l Ladder, id: EffectId) -> &'l Tried {
         ladder.steps.iter().flat_map(|s| &s.tried).find(|t| t.id == id).unwrap_or_else(|| panic!("{id} was not tried"))
     }
 
     #[test]
     fn a_climb_that_takes_back_what_was_given_is_over() {
         climbed(|climb, base, ladder| {
-            for (given, taken) in [("brush_drop", "winding_temperature"), ("hysteresis", "stray_load_torque")] {
+            for (given, taken) in
+                [(EffectId::BrushDrop, EffectId::WindingTemperature), (EffectId::Hysteresis, EffectId::StrayLoadTorque)]
+            {
                 let exchange = climb.exchange(ladder, given, tried(ladder, taken)).unwrap();
                 let away = climb.climb_away_from(&exchange, base, ladder, &|_| ()).unwrap();
                 assert!(away.is_none(), "{taken} is not there: {:?}", away.map(|other| other.found));
@@ -344,12 +346,16 @@ mod tests {
     fn having_both_counts_where_that_comes_closer() {
         climbed(|climb, base, ladder| {
             // As if saturation alone had been found, and the rest passed over.
-            let alone = tried(ladder, "saturation").fit.as_ref().clone();
-            let ladder =
-                Ladder { found: vec!["saturation"], fit: alone, steps: ladder.steps[..1].to_vec(), ..ladder.clone() };
-            let exchange = climb.exchange(&ladder, "saturation", tried(&ladder, "brush_drop")).unwrap();
+            let alone = tried(ladder, EffectId::Saturation).fit.as_ref().clone();
+            let ladder = Ladder {
+                found: vec![EffectId::Saturation],
+                fit: alone,
+                steps: ladder.steps[..1].to_vec(),
+                ..ladder.clone()
+            };
+            let exchange = climb.exchange(&ladder, EffectId::Saturation, tried(&ladder, EffectId::BrushDrop)).unwrap();
             let away = climb.climb_away_from(&exchange, base, &ladder, &|_| ()).unwrap().expect("a climb");
-            let all = ["saturation", "hysteresis", "brush_drop"];
+            let all = [EffectId::Saturation, EffectId::Hysteresis, EffectId::BrushDrop];
             assert!(all.iter().all(|id| away.found.contains(id)), "{:?}", away.found);
         });
     }

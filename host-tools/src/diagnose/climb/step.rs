@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 
 use super::Climb;
@@ -48,7 +49,7 @@ impl Climb<'_> {
     pub(super) fn step(
         &self,
         fit: &Fit,
-        left_out: &[&'static str],
+        left_out: &[EffectId],
         gained: f64,
         shown: usize,
         progress: &Watch<'_>,
@@ -56,7 +57,7 @@ impl Climb<'_> {
         let before = self.held_out(fit);
         progress(Progress::Doing("screening"));
         let promises = self.screen(fit, left_out);
-        let ranking: Vec<(&'static str, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
+        let ranking: Vec<(EffectId, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
         progress(Progress::Ranking(&ranking));
         let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
         let decoys = decoys::tried(

@@ -4,6 +4,8 @@
 //! saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the drop, so that nothing seemed to be
 //! missing beside it. Beside the other law the drop is seen at once.
 
+use greyrig::effects::EffectId;
+
 use super::more::WORTH_LOOKING;
 use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;
@@ -19,20 +21,20 @@ impl SecondLook<'_> {
         }
         let ladder = &judged.0;
         let kind = judged.1.space.kind();
-        let tried = |id: &str| ladder.steps.iter().flat_map(|step| &step.tried).find(|t| t.id == id);
-        let of_its_class = |id: &&'static str| -> Vec<(&'static str, &Tried)> {
-            let others = classes::class_of(kind, id).unwrap_or(&[]).iter().filter(|other| *other != id);
-            others.filter_map(|other| tried(other)).map(|t| (*id, t)).collect()
+        let tried = |id: EffectId| ladder.steps.iter().flat_map(|step| &step.tried).find(|t| t.id == id);
+        let of_its_class = |id: &EffectId| -> Vec<(EffectId, &Tried)> {
+            let others = classes::class_of(kind, *id).unwrap_or(&[]).iter().filter(|other| *other != id);
+            others.filter_map(|other| tried(*other)).map(|t| (*id, t)).collect()
         };
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
-            progress(Progress::Doing(other.id));
+            progress(Progress::Doing(other.id.id()));
             let exchange = self.climb.exchange(ladder, id, other)?;
             if !self.climb.may_come_closer_by(&exchange, ladder) {
                 continue;
             }
             let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
             // An inductance is what two laws of the flux differ by, and nothing besides.
-            let differs = |id: &&'static str| !ladder.found.contains(id) && classes::bends_with(id, &more.found);
+            let differs = |id: &EffectId| !ladder.found.contains(id) && classes::bends_with(*id, &more.found);
             if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
                 continue;
             }

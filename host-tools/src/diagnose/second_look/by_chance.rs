@@ -5,7 +5,7 @@
 //! effect are fitted to the free run in its place. One that falls short of it by less than the rest of a law earns is a rival if its error on
 //! data held out is larger by no more than the difference scatters from one block of time to the next (delete-a-block jackknife).
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 
 use super::{Judged, SecondLook};
@@ -29,7 +29,7 @@ impl SecondLook<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub(super) fn behind_by_chance(&self, judged: &Judged, progress: &Watch<'_>) -> Result<Vec<&'static str>> {
+    pub(super) fn behind_by_chance(&self, judged: &Judged, progress: &Watch<'_>) -> Result<Vec<EffectId>> {
         let (ladder, kept) = judged;
         let Some((own, tried)) = of_first_step(ladder) else { return Ok(Vec::new()) };
         let kind = kept.space.kind();
@@ -39,7 +39,7 @@ impl SecondLook<'_> {
         let near: Vec<&Tried> = tried.iter().filter(counts).filter(is_near).collect();
         let all = self.audit.fall(&self.free, kept);
         let may_be = |t: &&Tried| {
-            progress(Progress::Doing(t.id));
+            progress(Progress::Doing(t.id.id()));
             let fit = self.audit.fit(&self.in_its_place(own.id, t, kept))?;
             let as_far = self.audit.fall(&fit, kept) < LEAST_SHARE_OF_A_LAW * all;
             Ok((as_far && self.is_behind_by_chance(kept, &fit)).then_some(t.id))
@@ -49,11 +49,11 @@ impl SecondLook<'_> {
     }
 
     /// The model with a candidate in the place of an effect; if its law can be bent more, in its usual shape.
-    fn in_its_place(&self, id: &str, other: &Tried, kept: &Fit) -> Space {
+    fn in_its_place(&self, id: EffectId, other: &Tried, kept: &Fit) -> Space {
         let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         if parameters_of(other.id) > parameters_of(id) {
-            let shapes = Description::of(other.id).map_or(&[][..], |d| &d.parameters[1..]);
+            let shapes = &other.id.description().parameters[1..];
             space.hold(&shapes.iter().map(|p| p.name).collect::<Vec<_>>(), Freedom::Pinned);
         } else {
             space.start_from(&other.fit.space, other.id);

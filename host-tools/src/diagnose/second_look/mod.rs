@@ -12,6 +12,7 @@ mod by_chance;
 mod more;
 mod reconsidered;
 
+use greyrig::effects::EffectId;
 use rayon::prelude::*;
 
 use super::audit::Audit;
@@ -164,9 +165,9 @@ impl<'a> SecondLook<'a> {
         let scales = kept.space.scales(self.climb.experiments());
         for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
             rivals.retain(|id| !ladder.found.contains(id));
-            let confirm = |rival: &&'static str| {
-                progress(Progress::Doing(rival));
-                let swapped = self.audit.fit(&kept.space.without_effect(found).with_effect(rival, &scales))?;
+            let confirm = |rival: &EffectId| {
+                progress(Progress::Doing(rival.id()));
+                let swapped = self.audit.fit(&kept.space.without_effect(*found).with_effect(*rival, &scales))?;
                 Ok((self.error(&swapped) - self.error(kept) < SAME_ERROR).then_some(*rival))
             };
             let confirmed: Vec<_> = rivals.par_iter().map(confirm).collect::<Result<_>>()?;
@@ -213,15 +214,15 @@ impl<'a> SecondLook<'a> {
 
     /// Leaves out what was found beside the wrong effect that another one has taken the place of, where that alone does as well: from the
     /// free run of the model as it was, as the wrong one may have led into another valley.
-    fn without_later_than(&self, taken: &'static str, judged: Judged) -> Result<Judged> {
-        let place = |id: &str| judged.0.steps.iter().position(|step| step.winners.contains(&id));
+    fn without_later_than(&self, taken: EffectId, judged: Judged) -> Result<Judged> {
+        let place = |id: EffectId| judged.0.steps.iter().position(|step| step.winners.contains(&id));
         let mut kept = judged.0.found.clone();
-        kept.retain(|id| place(id) <= place(taken));
+        kept.retain(|id| place(*id) <= place(taken));
         if kept.len() == judged.0.found.len() {
             return Ok(judged);
         }
         let scales = self.free.space.scales(self.climb.experiments());
-        let space = kept.iter().fold(self.free.space.clone(), |space, id| space.with_effect(id, &scales));
+        let space = kept.iter().fold(self.free.space.clone(), |space, id| space.with_effect(*id, &scales));
         let fewer = self.audit.fit(&space)?;
         if self.audit.fall(&fewer, &judged.1) >= SMALLEST_GAIN {
             return Ok(judged);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use greyrig::effects::Description;
+use greyrig::effects::{Description, EffectId};
 use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
@@ -35,11 +35,11 @@ const PARTNERS: usize = 2;
 const ADDED: usize = 2;
 
 /// Effects that are to be tried, and where to begin.
-type Attempt = (Vec<&'static str>, Space);
+type Attempt = (Vec<EffectId>, Space);
 /// Effects, and a fit with them.
-type Model = (Vec<&'static str>, Fit);
+type Model = (Vec<EffectId>, Fit);
 /// The same, and those that may do as well.
-type Found = (Vec<&'static str>, Fit, Vec<&'static str>);
+type Found = (Vec<EffectId>, Fit, Vec<EffectId>);
 
 impl SecondLook<'_> {
     /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
@@ -51,14 +51,14 @@ impl SecondLook<'_> {
             }
             progress(Progress::Doing("free run"));
             let scales = kept.space.scales(self.climb.experiments());
-            let objection = |id: &str| {
+            let objection = |id: EffectId| {
                 let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
                 last.and_then(|t| t.objection)
             };
             let mut candidates = self.climb.candidates_beside(&kept.space, &[]);
             // What looks like the base model cannot be named, but it may be what another effect is named for.
             let hidden = candidates.iter().filter(|d| objection(d.id) == Some(Objection::NotIndependent));
-            let hidden: Vec<&'static str> = hidden.map(|d| d.id).collect();
+            let hidden: Vec<EffectId> = hidden.map(|d| d.id).collect();
             candidates.retain(|d| objection(d.id).is_none_or(Objection::is_of_size));
             let promises = self.promises(&kept, &scales, &candidates);
             let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
@@ -73,7 +73,7 @@ impl SecondLook<'_> {
             }
             let Some((ids, fit, mut as_well)) = found else { break };
             let before = ladder.found.clone();
-            as_well.extend(hidden.iter().filter(|h| ids.iter().all(|id| !classes::same(kept.space.kind(), id, h))));
+            as_well.extend(hidden.iter().filter(|h| ids.iter().all(|id| !classes::same(kept.space.kind(), *id, **h))));
             ladder.found.extend(&ids);
             ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len()));
             (ladder, kept) = self.narrowed(ladder, fit)?;
@@ -90,16 +90,16 @@ impl SecondLook<'_> {
         &self,
         kept: &Fit,
         fit: &Fit,
-        ids: Vec<&'static str>,
-        as_well: Vec<&'static str>,
+        ids: Vec<EffectId>,
+        as_well: Vec<EffectId>,
         promises: &[Promise],
         candidates: usize,
     ) -> Step {
         let parameters = fit.space.free().count() - kept.space.free().count();
         let tries = candidates.pow(ids.len() as u32) as f64;
         let shared = Arc::new(fit.clone());
-        let tried = |id: &&'static str| Tried {
-            id,
+        let tried = |id: &EffectId| Tried {
+            id: *id,
             fit: Arc::clone(&shared),
             gain: self.audit.held_out_fall(kept, fit),
             p_value: (self.audit.p_value(kept, fit, parameters) * tries).min(1.0),
@@ -145,7 +145,7 @@ impl SecondLook<'_> {
     /// effects only that.
     fn fitted(&self, attempts: Vec<Attempt>, progress: &Watch<'_>) -> Result<Vec<Model>> {
         let fit = |(ids, space): Attempt| {
-            progress(Progress::Doing(ids[0]));
+            progress(Progress::Doing(ids[0].id()));
             let fit = self.audit.fit_with(&space, Effort::ROUGH)?;
             Ok((self.error(&fit), (ids, fit)))
         };
@@ -173,7 +173,7 @@ impl SecondLook<'_> {
                 let as_well = others.filter(|(_, other)| self.error(other) - self.error(&fit) < SAME_ERROR);
                 let rivals = as_well.flat_map(|(other, _)| other).copied();
                 let rivals =
-                    rivals.filter(|id| ids.iter().all(|own| !classes::same(kept.space.kind(), own, id))).collect();
+                    rivals.filter(|id| ids.iter().all(|own| !classes::same(kept.space.kind(), *own, *id))).collect();
                 return Ok(Some((ids.clone(), fit, rivals)));
             }
         }

@@ -4,6 +4,8 @@
 //! without those blocks it is not known. Another effect that bends the torque over the whole range, such as windage with another
 //! exponent, is preferred then, though it fits worse. The free run adds weak torques up, and tells.
 
+use greyrig::effects::EffectId;
+
 use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::fit::Fit;
@@ -15,7 +17,7 @@ impl SecondLook<'_> {
     /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.
     pub(super) fn reconsidered(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
         for [own, other] in self.climb.passed_over(&judged.0) {
-            progress(Progress::Doing(other.id));
+            progress(Progress::Doing(other.id.id()));
             let gain = self.audit.log_error_at(&own.fit.space) - self.audit.log_error_at(&other.fit.space);
             if gain < SMALLEST_GAIN || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?) {
                 continue;
@@ -30,7 +32,7 @@ impl SecondLook<'_> {
     }
 
     /// The fit of the free run with a candidate in the place of an effect, from where the balances have put it.
-    fn in_place_of(&self, id: &str, other: &Tried, kept: &Fit) -> Result<Fit> {
+    fn in_place_of(&self, id: EffectId, other: &Tried, kept: &Fit) -> Result<Fit> {
         let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         space.start_from(&other.fit.space, other.id);

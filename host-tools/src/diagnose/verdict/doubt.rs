@@ -1,6 +1,6 @@
 //! What else would explain the data as well.
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 
 use super::words::{in_words, name};
 use crate::diagnose::classes::{self, OFFSETS};
@@ -17,7 +17,7 @@ const EXACT: f64 = 1.08;
 /// Why what was found may be something else.
 pub struct Doubt {
     /// The effects that it may be.
-    pub rivals: Vec<&'static str>,
+    pub rivals: Vec<EffectId>,
     /// In words.
     pub reason: String,
     /// The recording that would tell.
@@ -27,7 +27,7 @@ pub struct Doubt {
 impl Doubt {
     /// About what a climb has found.
     pub fn about(ladder: &Ladder, holds: Holds) -> Option<Self> {
-        let mut rivals: Vec<&'static str> = ladder.rivals.iter().flatten().copied().collect();
+        let mut rivals: Vec<EffectId> = ladder.rivals.iter().flatten().copied().collect();
         if !holds.motion {
             rivals.extend(alike_at_standstill(ladder));
         }
@@ -41,7 +41,7 @@ impl Doubt {
         let reason = of_offsets.unwrap_or_else(|| {
             format!(
                 "{} would explain these data as well; another recording would tell",
-                rivals.iter().map(|id| name(id)).collect::<Vec<_>>().join(" or ")
+                rivals.iter().map(|id| name(*id)).collect::<Vec<_>>().join(" or ")
             )
         });
         Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
@@ -68,7 +68,7 @@ impl Doubt {
 
 fn experiment(ladder: &Ladder, holds: Holds) -> String {
     let with_rivals = ladder.found.iter().zip(&ladder.rivals).find(|(_, rivals)| !rivals.is_empty());
-    let separating = with_rivals.and_then(|(id, _)| Description::of(id)).map(|d| holds.what_else_tells(d));
+    let separating = with_rivals.map(|(id, _)| holds.what_else_tells(id.description()));
     match separating {
         Some(told) => told.unwrap_or_else(|| holds.each_part_alone()),
         None if holds.motion => "a locked rotor, and a coast-down with the supply open".to_owned(),
@@ -77,11 +77,11 @@ fn experiment(ladder: &Ladder, holds: Holds) -> String {
 }
 
 /// Effects that do the same as those found, as long as the rotor stands still.
-fn alike_at_standstill(ladder: &Ladder) -> impl Iterator<Item = &'static str> {
+fn alike_at_standstill(ladder: &Ladder) -> impl Iterator<Item = EffectId> {
     let kind = ladder.fit.space.kind();
-    let alike = ladder.found.iter().flat_map(|id| classes::at_standstill(id));
+    let alike = ladder.found.iter().flat_map(|id| classes::at_standstill(*id));
     let others = alike.filter(|id| !ladder.found.contains(id));
-    others.copied().filter(move |id| Description::of(id).is_some_and(|d| screening::shows(kind, d)))
+    others.copied().filter(move |id| screening::shows(kind, id.description()))
 }
 
 /// Why offsets that were found on a closed supply may be others.

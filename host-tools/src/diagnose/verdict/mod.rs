@@ -5,7 +5,7 @@ mod outside;
 mod strained;
 mod words;
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 use serde::Serialize;
 
 use super::classes::class_of;
@@ -43,9 +43,9 @@ pub struct Verdict {
     /// In one word.
     pub kind: VerdictKind,
     /// The effects, in the order in which they should be added.
-    pub effects: Vec<&'static str>,
+    pub effects: Vec<EffectId>,
     /// Sets whose members no recording could separate.
-    pub classes: Vec<Vec<&'static str>>,
+    pub classes: Vec<Vec<EffectId>>,
     /// The parameters of the effects that were fitted, with their intervals.
     pub sizes: Vec<Size>,
     /// In a motor engineer's words.
@@ -67,8 +67,8 @@ impl Verdict {
     }
 
     /// An effect would lower the error, but here it looks like the supply or the base model.
-    fn swallowed(id: &str, sizes: Vec<Size>, holds: Holds) -> Self {
-        let also = Description::of(id).and_then(|d| holds.what_else_tells(d));
+    fn swallowed(id: EffectId, sizes: Vec<Size>, holds: Holds) -> Self {
+        let also = holds.what_else_tells(id.description());
         Self {
             text: format!(
                 "{} would lower the error, but in these recordings its contribution can hardly be told from the supply \
@@ -106,7 +106,7 @@ impl Verdict {
 }
 
 /// The default member of the class of an effect, or the effect itself.
-fn default_member(kind: Kind, id: &'static str) -> &'static str {
+fn default_member(kind: Kind, id: EffectId) -> EffectId {
     class_of(kind, id).map_or(id, |class| class[0])
 }
 
@@ -120,8 +120,8 @@ pub fn judge(
     holds: Holds,
 ) -> Verdict {
     let kind = ladder.fit.space.kind();
-    let mut effects: Vec<&'static str> = super::ids(findings);
-    effects.extend(ladder.found.iter().map(|id| default_member(kind, id)));
+    let mut effects: Vec<EffectId> = super::ids(findings);
+    effects.extend(ladder.found.iter().map(|id| default_member(kind, *id)));
     let explained = ladder.is_explained();
     if effects.is_empty() {
         let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
@@ -144,7 +144,7 @@ pub fn judge(
     let doubt = Doubt::about(ladder, holds).or_else(alone);
     match &doubt {
         Some(doubt) => {
-            for id in doubt.rivals.iter().map(|id| default_member(kind, id)) {
+            for id in doubt.rivals.iter().map(|id| default_member(kind, *id)) {
                 if !effects.contains(&id) {
                     effects.push(id);
                 }
@@ -159,8 +159,8 @@ pub fn judge(
     if ladder.leaves_more_than_healthy() {
         text.extend(ladder.free_run.map(|(_, left)| words::left_over(&left)));
     }
-    let mut classes: Vec<Vec<&'static str>> =
-        ladder.found.iter().filter_map(|id| class_of(kind, id)).map(<[_]>::to_vec).collect();
+    let mut classes: Vec<Vec<EffectId>> =
+        ladder.found.iter().filter_map(|id| class_of(kind, *id)).map(<[_]>::to_vec).collect();
     classes.dedup();
     Verdict {
         kind: if doubt.is_some() { VerdictKind::Ambiguous } else { VerdictKind::MissingEffect },
@@ -173,7 +173,7 @@ pub fn judge(
 }
 
 /// A candidate of the first step that would explain everything, and that only one objection keeps from being named.
-fn blocked(ladder: &Ladder, objection: Objection) -> Option<&'static str> {
+fn blocked(ladder: &Ladder, objection: Objection) -> Option<EffectId> {
     let first = ladder.steps.first()?;
     first
         .tried

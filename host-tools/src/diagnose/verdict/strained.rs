@@ -4,7 +4,7 @@
 //! that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody tried. Where a fit leaves a shape at
 //! such an end of its physical range, the name would be wrong, however well the curve fits.
 
-use greyrig::effects::Description;
+use greyrig::effects::EffectId;
 
 use super::doubt::Doubt;
 use super::words::{name, without_interval};
@@ -17,10 +17,10 @@ use crate::identify::space::Space;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strained {
     /// The effect.
-    pub effect: &'static str,
+    pub effect: EffectId,
     shape: &'static str,
     /// What it would be there.
-    instead: Option<&'static str>,
+    instead: Option<EffectId>,
 }
 
 impl Strained {
@@ -29,13 +29,13 @@ impl Strained {
         if !ladder.is_explained() || Doubt::about(ladder, holds).is_some() {
             return None;
         }
-        let tried = |id: &&'static str| ladder.steps.iter().any(|s| s.promises.iter().any(|(other, _)| other == id));
-        let strained = |effect: &&'static str| {
+        let tried = |id: &EffectId| ladder.steps.iter().any(|s| s.promises.iter().any(|(other, _)| other == id));
+        let strained = |effect: &EffectId| {
             // What was tried, and fitted less well, it is not.
-            let instead = space.turned(effect).filter(|other| !tried(other));
-            let turn = || Description::of(effect)?.turns_into.filter(|_| instead.is_some());
-            let shape = turn().map(|turn| turn.parameter).or_else(|| space.at_its_shortest(effect))?;
-            Some(Self { effect, shape, instead })
+            let instead = space.turned(*effect).filter(|other| !tried(other));
+            let turn = || effect.description().turns_into.filter(|_| instead.is_some());
+            let shape = turn().map(|turn| turn.parameter).or_else(|| space.at_its_shortest(*effect))?;
+            Some(Self { effect: *effect, shape, instead })
         };
         ladder.found.iter().find_map(strained)
     }

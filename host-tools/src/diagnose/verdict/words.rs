@@ -1,6 +1,6 @@
 //! A motor engineer's words.
 
-use greyrig::effects::{Acts, Description};
+use greyrig::effects::{Acts, EffectId};
 
 use crate::diagnose::classes;
 use crate::diagnose::completeness::Completeness;
@@ -10,22 +10,22 @@ use crate::diagnose::sizes::Size;
 use crate::numbers::with_interval;
 
 /// The standard name of an effect.
-pub fn name(id: &str) -> &str {
-    Description::of(id).map_or(id, |d| d.name)
+pub fn name(id: EffectId) -> &'static str {
+    id.description().name
 }
 
 /// Why each effect is named, and how large it is.
 pub fn reasons(ladder: &Ladder, sizes: &[Size]) -> impl Iterator<Item = String> {
     ladder.found.iter().enumerate().map(|(place, id)| {
-        let own: Vec<String> = sizes.iter().filter(|s| is_of(id, s)).map(in_words).collect();
+        let own: Vec<String> = sizes.iter().filter(|s| is_of(*id, s)).map(in_words).collect();
         let size = if own.is_empty() { String::new() } else { format!("; {}", own.join(", ")) };
-        reason(id, ladder, place) + &size
+        reason(*id, ladder, place) + &size
     })
 }
 
 /// Why an effect is named.
-fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
-    let Some(d) = Description::of(id) else { return id.to_owned() };
+fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
+    let d = id.description();
     let step = ladder.steps.iter().find(|s| s.winners.contains(&id));
     let side = match d.acts {
         Acts::Electrical => "in the voltage balance",
@@ -38,7 +38,7 @@ fn reason(id: &str, ladder: &Ladder, place: usize) -> String {
         && let Some(own) = step.tried.iter().find(|t| t.id == id)
     {
         let other = step.winners.iter().find(|w| step.together && **w != id);
-        let with = other.map_or_else(String::new, |other| format!("with {} ", name(other)));
+        let with = other.map_or_else(String::new, |other| format!("with {} ", name(*other)));
         text +=
             &format!("; {with}the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
         if let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) {
@@ -70,8 +70,8 @@ pub fn left_over(left: &Completeness) -> String {
 }
 
 /// Whether a size is that of an effect.
-fn is_of(id: &str, size: &Size) -> bool {
-    Description::of(id).is_some_and(|d| d.parameters.iter().any(|p| p.name == size.name))
+fn is_of(id: EffectId, size: &Size) -> bool {
+    id.description().parameters.iter().any(|p| p.name == size.name)
 }
 
 /// A size with its interval.

@@ -311,11 +311,10 @@ fn at_open_terminals<S: Scalar<Base = S>>(motor: &Motor<S>) -> Option<Motor<S>> 
     if !motor.effects().iter().any(of_supply) {
         return None;
     }
-    let absent = |effect: &Effect<S>| Effect::from_id(effect.description().id, &[]);
     let effects: Vec<Effect<S>> = motor
         .effects()
         .iter()
-        .map(|effect| if of_supply(effect) { absent(effect).unwrap_or(*effect) } else { *effect })
+        .map(|effect| if of_supply(effect) { Effect::new(effect.id(), &[]) } else { *effect })
         .collect();
     Motor::build(*motor.parameters(), &effects).ok()?.with_terms(motor.terms()).ok()
 }

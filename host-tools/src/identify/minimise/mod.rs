@@ -412,6 +412,8 @@ fn normal_equations(
 mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
+    use greyrig::effects::EffectId;
+
     use super::damping::RUNGS;
     use super::*;
     use crate::model::{Base, Kind};
@@ -465,7 +467,7 @@ mod tests {
 
     #[test]
     fn a_resistance_between_bounds_has_another_coordinate_than_its_logarithm() {
-        let mut space = Space::new(Kind::PmDc, Base::Full, &["speed_lag"]);
+        let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
         space.hold(&["R"], Freedom::Free(Some((1.0, 3.0))));
         let of = |name: &str| coordinate(space.get(name).unwrap());
         assert_eq!(
@@ -497,7 +499,7 @@ mod tests {
     fn a_fit_beside_another_one_takes_its_derivatives_and_ends_where_one_from_scratch_does() {
         let problem = Decay::above(0.5);
         let fit = minimise(&Space::new(Kind::PmDc, Base::Full, &[]), &problem, Effort::FULL, None, &mut || ()).unwrap();
-        let more = Space::new(Kind::PmDc, Base::Full, &["torque_offset"]);
+        let more = Space::new(Kind::PmDc, Base::Full, &[EffectId::TorqueOffset]);
         let ended = minimise_beside(&fit, &more, &problem, Effort::FULL).unwrap().space.coordinates();
         // As above. From the values of the wider space, the first of which is one: its logarithm is not that of two.
         let expected = [2.0f64.ln(), 3.0f64.ln(), 0.5];
