@@ -85,7 +85,7 @@ fn typical<S: Scalar<Base = S>>(description: &Description) -> Effect<S> {
 }
 
 fn absent<S: Scalar<Base = S>>(description: &Description) -> Effect<S> {
-    let sizes = SIZES.iter().find(|(id, _)| *id == description.id).map_or(1, |(_, sizes)| *sizes);
+    let sizes = SIZES.iter().find(|(id, _)| description.id == *id).map_or(1, |(_, sizes)| *sizes);
     let mut values = typical::<S>(description).values();
     values[..sizes].fill(S::ZERO);
     Effect::new(description.id, &values)

@@ -102,7 +102,7 @@ impl Table {
         };
         let row = |sort: &Sort| {
             let cells = profiles.iter().enumerate().map(|(k, p)| Ok(answers(ask(Some(sort), p)?, k)));
-            Ok(Row { effect: sort.id, cells: cells.collect::<Result<_>>()? })
+            Ok(Row { effect: sort.id.id(), cells: cells.collect::<Result<_>>()? })
         };
         let mut rows: Vec<Row> = visible(kind).par_iter().map(row).collect::<Result<_>>()?;
         let cells = healthy.into_iter().enumerate().map(|(k, outcomes)| answers(outcomes, k)).collect();

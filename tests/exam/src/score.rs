@@ -91,6 +91,6 @@ impl Outcome {
 
     /// Names that are right.
     pub fn hits(&self) -> usize {
-        self.truth.iter().filter(|t| self.named.iter().any(|n| same(self.motor, *n, *t))).count()
+        self.truth.iter().filter(|t| self.named.iter().any(|n| same(self.motor, *n, **t))).count()
     }
 }
