@@ -1,5 +1,6 @@
 //! Identification on the virtual rig, where the truth is known.
 
+use greyrig::effects::EffectId;
 use greyrig_host::compare::compare;
 use greyrig_host::diagnose::samples::without_clipped;
 use greyrig_host::identify::flux::swings;
@@ -178,7 +179,7 @@ fn saturation_shows_as_the_papers_error_and_vanishes_when_added() {
     };
     let (training, held_out) = (record("staircase", 1), record("ramp", 2));
     let fit = |method, effects: &[&str]| {
-        let effects = effects.iter().map(|e| (*e).to_owned()).collect();
+        let effects = effects.iter().map(|e| e.parse().unwrap()).collect();
         let found = identify(&training, &Settings { method, effects, ..Settings::new(Kind::Universal) }).unwrap();
         let comparison = compare(&found.model, &held_out).unwrap();
         (found, comparison)
@@ -228,7 +229,7 @@ fn a_shape_gives_way_before_a_parameter_of_the_motor() {
     let windage = |profile, seconds, seed| {
         universal(profile, seconds).effect("windage_exponent=2.9").unwrap().seed(seed).run().unwrap().recording
     };
-    let settings = Settings { effects: vec!["windage_exponent".to_owned()], ..Settings::new(Kind::Universal) };
+    let settings = Settings { effects: vec![EffectId::WindageExponent], ..Settings::new(Kind::Universal) };
     let found = identify(&[windage("staircase", 12.0, 1)], &settings).unwrap();
     assert_eq!(estimate(&found.parameters, "windage_reference").status, Status::NotIdentifiable);
     assert_eq!(estimate(&found.parameters, "mu2").status, Status::Identified);
@@ -252,7 +253,7 @@ fn linkage_at_the_largest_current() {
         assert!((of_flux / (of_k * flux.current) - 1.0).abs() < 1e-6);
     }
     let saturated = universal("staircase", 12.0).effect("saturation=0.3").unwrap().seed(4);
-    let settings = Settings { effects: vec!["saturation".to_owned()], ..Settings::new(Kind::Universal) };
+    let settings = Settings { effects: vec![EffectId::Saturation], ..Settings::new(Kind::Universal) };
     let found = identify(&[saturated.run().unwrap().recording], &settings).unwrap();
     let flux = found.flux.expect("a series motor");
     let truth = saturated.plant().linkage(swings(flux.current), flux.speed);
