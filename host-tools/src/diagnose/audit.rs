@@ -19,7 +19,7 @@ use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, minimise, resume, rms_of};
+use crate::identify::minimise::{Effort, Refined, Residuals, have_rows, log_error, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
@@ -164,7 +164,7 @@ impl<'a> Audit<'a> {
     fn worth(&self, fit: &Refined, id: EffectId) -> f64 {
         let worth = screening::worth(fit, self.problem.groups(), id);
         let without = self.error_at(&fit.space.without_effect(id));
-        let most: f64 = (0..2).filter(|g| self.has()[*g]).map(|g| (without[g] / fit.rms[g]).ln()).sum();
+        let most = log_error(without, self.has()) - self.log_error(fit);
         if worth > most { 0.0 } else { worth }
     }
 
@@ -217,14 +217,14 @@ impl<'a> Audit<'a> {
         Course { times: &self.times, period_s: self.period_s, repeats: &self.repeats }
     }
 
-    /// Logarithm of the error at given parameters: sum over both signals.
+    /// Logarithm of the error at given parameters: [`log_error`].
     pub fn log_error_at(&self, space: &Space) -> f64 {
-        self.error_at(space).into_iter().filter(|rms| *rms > 0.0).map(f64::ln).sum()
+        log_error(self.error_at(space), self.has())
     }
 
-    /// Logarithm of a fit's error: sum over both signals.
+    /// Logarithm of a fit's error: [`log_error`].
     pub fn log_error(&self, fit: &Refined) -> f64 {
-        (0..2).filter(|g| self.has()[*g]).map(|g| fit.rms[g].ln()).sum()
+        fit.log_error(self.problem.groups())
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
@@ -272,7 +272,7 @@ impl<'a> Audit<'a> {
 
     /// Whether there are rows of the current and of the speed.
     pub fn has(&self) -> [bool; 2] {
-        [0u8, 1].map(|g| self.problem.groups().contains(&g))
+        have_rows(self.problem.groups())
     }
 }
 

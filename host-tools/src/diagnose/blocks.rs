@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 
 use crate::identify::intervals::correlation_time_s;
-use crate::identify::minimise::{PRIOR, Refined};
+use crate::identify::minimise::{PRIOR, Refined, log_error};
 use crate::identify::space::Entry;
 
 /// How many blocks the recordings are cut into, about.
@@ -106,9 +106,10 @@ impl HeldOut {
         })
     }
 
-    /// Sum of the logarithms of the RMS errors of the groups that there are.
+    /// The logarithm of the error on data held out: [`log_error`].
     pub fn log_error(&self) -> f64 {
-        self.rms().into_iter().filter(|r| r.is_finite()).map(f64::ln).sum()
+        let rms = self.rms();
+        log_error(rms, rms.map(f64::is_finite))
     }
 }
 

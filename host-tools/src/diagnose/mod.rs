@@ -149,7 +149,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     };
     let base = climb.fit(&space)?;
     let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
-    let Found { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options, progress)?;
+    let Searched { ladder, esr, fitted, wandering, errors } =
+        search(&climb, free_run.as_ref(), &base, options, progress)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
@@ -200,7 +201,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
 }
 
 /// What was found, and what the free run makes of it, where there is one.
-struct Found {
+struct Searched {
     ladder: Ladder,
     /// Error-to-signal ratios of the free run, without and with all effects.
     esr: [PerSignal; 2],
@@ -219,7 +220,7 @@ fn search(
     base: &Fit,
     options: &Options,
     progress: &Watch<'_>,
-) -> Result<Found> {
+) -> Result<Searched> {
     let (ladder, look) = rayon::join(
         || climb.climb(base, progress),
         || free_run.map(|audit| SecondLook::new(climb, audit, base)).transpose(),
@@ -228,7 +229,13 @@ fn search(
     progress(Progress::Doing("free run"));
     let (Some(audit), Some(look)) = (free_run, &look) else {
         climb.find_rivals(&mut ladder, progress)?;
-        return Ok(Found { ladder, esr: [PerSignal::default(); 2], fitted: None, wandering: None, errors: Vec::new() });
+        return Ok(Searched {
+            ladder,
+            esr: [PerSignal::default(); 2],
+            fitted: None,
+            wandering: None,
+            errors: Vec::new(),
+        });
     };
     // Fits for the report fill the pauses of the search, which goes step by step.
     let tried = ladder.steps.clone();
@@ -238,7 +245,7 @@ fn search(
     let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
     let wandering = Some(Wandering { times: audit.wandering(&kept), comes_back: audit.comes_back(&kept) });
     let fitted = (!ladder.found.is_empty()).then_some(kept);
-    Ok(Found { ladder, esr, fitted, wandering, errors: errors? })
+    Ok(Searched { ladder, esr, fitted, wandering, errors: errors? })
 }
 
 fn insufficient(reason: &str) -> Diagnosis {

@@ -4,7 +4,7 @@ use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
 use super::identification::Outcome;
 use super::intervals::of_fit::blocks_of_rows;
-use super::minimise::{Effort, Refined, Residuals as _, as_it_is, minimise};
+use super::minimise::{Effort, Refined, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
@@ -22,7 +22,7 @@ struct Earlier {
     notes: usize,
 }
 
-/// Rise of the error, mean of the logarithms of the signals' RMS, from which a parameter is needed.
+/// Rise of each signal's error, as a logarithm, from which a parameter is needed.
 const NEEDED: f64 = 0.1;
 
 /// Fits what is free, and says in `notes` what the user should know.
@@ -59,7 +59,8 @@ pub fn fit(mut space: Space, experiments: &[Experiment], method: Method, notes: 
             Method::LeastSquares => as_it_is(&space, &problem),
         };
         let error = refined.log_error(problem.groups());
-        if let Some(earlier) = earlier.take_if(|earlier| error > earlier.error + NEEDED) {
+        let signals = have_rows(problem.groups()).into_iter().filter(|has| *has).count();
+        if let Some(earlier) = earlier.take_if(|earlier| error > earlier.error + NEEDED * signals as f64) {
             notes.truncate(earlier.notes);
             return Ok(earlier.outcome);
         }

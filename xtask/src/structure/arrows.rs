@@ -6,7 +6,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Item, ItemMod, ItemUse, Macro, Path, VisRestricted};
 
-use super::tree::{Found, Names, Tree, attributes_of, is_test, leaves};
+use super::tree::{Named, Names, Tree, attributes_of, is_test, leaves};
 
 /// An arrow from a file to another one.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,9 +58,9 @@ impl Reader<'_> {
     /// Takes up a path as it is written. One that begins with another crate's name leads nowhere.
     fn path(&mut self, path: &[String]) {
         match self.tree.find(&self.tree.absolute(&self.module, path)) {
-            Some(Found::Item(file, name)) => self.named.push((file, name)),
+            Some(Named::Item(file, name)) => self.named.push((file, name)),
             // By itself a module is only a way to what it holds; that it is taken by a name counts where something is asked of it.
-            Some(Found::Module(_)) | None => {}
+            Some(Named::Module(_)) | None => {}
         }
     }
 

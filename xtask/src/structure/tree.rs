@@ -41,7 +41,7 @@ pub struct Tree {
 
 /// What a path leads to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Found {
+pub enum Named {
     /// A module.
     Module(Names),
     /// Something that a file defines, with its name.
@@ -153,11 +153,11 @@ impl Tree {
     }
 
     /// Where a path from the crate on leads; `None`: to what is not of this crate.
-    pub fn find(&self, path: &[String]) -> Option<Found> {
+    pub fn find(&self, path: &[String]) -> Option<Named> {
         self.find_within(path, 0)
     }
 
-    fn find_within(&self, path: &[String], depth: usize) -> Option<Found> {
+    fn find_within(&self, path: &[String], depth: usize) -> Option<Named> {
         /// Re-exports that may lead on from one to the next.
         const DEEPEST: usize = 16;
         if depth > DEEPEST {
@@ -172,7 +172,7 @@ impl Tree {
                 continue;
             }
             if scope.defined.contains(name) {
-                return Some(Found::Item(scope.file, name.clone()));
+                return Some(Named::Item(scope.file, name.clone()));
             }
             let on = |target: &Names| target.iter().chain(&path[k + 1..]).cloned().collect::<Names>();
             if let Some(target) = scope.imported.get(name) {
@@ -184,7 +184,7 @@ impl Tree {
             };
             return scope.globs.iter().find_map(by_glob);
         }
-        Some(Found::Module(module))
+        Some(Named::Module(module))
     }
 }
 

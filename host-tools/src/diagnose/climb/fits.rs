@@ -19,8 +19,8 @@ const KEPT_PROMISE: f64 = 0.5;
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
 
-/// Fall of the error, as a logarithm, from which a fit has come a long way.
-const FAR: f64 = 1.0;
+/// Fall of the logarithm of the error from which a fit has come a long way: that of either signal by a factor of e.
+const FAR: f64 = 2.0;
 
 /// A candidate and the model with it.
 type Fitted<'p> = (&'p Promise, Fit);

@@ -39,7 +39,7 @@ type Attempt = (Vec<EffectId>, Space);
 /// Effects, and a fit with them.
 type Model = (Vec<EffectId>, Fit);
 /// The same, and those that may do as well.
-type Found = (Vec<EffectId>, Fit, Vec<EffectId>);
+type WithRivals = (Vec<EffectId>, Fit, Vec<EffectId>);
 
 impl SecondLook<'_> {
     /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
@@ -162,7 +162,7 @@ impl SecondLook<'_> {
     }
 
     /// The first of these models that suffices, and the effects of those that do as well.
-    fn sufficient(&self, kept: &Fit, models: &[Model]) -> Result<Option<Found>> {
+    fn sufficient(&self, kept: &Fit, models: &[Model]) -> Result<Option<WithRivals>> {
         for (k, (ids, rough)) in models.iter().enumerate().take(FINISHED) {
             if !self.takes_all_but(LEFT_ROUGHLY, kept, rough) {
                 continue;

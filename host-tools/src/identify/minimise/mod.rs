@@ -112,12 +112,21 @@ impl Refined {
         }
     }
 
-    /// The logarithm of the geometric mean of the two groups' RMS residuals, up to a constant: what the likelihood goes by.
+    /// The logarithm of its error: [`log_error`].
     pub fn log_error(&self, groups: &[u8]) -> f64 {
-        let count = [0u8, 1].map(|g| groups.iter().filter(|x| **x == g).count() as f64);
-        let total: f64 = count.iter().filter(|c| **c > 0.0).map(|_| 1.0).sum();
-        (0..2).filter(|g| count[*g] > 0.0).map(|g| self.rms[g].ln()).sum::<f64>() / total.max(1.0)
+        log_error(self.rms, have_rows(groups))
     }
+}
+
+/// Logarithm of an error: Σ ln RMS over the groups that have rows. Where both have n rows and noises of unknown size, the
+/// log-likelihood is −n times that, up to a constant.
+pub fn log_error(rms: [f64; 2], has: [bool; 2]) -> f64 {
+    (0..2).filter(|g| has[*g]).map(|g| rms[g].ln()).sum()
+}
+
+/// Whether the two groups have rows.
+pub fn have_rows(groups: &[u8]) -> [bool; 2] {
+    [0u8, 1].map(|g| groups.contains(&g))
 }
 
 /// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known, and
