@@ -7,6 +7,8 @@
 //!
 //! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974) 111–147.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 
@@ -21,22 +23,26 @@ const SMALLEST_CURVATURE: f64 = 1e-6;
 /// Shortest block, s.
 const SHORTEST_S: f64 = 0.2;
 
-/// The block of each row.
+/// The block of each row, of recordings that begin at time zero: about [`BLOCKS`] in all, within a recording of equal length.
 pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
-    let mut lengths: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
+    let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
     for (recording, t) in times {
-        let longest = lengths.entry(*recording).or_default();
-        *longest = longest.max(*t);
+        let length = lengths.entry(*recording).or_default();
+        *length = length.max(*t);
     }
-    let total: f64 = lengths.values().sum();
-    let block = (total / BLOCKS).max(SHORTEST_S);
-    let mut first = std::collections::BTreeMap::new();
+    let about = (lengths.values().sum::<f64>() / BLOCKS).max(SHORTEST_S);
     let mut count = 0;
-    for (recording, length) in &lengths {
-        first.insert(*recording, count);
-        count += (length / block) as usize + 1;
-    }
-    times.iter().map(|(recording, t)| first[recording] + (t / block) as usize).collect()
+    let of_recording = |(recording, length): (&usize, &f64)| {
+        let blocks = ((length / about).round() as usize).max(1);
+        count += blocks;
+        (*recording, (count - blocks, blocks, length / blocks as f64))
+    };
+    let of_recordings: BTreeMap<usize, (usize, usize, f64)> = lengths.iter().map(of_recording).collect();
+    let block = |(recording, t): &(usize, f64)| {
+        let (first, blocks, length) = of_recordings[recording];
+        first + ((t / length) as usize).min(blocks - 1)
+    };
+    times.iter().map(block).collect()
 }
 
 /// Squared errors of the two groups in each block, on data held out, and the numbers of rows.
@@ -166,6 +172,36 @@ mod tests {
             rms: [1.0; 2],
             ended: true,
         }
+    }
+
+    /// Rows of a recording of `seconds`, a hundred a second, the last one at its end.
+    fn rows(recording: usize, seconds: f64) -> Vec<(usize, f64)> {
+        (0..=(100.0 * seconds) as usize).map(|k| (recording, 0.01 * k as f64)).collect()
+    }
+
+    /// Rows in each block.
+    fn sizes(blocks: &[usize]) -> Vec<usize> {
+        (0..=blocks.iter().copied().max().unwrap()).map(|b| blocks.iter().filter(|x| **x == b).count()).collect()
+    }
+
+    #[test]
+    fn blocks_are_equal_and_none_is_a_crumb() {
+        let of_one = sizes(&blocks(&rows(0, 12.0)));
+        assert_eq!(of_one.len(), 32);
+        // 1201 rows in 32 blocks: 37.5 each, and the one at the end.
+        assert!(of_one.iter().all(|n| (37..=39).contains(n)), "{of_one:?}");
+        // 10 s and 3 s: blocks of 13/32 s, 24.6 and 7.4 of them.
+        let both = blocks(&[rows(0, 10.0), rows(3, 3.0)].concat());
+        assert_eq!(both.iter().max(), Some(&31));
+        assert_eq!((both[1000], both[1001]), (24, 25), "no block is of two recordings");
+        assert!(sizes(&both).iter().all(|n| (39..=44).contains(n)), "{:?}", sizes(&both));
+    }
+
+    #[test]
+    fn short_recordings_have_fewer_blocks_and_at_least_one() {
+        assert_eq!(sizes(&blocks(&rows(0, 1.0))).len(), 5, "a block lasts for 0.2 s at least");
+        assert_eq!(sizes(&blocks(&rows(0, 0.05))), [6]);
+        assert_eq!(blocks(&[(0, 0.0)]), [0]);
     }
 
     #[test]
