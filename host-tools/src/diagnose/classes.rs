@@ -51,8 +51,9 @@ pub fn rounds_off(id: EffectId, present: &[EffectId]) -> bool {
     ROUNDED_OFF.iter().any(|(laws, rests)| rests.contains(&id) && laws.iter().any(|law| present.contains(law)))
 }
 
-/// Laws of the flux, and the effect of which a straight line says that the rest of such a law needs it, where the law's own shape can take
-/// that up on a curved way: of a motor with saturation that runs steadily it seemed to earn a fifth of all, and earned nothing.
+/// Laws of the flux, and the effect that the linearised score overrates beside them: the law's shape parameters can absorb the same
+/// residual non-linearly. Refit without it before keeping it. (Of a motor with saturation that runs steadily it scored a fifth of the whole
+/// gain, and a refit gave none of that.)
 const BENT_TOGETHER: (&[EffectId], EffectId) =
     (&[EffectId::Saturation, EffectId::ArmatureReaction], EffectId::InductanceSaturation);
 

@@ -118,9 +118,9 @@ impl Ladder {
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
     /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
-    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. It does not where the free
-    /// run is complete with a lag or a compression of the measuring chain, which balances undo to first order, or with the noise of
-    /// an inrush enlarged. Without a finding the balances judge, but not against a free run that is far off.
+    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. Exception: for a sensor
+    /// lag or compression the equation error is only corrected to first order (and amplifies noise at an inrush), so a complete free run
+    /// overrides it. Without a finding the balances judge, but not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }

@@ -1,7 +1,7 @@
 //! Blocks of time held out by a fit of all others, where the linear step of [`blocks`](super::blocks) does not reach.
 //!
-//! An inrush has several times the current of everything else. What the others tell about it is an extrapolation, along a law that is
-//! bent; by the derivatives at a fit that has seen the inrush the parameters would run away, and the right law would be judged by that.
+//! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far for such a
+//! block, and would reject the right law; such blocks are left out by a refit of all others.
 
 use nalgebra::DVector;
 use rayon::prelude::*;

@@ -18,8 +18,8 @@ use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
-/// And one with memory in the measuring chain besides, as a lag that is long beside a ripple is no multiple of a short one; another one
-/// with memory where noise may be why it promises nothing ([`Loops`]).
+/// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a short one; other
+/// effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;

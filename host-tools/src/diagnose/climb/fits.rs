@@ -70,9 +70,9 @@ impl Climb<'_> {
         Ok(if again.1 > first.1 { again } else { first })
     }
 
-    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong valley:
-    /// then once more, with care, from where the screening suggests. (Without an inrush that put it far off, friction that is bent with
-    /// care enough fits any single step.)
+    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong local
+    /// minimum: then once more, with care, from where the screening suggests. (Not for data without current: there a flexible friction law
+    /// overfits a single step if the fit is continued.)
     fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Fit> {
         let usual = self.go_on(begun, Effort::USUAL)?;
         if !self.may_hold_an_inrush() {

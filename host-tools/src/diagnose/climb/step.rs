@@ -22,16 +22,16 @@ use crate::identify::space::Space;
 const FITTED: usize = 7;
 /// A candidate that promises less than this share of the best one's is not fitted.
 const WORTH_FITTING: f64 = 0.03;
-/// Nor is one that promises less than this share of what it would have to gain, but for those that are shown. Of the fits of some 250 blind
-/// cases with none to five effects, on AC, in sets and of magnet motors, 962 promised so little, of which one was without an objection,
-/// and wrong; of those that promised more, but not the whole, 14 of 322 were.
+/// Nor is one that scores below this share of the required gain, but for those that are shown. In 250 exam cases (none to five effects,
+/// on AC, in sets, of magnet motors) 962 candidates scored below half of it; one of them would have been accepted, wrongly. Of 322 that
+/// scored between half and the whole, 14 would have been accepted.
 const WORTH_TRYING: f64 = 0.5;
 /// Candidates that are fitted at first, to be shown, however little they promise.
 pub(super) const SHOWN: usize = 2;
 /// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
 /// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
 const SIGNIFICANCE: f64 = 1e-4;
-/// Where the error falls to a third the usual level will do: the rows are few then because one structure fills them all.
+/// Above [`BEYOND_DOUBT`] the usual level will do: independent rows are few then, because one structure fills them all.
 const CONVENTIONAL: f64 = 0.01;
 /// An effect has to beat the best decoy's gain by this factor.
 const OVER_DECOYS: f64 = 2.0;

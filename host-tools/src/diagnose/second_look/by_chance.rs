@@ -2,8 +2,9 @@
 //!
 //! Where a motor runs steadily all friction is one torque; which law it follows rests on the run-up alone, and a load that fluctuates then
 //! decides between two laws. In the balances such laws drown in the noise of the acceleration. Candidates that come near to a single
-//! effect are fitted to the free run in its place. One that falls short of it by less than the rest of a law earns is a rival if its error on
-//! data held out is larger by no more than the difference scatters from one block of time to the next (delete-a-block jackknife).
+//! effect are fitted to the free run in its place. One is kept as a rival if its validation error exceeds the winner's by less than two
+//! standard errors (delete-a-block jackknife), and its gain falls short of the winner's by less than the rest of a law earns
+//! ([`LEAST_SHARE_OF_A_LAW`]).
 
 use greyrig::effects::EffectId;
 use rayon::prelude::*;

@@ -62,7 +62,8 @@ impl<'a> SecondLook<'a> {
     /// An interrupt.
     pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
         let mut judged = self.reconsidered(self.judged(ladder)?, progress)?;
-        // What was added in the place of a hidden loop leads on to more of its like, but what the free run adds to nothing may be the loop itself.
+        // If forward selection found something and structure remains, hysteresis comes first: the effects found may be proxies for it. If it
+        // found nothing, the search on the simulation error comes first, because it may find hysteresis itself.
         let has_begun = judged.0.steps.first().is_some_and(|step| !step.winners.is_empty());
         if has_begun && !judged.0.is_explained() {
             let other = self.by_loop(&judged.0, progress)?;
@@ -120,9 +121,8 @@ impl<'a> SecondLook<'a> {
         self.narrowed(ladder, all)
     }
 
-    /// The same of another climb, if that may come out clearly better than the best one. It cannot where the best one's error on data held
-    /// out is hardly more than that of all that the other one has found on the data that it is fitted to: what is then dropped brings a
-    /// fit no closer, nor do data held out.
+    /// The same of another search, unless it cannot win: its training error is a lower bound of its validation error. Where the
+    /// validation error of the best one is within [`SMALLEST_FALL`] of that bound, the other one is given up.
     fn judged_if_closer(&self, other: Ladder, best: &Judged) -> Result<Option<Judged>> {
         if other.found.is_empty() {
             return self.judged(other).map(Some);

@@ -1,8 +1,8 @@
 //! What was passed over though it fits better.
 //!
-//! Stribeck friction shows in the run-up, where nearly all that tells its size is in a block or two. Data held out say nothing for it:
-//! without those blocks it is not known. Another effect that bends the torque over the whole range, such as windage with another
-//! exponent, is preferred then, though it fits worse. The free run adds weak torques up, and tells.
+//! Cross-validation cannot credit Stribeck friction: the one or two blocks of the run-up that identify it are the ones left out. Another
+//! effect that bends the torque over the whole range, such as windage with another exponent, is then preferred, though it fits worse. The
+//! free run adds weak torques up and separates the two.
 
 use greyrig::effects::EffectId;
 

@@ -97,8 +97,8 @@ fn of_offsets(ladder: &Ladder) -> Option<String> {
     let left = ladder.free_run.map_or(1.0, |(_, after)| after.electrical);
     (offsets == 1 && ladder.found.len() == 1 && left > EXACT).then(|| {
         format!(
-            "an offset has no other form, yet {left:.2} times what does not repeat is left of the current's error: remanence, \
-             current offset and voltage offset look alike while the motor runs on a closed supply"
+            "an offset alone should leave only noise, but the current error is {left:.2} times the noise level: remanence, current \
+             offset and voltage offset look alike while the motor runs on a closed supply"
         )
     })
 }

@@ -28,8 +28,8 @@ use crate::output;
 /// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// The longest step of a coordinate, but for R, L, K and J where they grow: a factor of four, or that many typical sizes, of which a size that has grown beyond them
-/// may take as many of its own: what is typical is known to an order of magnitude or two.
+/// Step limit of each coordinate: ln 4 for logarithms, 1.4 typical sizes for others; a magnitude already above its typical size may change
+/// by 1.4 times itself, since what is typical is known to an order of magnitude or two. R, L, K and J have no limit upwards.
 const LONGEST: f64 = 1.4;
 
 /// Damping relative to the diagonal of the normal equations, in the limit of steps that succeed.
