@@ -25,6 +25,7 @@ pub mod numbers;
 pub mod output;
 pub mod plan;
 pub mod recording;
+pub mod repeats;
 pub mod report;
 pub mod rig;
 pub mod term;

@@ -4,25 +4,34 @@ use crate::experiment::Experiment;
 
 /// Time over which voltages are compared where there is no mains, s.
 const WINDOW_S: f64 = 0.02;
-/// Largest difference of two voltages that are the same, as a share of the largest.
+/// Largest difference of two voltages that are the same, as a share of the largest; sample by sample, of their RMS.
 const SAME: f64 = 0.03;
 /// Share of the windows that may differ: a step may lie a little earlier in one recording.
 const MAY_DIFFER: f64 = 0.05;
 /// Share of the longer recording that the shorter one has to have.
 const LONG_ENOUGH: f64 = 0.8;
 
-/// Recordings, two by two, whose voltage had the same course, whatever the phase of the mains was.
+/// Recordings, two by two, of the same excitation.
 pub fn of_experiments(experiments: &[Experiment]) -> Vec<[usize; 2]> {
-    let courses: Vec<Vec<Window>> = experiments.iter().map(course).collect();
     let pairs = (0..experiments.len()).flat_map(|a| (a + 1..experiments.len()).map(move |b| [a, b]));
-    let alike = |[a, b]: &[usize; 2]| {
-        let [one, other] = [a, b].map(|k| &experiments[*k]);
-        one.drive == other.drive
-            && (one.interval_s / other.interval_s - 1.0).abs() < 1e-6
-            && samples_of_window(one) == samples_of_window(other)
-            && is_same(&courses[*a], &courses[*b])
-    };
-    pairs.filter(alike).collect()
+    pairs.filter(|[a, b]| are_alike(&experiments[*a], &experiments[*b])).collect()
+}
+
+/// Whether the excitation of two recordings is the same: the voltage had the same course, and rotor and supply were held and opened
+/// alike, whatever the phase of the mains was.
+pub fn are_alike(one: &Experiment, other: &Experiment) -> bool {
+    one.drive == other.drive
+        && (one.interval_s / other.interval_s - 1.0).abs() < 1e-6
+        && samples_of_window(one) == samples_of_window(other)
+        && is_same(&course(one), &course(other))
+}
+
+/// Whether it is the same sample by sample, the phase of the mains included: then two errors can be compared sample by sample.
+pub fn are_in_step(one: &Experiment, other: &Experiment) -> bool {
+    let counted = || (0..one.len().min(other.len())).filter(|n| one.counted[*n] && other.counted[*n]);
+    let power = |u: &dyn Fn(usize) -> f64| counted().map(|n| u(n).powi(2)).sum::<f64>();
+    let apart = power(&|n| one.input[n] - other.input[n]);
+    are_alike(one, other) && apart <= SAME * SAME * power(&|n| one.input[n])
 }
 
 /// What the motor was given over a window.
@@ -66,7 +75,8 @@ fn is_same(a: &[Window], b: &[Window]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Filter, Kind};
+    use crate::filtering::Filter;
+    use crate::model::Kind;
     use crate::rig::Setup;
 
     fn recorded(kind: Kind, profile: &str, seed: u64) -> Experiment {
@@ -100,5 +110,16 @@ mod tests {
         assert_eq!(changed(&|e| e.open = (0..e.len()).map(|n| n > e.len() / 2).collect()), 0);
         assert_eq!(changed(&|e| e.locked = vec![true; e.len()]), 0);
         assert_eq!(changed(&|e| e.input.truncate(e.input.len() / 2)), 0, "half of it");
+    }
+
+    #[test]
+    fn in_step_means_sample_by_sample() {
+        let one = recorded(Kind::Universal, "staircase", 1);
+        let mut other = recorded(Kind::Universal, "staircase", 1);
+        other.input.iter_mut().for_each(|u| *u *= 0.98);
+        assert!(are_alike(&one, &other) && are_in_step(&one, &other), "two per cent of the voltage");
+        // A millisecond later, a twentieth of a period of the mains: they differ by 2 sin(π/20) = 0.31 of the RMS.
+        other.input.rotate_right(10);
+        assert!(are_alike(&one, &other) && !are_in_step(&one, &other));
     }
 }

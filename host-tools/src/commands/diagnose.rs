@@ -81,7 +81,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
     let compared = || {
         let fitted = identify::identify(&recordings, &settings).ok()?.model;
-        let comparison = compare(&fitted, &recordings).ok();
+        let mut comparison = compare(&fitted, &recordings).ok();
+        // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of `compare`.
+        let given = model.as_ref().and_then(|model| compare(model, &recordings).ok());
+        if let (Some(comparison), Some(given)) = (&mut comparison, given) {
+            comparison.noise_floor = given.noise_floor;
+            comparison.noise_floor_source = given.noise_floor_source;
+        }
         Some((fitted, comparison))
     };
     let (result, compared) = rayon::join(|| diagnose(&recordings, &options, &watch), compared);

@@ -41,27 +41,32 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     let motor = single_model.motor::<f32>().map_err(refused)?;
     let precise = single_model.motor::<f64>().map_err(refused)?;
     let correction = model.correction()?;
-    let parts: Vec<Part> = experiments
+    let free_runs: Vec<Traces> = experiments
         .par_iter()
         .zip(recordings)
+        .map(|(e, recording)| traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s()))
+        .collect::<Result<_>>()?;
+    let parts: Vec<Part> = experiments
+        .par_iter()
+        .zip(&free_runs)
         .enumerate()
-        .map(|(k, (e, recording))| {
-            let traces = traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s())?;
-            let others: Vec<&Experiment> =
-                experiments.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, e)| e).collect();
-            let floor = noise_floor::of_repeats(e, &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
+        .map(|(k, (e, own))| {
+            let others = experiments.iter().zip(&free_runs).enumerate().filter(|(j, _)| *j != k);
+            let others: Vec<_> = others.map(|(_, other)| other).collect();
+            let floor = noise_floor::of_repeats((e, own), &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
             let structured = structured(&motor, e)?;
             let one_step = one_step(&precise, e);
-            Ok(Part { traces, floor, structured, one_step })
+            Ok(Part { errors: errors(own), floor, structured, one_step })
         })
         .collect::<Result<_>>()?;
 
     let per_recording: Vec<RecordingComparison> = parts
         .iter()
+        .zip(&free_runs)
         .zip(&experiments)
         .zip(recordings)
-        .map(|((part, e), recording)| {
-            let errors = [part].map(|p| errors(&p.traces));
+        .map(|(((part, traces), e), recording)| {
+            let errors = [part.errors];
             let esr = ratio(&errors, &[part.floor.rms]);
             RecordingComparison {
                 recording: e.name.clone(),
@@ -70,14 +75,14 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
                 structured: relative(&part.structured, &errors, &[part.floor.rms]),
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
                 warnings: recording.warnings().to_vec(),
-                traces: part.traces.clone(),
+                traces: traces.clone(),
             }
         })
         .collect();
-    let all_errors: Vec<[Option<Sums>; 3]> = parts.iter().map(|p| errors(&p.traces)).collect();
+    let all_errors: Vec<[Option<Sums>; 3]> = parts.iter().map(|p| p.errors).collect();
     let floors: Vec<PerSignal> = parts.iter().map(|p| p.floor.rms).collect();
     let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
-    let traces: Vec<&Traces> = parts.iter().map(|p| &p.traces).collect();
+    let traces: Vec<&Traces> = free_runs.iter().collect();
     let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion());
     let (esr, noise_floor) = (ratio(&all_errors, &floors), floor_ratio(&floors, &all_errors));
     regions.retain(|r| {
@@ -101,7 +106,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
 
 /// What is computed for one recording.
 struct Part {
-    traces: Traces,
+    errors: [Option<Sums>; 3],
     floor: noise_floor::Floor,
     structured: [Option<Sums>; 3],
     one_step: [Option<Sums>; 2],

@@ -2,23 +2,26 @@
 //! the voltage that drives the model, through the model.
 //!
 //! Three sources, best first:
-//! 1. Repeated runs: half of the variance of the difference of two recordings with the same voltage holds everything that
-//!    no model can know, disturbances of the load included.
+//! 1. Repeated runs ([`repeats::are_in_step`]): half of the mean square by which the model's errors on two recordings of the same
+//!    excitation differ holds everything that no model can know, disturbances of the load included. What the voltages differ by
+//!    is in the model as well, and drops out.
 //! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
+//!
+//! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise, measures them by
+//! what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
 
 use greyrig::motor::Motor;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::result::PerSignal;
+use super::result::{PerSignal, Traces};
 use super::traces::simulate;
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::noise::{TOP_OF_BAND, white_noise};
+use crate::repeats;
 
-/// Two voltages count as the same when they differ by less than this, relative to their RMS.
-const SAME_VOLTAGE: f64 = 0.005;
 /// A stretch is idle while the voltage stays below this share of its largest value.
 const IDLE: f64 = 0.02;
 /// Idle stretches have to add up to this, s.
@@ -99,26 +102,20 @@ fn through_model(motor: &Motor<f32>, e: &Experiment, sigma: f64) -> Option<[f64;
     Some([rms(&clean.current, &disturbed.current), rms(&clean.speed, &disturbed.speed)])
 }
 
-/// The floor from a repeated run, if another recording has the same voltage.
-pub fn of_repeats(e: &Experiment, others: &[&Experiment]) -> Option<Floor> {
-    let rms = |x: &[f64]| (x.iter().map(|v| v * v).sum::<f64>() / x.len().max(1) as f64).sqrt();
-    let apart = |a: &[f64], b: &[f64], counted: &dyn Fn(usize) -> bool| {
-        let (sum, n) = (0..a.len().min(b.len()))
-            .filter(|k| counted(*k))
-            .fold((0.0, 0usize), |(s, n), k| (s + (a[k] - b[k]).powi(2), n + 1));
-        (sum / n.max(1) as f64).sqrt()
+/// The floor from a repeated run, if there is another one with the same excitation: of each, the recording and the model's free run.
+pub fn of_repeats(own: (&Experiment, &Traces), others: &[(&Experiment, &Traces)]) -> Option<Floor> {
+    let (_, twin) = others.iter().find(|(other, _)| repeats::are_in_step(own.0, other))?;
+    let own = own.1;
+    let floor = |modelled: fn(&Traces) -> &[f64], measured: fn(&Traces) -> &[f64]| {
+        let error = |t: &Traces, k: usize| Some(modelled(t).get(k)? - measured(t).get(k)?);
+        let counted = (0..own.counted.len()).filter(|k| own.counted[*k] && twin.counted.get(*k) == Some(&true));
+        let (sum, count) = counted
+            .filter_map(|k| Some(error(own, k)? - error(twin, k)?))
+            .fold((0.0, 0.0), |(sum, count), apart: f64| (sum + apart * apart, count + 1.0));
+        (count > 0.0).then(|| (0.5 * sum / count).sqrt())
     };
-    let twin = others.iter().find(|o| {
-        o.drive == e.drive
-            && o.len().abs_diff(e.len()) <= e.len() / 100
-            && apart(&e.input, &o.input, &|_| true) < SAME_VOLTAGE * rms(&e.input)
-    })?;
-    let floor = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| {
-        let (a, b) = (e.filtered(a.as_ref()?), twin.filtered(b.as_ref()?));
-        let counted = |k: usize| e.counted.get(k) == Some(&true) && twin.counted.get(k) == Some(&true);
-        Some(apart(&a, &b, &counted) / 2f64.sqrt())
-    };
-    let rms =
-        PerSignal { current: floor(&e.current, &twin.current), speed: floor(&e.speed, &twin.speed), torque: None };
+    let current = floor(|t| &t.modelled_current, |t| &t.measured_current);
+    let speed = floor(|t| &t.modelled_speed, |t| &t.measured_speed);
+    let rms = PerSignal { current, speed, torque: None };
     Some(Floor { rms, source: Some("repeated runs with the same voltage") })
 }

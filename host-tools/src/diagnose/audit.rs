@@ -13,7 +13,6 @@ use super::completeness::{self, Completeness, Course, Floor};
 use super::criteria::SMALLEST_GAIN;
 use super::fit::Fit;
 use super::refitted::held_out_refitted;
-use super::repeats;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
 use crate::error::Result;
@@ -23,6 +22,7 @@ use crate::identify::minimise::{Effort, Refined, Residuals, have_rows, log_error
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
+use crate::repeats;
 
 /// A little friction, relative to what motors have.
 const SMALL: f64 = 1e-3;
@@ -30,9 +30,9 @@ const SMALL: f64 = 1e-3;
 /// An effect that earns less than this share of what all together earn may only be making up for the form of another one.
 const LEAST_SHARE: f64 = 0.03;
 
-/// And one that could be the rest of another one's law ([`classes::rounds_off`]): of strong Stribeck friction and stray load by other laws
-/// 5 to 9 % were named as a quadratic load or windage with another exponent, while true ones of these, from the smallest that stand out,
-/// earned 13 % and more.
+/// And one that may be the rest of another one's law ([`classes::rounds_off`]). Where the plant's Stribeck or stray-load law differs from
+/// the catalogue's, the mismatch earns 5 to 9 % as a spurious quadratic load or windage exponent; genuine ones earn 13 % and more. The
+/// threshold lies between (80 pairs and 4 motors).
 pub const LEAST_SHARE_OF_A_LAW: f64 = 0.105;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.

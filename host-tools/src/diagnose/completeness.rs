@@ -1,17 +1,19 @@
-//! Whether anything is left to explain: the residual against what does not repeat.
+//! Whether anything is left to explain: the residual against what does not repeat, the pure error.
+//!
+//! (The noise floor of a comparison, [`compare::noise_floor`](crate::compare::noise_floor), is that of the measuring chain alone.)
 //!
 //! Structure repeats from one mains period T to the next (without mains: from one 20 ms to the next), noise does not. The
 //! floor of the voltage balance, and of the free run's current, is therefore the RMS of `(e(t + T) − e(t))/√2`; that of the
 //! torque balance, which is known once per window, the RMS of the second difference of windows over √6: of neighbours or, if
 //! that is more, of every second one, since a load that fluctuates for as long as a window hardly differs from one to the next.
-//! Both hold turbulence, sparking and every other disturbance that no model of the mean can know.
+//! Both levels include turbulence and sparking, which no deterministic model can predict.
 //!
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor, most of
 //! which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 − e^(−D/τ)), with w
 //! of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow from D = T, 2T, 4T and 8T
 //! by least squares; the floor f is √(w + σ²).
 //!
-//! Where recordings of the same excitation are among them ([`repeats`](super::repeats)), what is slow need not be concluded: what does not
+//! Where recordings of the same excitation are among them ([`repeats`](crate::repeats)), what is slow need not be concluded: what does not
 //! come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e e'⟩ is the floor of the torque balance where
 //! that is more, and stands for σ² in the free run, where e are means over a period, whatever the phase of the mains was.
 //!

@@ -27,7 +27,6 @@ pub mod lead;
 pub mod orders;
 pub mod refitted;
 mod remarks;
-pub mod repeats;
 pub mod samples;
 pub mod screening;
 pub mod second_look;

@@ -46,6 +46,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "held_out",
             "model",
             "experiment",
+            "repeats",
             "lockstep",
             "rig",
             "device",

@@ -17,7 +17,6 @@ use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::refitted::held_out_refitted;
-use super::repeats;
 use super::screening::{self, Loops, Pair, Promise};
 use super::shape::{self, Shape};
 use super::{Progress, Watch};
@@ -27,6 +26,7 @@ use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
 use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
 use crate::identify::space::Space;
+use crate::repeats;
 use step::{SHOWN, winner};
 
 /// Pairs that are fitted where one effect at a time leaves structure.
