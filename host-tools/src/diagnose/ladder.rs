@@ -29,7 +29,7 @@ impl Objection {
     pub fn words(self) -> &'static str {
         match self {
             Self::TooSmall => "error hardly falls",
-            Self::NotSignificant => "not significant, or no better than a decoy",
+            Self::NotSignificant => "not significant, or no better than a placebo regressor",
             Self::Implausible => "R or K would be those of another motor",
             Self::OfNoMotor => "flux and inertia would be those of no motor",
             Self::NotIndependent => "looks like the supply or the base model here",
