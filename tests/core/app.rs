@@ -2,7 +2,7 @@
 
 use greyrig::app::bench::{self, Bench, Trouble};
 use greyrig::app::grid::Grid;
-use greyrig::app::plausibility::{FROZEN_SAMPLES, TENTH};
+use greyrig::app::plausibility::Watch;
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
 use greyrig::app::{Hardware, Raw, Sampler, Server, Shared};
@@ -14,7 +14,7 @@ use greyrig::link::packing;
 use greyrig::motor::{Constraints, State};
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
 use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
-use greyrig::units::Counts;
+use greyrig::units::{CalibrationSettings, Counts, Scale};
 
 use crate::nor::{Cut, Nor};
 
@@ -550,8 +550,10 @@ fn faults_are_counted_and_cleared() {
         rig.sampler.sample(middle, 2);
         rig.sampler.sample(Counts { voltage: 4095, ..middle }, 0);
         rig.sampler.sample(Counts { current: 0, ..middle }, 0);
-        rig.sampler.sample(Counts { speed: TENTH + 1, ..middle }, 0);
-        assert_eq!(rig.shared.samples(), 6, "four taken, two skipped");
+        // A tenth of 4,095 counts is no jump.
+        rig.sampler.sample(Counts { speed: 409, ..middle }, 0);
+        rig.sampler.sample(Counts { speed: 819, ..middle }, 0);
+        assert_eq!(rig.shared.samples(), 7, "five taken, two skipped");
         let one = [Fault::TickOverrun, Fault::VoltageClipped, Fault::CurrentClipped, Fault::SpeedJump];
         for fault in one {
             assert_eq!(rig.faults(fault), 1, "{fault:?}");
@@ -569,15 +571,35 @@ fn faults_are_counted_and_cleared() {
     });
 }
 
+/// An end of the converter's range stands for zero if the quantity there is no more than 8 counts from it, and for clipping
+/// if it is further away.
+#[test]
+fn an_end_of_the_range_is_clipping_unless_it_is_zero() {
+    let of_speed = |zero: f32, per_count: f32, speed: u16| {
+        let settings = CalibrationSettings { speed: Scale { zero, per_count }, ..Default::default() };
+        let mut faults = Vec::new();
+        let counts = Counts { voltage: 2048, current: 2048, speed };
+        Watch::new(Some(&settings.build().unwrap())).look(counts, |fault| faults.push(fault));
+        faults == [Fault::SpeedClipped]
+    };
+    for (from_end, clips) in [(0.0, false), (7.5, false), (8.5, true), (40.0, true), (-7.5, false), (-8.5, true)] {
+        assert_eq!(of_speed(from_end, 1.0, 0), clips, "zero at {from_end}");
+        assert_eq!(of_speed(4095.0 - from_end, -1.0, 4095), clips, "zero {from_end} below the upper end");
+        assert!(of_speed(from_end, 1.0, 4095), "the other end");
+        assert!(!of_speed(from_end, 1.0, 1) && !of_speed(from_end, 1.0, 4094), "a count from the end");
+    }
+}
+
+/// Within ±1 count for 0.2 s, 2,000 samples, in which the voltage has spanned more than a tenth of the range, 409 counts.
 #[test]
 fn a_current_that_rests_while_the_voltage_moves_is_frozen() {
-    for (swing, faults) in [(TENTH + 2, 1), (TENTH, 0)] {
+    for (samples, swing, faults) in [(2_010, 410, 1), (2_010, 409, 0), (1_990, 410, 0), (4_010, 410, 2)] {
         run(configured(), |rig| {
-            for n in 0..FROZEN_SAMPLES + 10 {
+            for n in 0..samples {
                 let voltage = 2000 + if n % 100 < 50 { 0 } else { swing };
                 rig.sampler.sample(Counts { voltage, current: 2048 + n % 2, speed: 0 }, 0);
             }
-            assert_eq!(rig.faults(Fault::CurrentFrozen), faults, "a swing of {swing}");
+            assert_eq!(rig.faults(Fault::CurrentFrozen), faults, "a swing of {swing}, {samples} samples");
         });
     }
     run(configured(), |rig| {

@@ -64,6 +64,23 @@ fn bad_samples_pass_without_a_trace_that_lasts() {
     assert_eq!(outputs.0.measured, outputs.1.measured);
 }
 
+/// The voltage is replaced by the last usable one, not by zero: the model goes on as if the supply had not changed.
+#[test]
+fn a_voltage_that_is_no_number_is_the_last_one() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let (mut clean, mut disturbed) = (tick(), tick());
+        for n in 0..3000 {
+            let u = if n < 2000 { 150.0 } else { 90.0 };
+            let seen = if (1000..1100).contains(&n) { bad } else { u };
+            let expected = clean.process(sample(u, 1.0, 10.0), Constraints::FREE);
+            assert_eq!(disturbed.process(sample(seen, 1.0, 10.0), Constraints::FREE), expected, "{bad} sample {n}");
+            assert_eq!(expected.raw[0], u);
+        }
+    }
+    let begin = tick().process(sample(f32::NAN, 1.0, 10.0), Constraints::FREE);
+    assert_eq!((begin.raw, begin.modelled), ([0.0, 1.0], State::default()), "before the first one it is zero");
+}
+
 #[test]
 fn counts_become_quantities() {
     let calibration = CalibrationSettings::default().build().unwrap();
