@@ -6,6 +6,7 @@ mod butterworth;
 mod butterworth_arithmetic;
 mod detector;
 mod effects;
+mod examples;
 mod faults;
 mod hybrid;
 mod link;

@@ -5,7 +5,9 @@ use std::process::{ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
+use crate::dependencies;
 use crate::needs::{self, Need};
+use crate::packages;
 use crate::size;
 use crate::structure;
 use crate::tally::Tally;
@@ -53,6 +55,12 @@ pub const ALL: &[Check] = &[
         run: |_| structure::check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..")).map(|()| Tally::default()),
     },
     Check {
+        name: "dependencies",
+        what: "licences, sources, versions and the least Rust of all dependencies are as deny.toml says",
+        needs: &[],
+        run: |_| dependencies::check().map(|()| Tally::default()),
+    },
+    Check {
         name: "clippy",
         what: "no lint complains, tests and benchmarks included",
         needs: &[Need::Clippy, Need::BoardTools],
@@ -76,6 +84,12 @@ pub const ALL: &[Check] = &[
         what: "both firmware images build, fit, have a bounded stack and a sampling interrupt that cannot panic",
         needs: &[Need::Clippy, Need::Target],
         run: firmware,
+    },
+    Check {
+        name: "packages",
+        what: "the published crates build from what their packages hold, and those hold nothing else",
+        needs: &[Need::Target],
+        run: |_| packages::check().map(|()| Tally::default()),
     },
     Check {
         name: TESTS,
@@ -162,9 +176,9 @@ pub fn run(checks: &[&Check], length: Length) -> ExitCode {
         total.add(tally);
     }
 
-    println!("\n{:10} {:>8}  result", "step", "seconds");
+    println!("\n{:12} {:>8}  result", "step", "seconds");
     for (name, time, result) in &table {
-        println!("{name:10} {:>8.1}  {result}", time.as_secs_f64());
+        println!("{name:12} {:>8.1}  {result}", time.as_secs_f64());
     }
     for (name, reason) in &total.skipped {
         println!("skipped: {name}: {reason}");

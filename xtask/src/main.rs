@@ -1,11 +1,15 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
 //! examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo xtask size` prints
-//! what the firmware takes.
+//! what the firmware takes; `cargo xtask mutants` finds what no test notices, and `cargo xtask semver` what breaks users.
 
 mod cargo;
 mod checks;
+mod dependencies;
 mod firmware;
+mod mutation;
 mod needs;
+mod packages;
+mod semver;
 mod size;
 mod structure;
 mod tally;
@@ -26,13 +30,9 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        Some((command, [])) if command == "size" => match size::tables() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(sentence) => {
-                eprintln!("xtask: {sentence}");
-                ExitCode::FAILURE
-            }
-        },
+        Some((command, [])) if command == "size" => ended(size::tables()),
+        Some((command, arguments)) if command == "mutants" => ended(mutation::run(arguments)),
+        Some((command, [revision])) if command == "semver" => ended(semver::run(revision)),
         Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
         Some((command, arguments)) if command == "lot" => checks::exam("greyrig-lot", arguments),
         _ => {
@@ -42,10 +42,21 @@ fn main() -> ExitCode {
     }
 }
 
+fn ended(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(sentence) => {
+            eprintln!("xtask: {sentence}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
 fn usage() -> String {
-    let steps: String = checks::ALL.iter().map(|check| format!("  {:10} {}\n", check.name, check.what)).collect();
+    let steps: String = checks::ALL.iter().map(|check| format!("  {:12} {}\n", check.name, check.what)).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
+         cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\
          {long}: tests that have a long version run it: a minute of sampling on the virtual board instead of ten seconds.\n",
         long = checks::LONG

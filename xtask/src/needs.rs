@@ -22,6 +22,10 @@ pub enum Need {
     Browser,
     /// What the virtual board's processor is built with.
     BoardTools,
+    /// Changes the code and looks which tests notice.
+    Mutants,
+    /// Compares the public interface with that of an earlier version.
+    SemverChecks,
 }
 
 impl Need {
@@ -33,6 +37,8 @@ impl Need {
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
+            Self::Mutants => succeeds("cargo", &["mutants", "--version"]),
+            Self::SemverChecks => succeeds("cargo", &["semver-checks", "--version"]),
         }
     }
 
@@ -42,7 +48,16 @@ impl Need {
             Self::Rustfmt => Some(["component", "add", "rustfmt"]),
             Self::Clippy => Some(["component", "add", "clippy"]),
             Self::Target => Some(["target", "add", TARGET]),
-            Self::Qemu | Self::Browser | Self::BoardTools => None,
+            _ => None,
+        }
+    }
+
+    /// What Cargo itself is asked to install.
+    fn crate_name(self) -> Option<&'static str> {
+        match self {
+            Self::Mutants => Some("cargo-mutants"),
+            Self::SemverChecks => Some("cargo-semver-checks"),
+            _ => None,
         }
     }
 
@@ -52,7 +67,7 @@ impl Need {
             Self::Qemu => &["qemu-system-arm"],
             Self::Browser => &["chromium", "chromium-driver"],
             Self::BoardTools => &["cmake", "libclang-dev"],
-            Self::Rustfmt | Self::Clippy | Self::Target => &[],
+            _ => &[],
         }
     }
 }
@@ -63,6 +78,9 @@ pub fn provide<'a>(needs: impl Iterator<Item = &'a Need>) -> Result<(), String> 
     for need in &missing {
         if let Some(arguments) = need.rustup() {
             run("rustup", &arguments)?;
+        }
+        if let Some(name) = need.crate_name() {
+            run("cargo", &["install", name, "--locked"])?;
         }
     }
     let packages: Vec<&str> = missing.iter().flat_map(|need| need.packages()).copied().collect();
