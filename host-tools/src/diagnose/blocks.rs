@@ -213,4 +213,45 @@ mod tests {
         assert!((second(&fit(1e5)) - alone).abs() < 1e-5, "{}", second(&fit(1e5)));
         assert!(second(&fit(1.0)) > 1e3 * alone, "L is told by nothing else, and runs away");
     }
+
+    /// Of ten blocks eight are better: (45 + 10 + 1)/1024. A block that is as it was does not count.
+    #[test]
+    fn the_sign_test_is_that_of_the_table() {
+        let of = |squares: &[f64]| HeldOut {
+            squares: squares.iter().map(|s| [*s, 0.0]).collect(),
+            rows: vec![[1.0, 0.0]; squares.len()],
+        };
+        let before = of(&[1.0; 12]);
+        let mut after = [0.5; 12];
+        (after[0], after[1], after[2], after[3]) = (1.5, 2.0, 1.0, 1.0);
+        assert!((sign_test(&before, &of(&after)) - 56.0 / 1024.0).abs() < 1e-12);
+        assert!((sign_test(&before, &of(&[0.5; 12])) - 1.0 / 4096.0).abs() < 1e-12);
+        assert_eq!(sign_test(&before, &of(&[2.0; 12])), 1.0, "none is better");
+        assert_eq!(sign_test(&before, &before), 1.0);
+    }
+
+    /// A fall of the RMS by 1 % over 100 independent rows: 2·100·ln(1/0.99) = 2.010 against χ². The tables have P(χ² > 2.706) = 0.1
+    /// for one degree of freedom and P(χ² > 4.605) = 0.1 for two, between which 2.010 lies at 0.156 and 0.366.
+    #[test]
+    fn a_fall_of_the_error_is_judged_by_independent_rows() {
+        let mut fit = fit(1.0);
+        // Neighbours of opposite sign do not correlate.
+        fit.residuals = DVector::from_fn(100, |row, _| [1.0, -1.0][row % 2]);
+        let groups = [0; 100];
+        let of = |rms: f64| HeldOut { squares: vec![[100.0 * rms * rms, 0.0]], rows: vec![[100.0, 0.0]] };
+        let p = |after: f64, parameters| p_value(&of(1.0), &of(after), &fit, &groups, parameters);
+        // Doubled, as the smaller of two; the sign test of one block that gains is ½.
+        assert!((p(0.99, 1) - 2.0 * 0.156_3).abs() < 1e-3, "{}", p(0.99, 1));
+        assert!((p(0.99, 2) - 2.0 * 0.366_0).abs() < 1e-3, "{}", p(0.99, 2));
+        // exp(−2.706/200) and exp(−4.605/200).
+        assert!((p(0.986_561, 1) - 0.2).abs() < 1e-3 && (p(0.977_238, 2) - 0.2).abs() < 1e-3);
+        assert_eq!(p(1.01, 1), 1.0, "an error that rises");
+        // Of rows that are one value ten times over, five are worth one: 1 + 2 (0.8 + 0.6 + 0.4 + 0.2).
+        fit.residuals = DVector::from_fn(1000, |row, _| [1.0, -1.0][row / 10 % 2]);
+        let slow = HeldOut { squares: vec![[1000.0, 0.0]], rows: vec![[1000.0, 0.0]] };
+        let better = HeldOut { squares: vec![[1000.0 * 0.99 * 0.99, 0.0]], rows: vec![[1000.0, 0.0]] };
+        let few = p_value(&slow, &better, &fit, &[0; 1000], 1);
+        // 2·200·ln(1/0.99) = 4.020; the table has P(χ² > 3.841) = 0.05.
+        assert!((0.085..0.1).contains(&few), "{few}");
+    }
 }

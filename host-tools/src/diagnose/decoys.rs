@@ -96,3 +96,76 @@ fn with_column(
     more.jacobian.set_column(place, &orthogonal);
     Some(held_out(&more, groups, blocks))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::identify::space::{Freedom, Space};
+    use crate::model::{Base, Kind};
+
+    const ROWS: usize = 400;
+
+    /// A fit of R alone, whose column is a constant, with these residuals.
+    fn fit(residuals: DVector<f64>) -> Refined {
+        let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
+        space.hold(&["L", "K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
+        let jacobian = DMatrix::from_element(residuals.len(), 1, 1.0);
+        Refined { space, residuals, jacobian, rms: [1.0; 2], ended: true }
+    }
+
+    fn blocks() -> Vec<usize> {
+        (0..ROWS).map(|row| row / 40).collect()
+    }
+
+    fn sine(periods: f64) -> DVector<f64> {
+        DVector::from_fn(ROWS, |row, _| (TAU * periods * row as f64 / ROWS as f64).sin())
+    }
+
+    #[test]
+    fn a_column_takes_what_it_explains_on_data_held_out_and_no_more() {
+        let fit = fit(sine(3.0));
+        let complement = Complement::of(&fit.jacobian);
+        let error = |column: &DVector<f64>| {
+            let held_out = with_column(&fit, &complement, column, &[0; ROWS], &blocks()).unwrap();
+            held_out.rms()[0]
+        };
+        // Of either sign and any size; the curvature that keeps parameters in place is a millionth.
+        assert!(error(&(sine(3.0) * -7.0)) < 1e-4);
+        // One that is orthogonal to the residuals takes nothing: what is left is the sine, 1/√2, and on data held out a little more.
+        let unrelated = error(&sine(5.0));
+        assert!((0.7..0.8).contains(&unrelated), "{unrelated}");
+    }
+
+    #[test]
+    fn a_column_that_the_fit_has_already_is_no_decoy() {
+        let fit = fit(sine(3.0));
+        let complement = Complement::of(&fit.jacobian);
+        let tried = |column: DVector<f64>| with_column(&fit, &complement, &column, &[0; ROWS], &blocks()).is_some();
+        assert!(!tried(DVector::from_element(ROWS, 2.0)) && !tried(DVector::zeros(ROWS)));
+        assert!(!tried(DVector::from_element(ROWS, f64::NAN)));
+        assert!(tried(sine(1.0)));
+    }
+
+    /// Four random walks and four sines in either balance, and a shifted copy of each of the four best candidates, but for those that
+    /// look like a candidate.
+    #[test]
+    fn decoys_are_repeatable_and_unlike_the_candidates() {
+        let groups: Vec<u8> = (0..ROWS).map(|row| (row % 2) as u8).collect();
+        let times: Vec<(usize, f64)> = (0..ROWS).map(|row| (0, 0.01 * row as f64)).collect();
+        let fit = fit(sine(3.0));
+        let of = |columns: &[DVector<f64>], seed| {
+            let errors = tried(&fit, &groups, &times, &blocks(), columns, seed);
+            errors.iter().map(|held_out| held_out.rms()).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[], 1).len(), 16);
+        assert_eq!(of(&[], 1), of(&[], 1));
+        assert_ne!(of(&[], 1), of(&[], 2));
+        // The shifted copy of a constant in one balance is that constant, and is left out.
+        let constant = DVector::from_fn(ROWS, |row, _| f64::from(row % 2 == 0));
+        assert!(of(&[constant], 1).len() <= 16);
+        let quick: Vec<DVector<f64>> = (0..6).map(|n| sine(50.0 + 3.0 * f64::from(n))).collect();
+        assert!(of(&quick, 1).len() <= 20, "copies of the four best alone");
+    }
+}

@@ -313,3 +313,39 @@ fn shapes(d: &Description, space: &Space) -> Vec<Space> {
     let alone = linked.filter_map(|p| with(p.name, &|_| p.range.0));
     std::iter::once(space.clone()).chain(neighbours).chain(alone).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_other_columns_explain_is_taken_away() {
+        // Orthogonal to (1, 1, 0): of (1, 0, 2) that is (½, −½, 2). A column without length takes nothing.
+        let complement = Complement::of(&DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
+        let left = complement.project(&DVector::from_vec(vec![1.0, 0.0, 2.0]));
+        assert!((left - DVector::from_vec(vec![0.5, -0.5, 2.0])).norm() < 1e-14);
+        assert!(complement.project(&DVector::from_vec(vec![3.0, 3.0, 0.0])).norm() < 1e-14);
+        let none = Complement::of(&DMatrix::zeros(2, 0));
+        assert_eq!(none.project(&DVector::from_vec(vec![3.0, 4.0])).norm(), 5.0);
+    }
+
+    /// The RMS of one balance falls to a half, that of the other to a third: ln 2 + ln 3.
+    #[test]
+    fn falls_of_both_balances_are_added_as_logarithms() {
+        let groups = [0, 1, 0, 1, 0];
+        let before = DVector::from_vec(vec![2.0, 3.0, 2.0, -3.0, 2.0]);
+        let after = DVector::from_vec(vec![1.0, 1.0, -1.0, 1.0, 1.0]);
+        assert!((log_fall(&before, &after, &groups) - 6.0f64.ln()).abs() < 1e-14);
+        assert!((log_fall(&after, &before, &groups) + 6.0f64.ln()).abs() < 1e-14, "a rise is negative");
+        assert_eq!(log_fall(&before, &before, &groups), 0.0);
+        // A balance that there is not, or in which nothing is left, counts for nothing.
+        assert!((log_fall(&before, &after, &[0; 5]) - 0.5 * (30.0f64 / 5.0).ln()).abs() < 1e-14);
+        assert_eq!(log_fall(&before, &DVector::zeros(5), &groups), 0.0);
+    }
+
+    /// A linearisation is believed up to one and a half times a typical size.
+    #[test]
+    fn a_start_is_not_far_from_the_linearisation() {
+        assert_eq!([-9.0, -2.9, 1.0, 3.1].map(|value| start_size(value, 2.0)), [-3.0, -2.9, 1.0, 3.0]);
+    }
+}

@@ -193,3 +193,102 @@ pub fn covariance(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, blocks: &[u
     let finite = matrix.iter().all(|x| x.is_finite());
     finite.then_some(Covariance { matrix, lengths, information: normals, inverse, condition })
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    /// Noise of the first order, with this correlation of neighbours and a variance of one.
+    fn noise(correlation: f64, values: usize, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut last = 0.0;
+        let mut next = || {
+            let z: f64 = StandardNormal.sample(&mut random);
+            last = correlation * last + (1.0 - correlation * correlation).sqrt() * z;
+            last
+        };
+        (0..values).map(|_| next()).collect()
+    }
+
+    /// The mean of four values is the simplest estimate there is: the jackknife's variance is s²/n, and the interval that of
+    /// Student's t, 3.182 for three degrees of freedom in any table.
+    #[test]
+    fn the_interval_of_a_mean_is_that_of_the_textbook() {
+        let residuals = DVector::from_vec(vec![-3.0, -1.0, 1.0, 3.0]);
+        let c = covariance(&DMatrix::from_element(4, 1, 1.0), &residuals, &[0, 1, 2, 3]).unwrap();
+        let variance = 20.0 / 3.0 / 4.0;
+        assert!((c.matrix[(0, 0)] - variance).abs() < 1e-12, "{}", c.matrix);
+        assert!((c.condition - 1.0).abs() < 1e-12);
+        // The table has four digits.
+        assert!((c.half_width_95_of(0) / variance.sqrt() - 3.182).abs() < 5e-4, "{}", c.half_width_95_of(0));
+        // A unit that is half as large makes the number twice as large.
+        let halved = covariance(&DMatrix::from_element(4, 1, 0.5), &residuals, &[0, 1, 2, 3]).unwrap();
+        assert!((halved.half_width_95_of(0) / c.half_width_95_of(0) - 2.0).abs() < 1e-12);
+    }
+
+    /// Two means, each told by rows of its own: they are independent, and a sum of both has the sum of the variances.
+    #[test]
+    fn combinations_have_the_covariance_of_both() {
+        let blocks: Vec<usize> = (0..6).flat_map(|b| [b, b]).collect();
+        let jacobian = DMatrix::from_fn(12, 2, |row, column| f64::from(row % 2 == column));
+        let residuals = DVector::from_fn(12, |row, _| [1.0, -1.0][row / 2 % 2] * [1.0, 2.0][row % 2]);
+        let c = covariance(&jacobian, &residuals, &blocks).unwrap();
+        // Σr²/(n (n − 1)) = 6/30 and 24/30; both go the same way in each block, so that the covariance is 12/30.
+        let expected = DMatrix::from_row_slice(2, 2, &[0.2, 0.4, 0.4, 0.8]);
+        assert!((&c.matrix - expected).abs().max() < 1e-12, "{}", c.matrix);
+        let both = c.half_width_95(&DVector::from_vec(vec![1.0, 1.0]));
+        // √1.8 times Student's t of 6 − 2 degrees of freedom, 2.776.
+        assert!((both / 1.8f64.sqrt() - 2.776).abs() < 5e-4, "{both}");
+    }
+
+    #[test]
+    fn what_is_not_determined_has_no_interval() {
+        let residuals = DVector::from_element(8, 1.0);
+        let blocks: Vec<usize> = (0..8).collect();
+        assert!(covariance(&DMatrix::zeros(8, 1), &residuals, &blocks).is_none(), "no row depends on it");
+        let once = DMatrix::from_fn(8, 1, |row, _| f64::from(row == 3));
+        assert!(covariance(&once, &residuals, &blocks).is_none(), "without its only block nothing tells it");
+        let ones = DMatrix::from_element(3, 1, 1.0);
+        assert!(covariance(&ones, &DVector::from_element(3, 1.0), &[0, 1, 2]).is_none(), "too few blocks");
+    }
+
+    /// Theory: (1 + ρ)/(1 − ρ) values. The sum ends at a correlation of 0.05 and takes wide steps, and loses up to a tenth by that;
+    /// 100,000 values leave some 2 %.
+    #[test]
+    fn correlation_times_are_those_of_noise_of_the_first_order() {
+        for (correlation, expected) in [(0.0, 1.0), (0.5, 3.0), (0.8, 9.0), (0.95, 39.0)] {
+            let time = correlation_time_s(&noise(correlation, 100_000, 7), 1e-3) / 1e-3;
+            assert!((0.86..1.04).contains(&(time / expected)), "{correlation}: {time} against {expected}");
+        }
+        assert_eq!(correlation_time_s(&[2.0; 100], 0.1), 0.1, "a constant tells nothing of time");
+        assert_eq!(correlation_time_s(&[1.0, -1.0, 1.0], 0.1), 0.1);
+    }
+
+    /// A slow part of a hundredth of the variance, beside white noise: its correlation lasts for twice its time constant.
+    #[test]
+    fn white_noise_does_not_hide_what_is_slow() {
+        let (n, interval_s, time_constant_s) = (200_000, 1e-3, 0.5);
+        let slow = noise((-interval_s / time_constant_s).exp(), n, 1);
+        let sum: Vec<f64> = noise(0.0, n, 2).iter().zip(&slow).map(|(white, slow)| white + 0.1 * slow).collect();
+        assert_eq!(correlation_time_s(&sum, interval_s), interval_s, "neighbours hardly correlate");
+        let slowest = slowest_correlation_time_s(&sum, interval_s);
+        // 200 s hold some 200 independent values of the slow part: a tenth to either side, and what is left of the white noise.
+        assert!((0.4..1.4).contains(&slowest), "{slowest} s");
+        assert_eq!(slowest_correlation_time_s(&noise(0.0, n, 3), interval_s), interval_s);
+    }
+
+    /// Three correlation times, but 12 to 16 blocks, and one and a half blocks a parameter.
+    #[test]
+    fn blocks_are_as_long_as_the_correlation_asks() {
+        for (correlation, parameters, blocks) in
+            [(0.0, 2, 16.0), (0.3, 2, 12.0 / 0.9), (10.0, 2, 12.0), (10.0, 10, 15.0), (0.0, 20, 30.0), (10.0, 20, 30.0)]
+        {
+            let length = block_length_s(correlation, 12.0, parameters);
+            assert!((12.0 / length - blocks).abs() < 1e-9, "{correlation} {parameters}: {length} s");
+        }
+    }
+}
