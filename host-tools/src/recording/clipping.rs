@@ -17,10 +17,19 @@
 //!    8 q / L², which moves it by at most 8 q within the next L samples, and a decaying exponential puts less than 0.3
 //!    into the nearer half.
 //!
-//! 3. **It rests there as nowhere else** (current, speed and torque, at a level that is not zero). At least [`TURNS`] of all
+//! 3. **It rests there as nowhere else** (current, speed and torque). At least [`TURNS`] of all
 //!    increments away from the level change their sign, and the longest run, [`LONG`] or more, is at least
 //!    [`LONGER`] times the longest one between the two extremes. (The top of a smooth peak in quanta is 2.7 times as
 //!    long as the step below it: 2 √1 against √3 − √1. A sensor that is silent at standstill shows zero.)
+//!
+//! Two things look alike, and are none:
+//!
+//! - **Rest.** A unipolar channel rests at zero as its motor does. A level within [`NEAR_ZERO`] of the range of zero is a rail of
+//!   rest ([`one_sided`]), unless samples of both signs occur.
+//! - **Counts.** Where steps are coarser than the noise (an encoder's edges in a window), any plateau is one value for long. Runs prove
+//!   something only where noise is resolved: in [`RESOLVED`] or more of the stretches of [`WINDOW`] samples with a turn, the signal moves
+//!   by more than one step. (Counts of a steady speed alternate between two values; Gaussian noise of half a step spans three
+//!   in four of five such stretches.)
 //!
 //! The voltage is judged by the first observation only, because amplifiers do saturate: the voltage is then really
 //! constant, and valid. A position is not judged; it rests at its end stops.
@@ -44,6 +53,11 @@ pub const LONGER: usize = 4;
 /// How far, in quanta, the signal moves within that window if its slope broke off.
 pub const FLAT_TOP: f64 = 20.0;
 
+/// A level that is this close to zero, as a share of the range, is that of rest: the offset error of a cheap amplifier.
+pub const NEAR_ZERO: f64 = 0.01;
+/// Share of stretches with a turn that span more than one step where noise is resolved.
+pub const RESOLVED: f64 = 0.3;
+
 /// A level at which a channel is clipped.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Clipped {
@@ -65,15 +79,43 @@ pub fn find(channel: Channel, values: &[f64]) -> Vec<Clipped> {
     }
     // Values computed from integer codes differ by rounding where the codes are equal steps apart.
     let quantum = quantum(values, 1e-6 * range);
+    let resolved = noise_is_resolved(values, [high, low], quantum);
     [high, low]
         .into_iter()
-        .filter(|&level| at_level(channel, values, level, [high, low], quantum))
+        .filter(|&level| channel == Channel::Voltage || level.abs() > (NEAR_ZERO * range).max(quantum))
+        .filter(|&level| at_level(channel, values, level, [high, low], quantum, resolved))
         .map(|level| Clipped { level, samples: (0..values.len()).filter(|&k| values[k] == level).collect() })
         .collect()
 }
 
+/// The level at which a channel rests because it cannot go below (above) it, where that is its rest.
+pub fn one_sided(channel: Channel, values: &[f64]) -> Option<f64> {
+    if matches!(channel, Channel::Angle | Channel::Voltage) || values.len() < 2 * RUN {
+        return None;
+    }
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    let range = high - low;
+    let quantum = quantum(values, 1e-6 * range);
+    let rest = [low, high].into_iter().find(|level| level.abs() <= (NEAR_ZERO * range).max(quantum))?;
+    let resting = values.windows(RUN).filter(|w| w.iter().all(|x| *x == rest)).count();
+    let moving = values.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).count();
+    (range > 0.0 && resting >= COUNT && moving >= COUNT).then_some(rest)
+}
+
+/// Whether noise moves the channel by more than one step. Without steps it does.
+fn noise_is_resolved(values: &[f64], extremes: [f64; 2], quantum: f64) -> bool {
+    let (mut turning, mut wide) = (0_usize, 0_usize);
+    for w in values.chunks_exact(WINDOW).filter(|w| !w.iter().any(|x| extremes.contains(x))) {
+        let turns = w.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).count();
+        let (low, high) = w.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        turning += usize::from(turns > 0);
+        wide += usize::from(turns > 0 && high - low > 1.5 * quantum);
+    }
+    turning == 0 || wide as f64 >= RESOLVED * turning as f64
+}
+
 /// The step of which all differences between values are multiples (Euclid), or `resolution` if there is none.
-fn quantum(values: &[f64], resolution: f64) -> f64 {
+pub fn quantum(values: &[f64], resolution: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let mut step = 0.0_f64;
@@ -92,7 +134,14 @@ fn quantum(values: &[f64], resolution: f64) -> f64 {
     step.max(resolution)
 }
 
-fn at_level(channel: Channel, values: &[f64], level: f64, extremes: [f64; 2], quantum: f64) -> bool {
+fn at_level(
+    channel: Channel,
+    values: &[f64],
+    level: f64,
+    extremes: [f64; 2],
+    quantum: f64,
+    resolved: bool,
+) -> bool {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     let (mut count, mut k) = (0, 0);
     while k < values.len() {
@@ -106,7 +155,7 @@ fn at_level(channel: Channel, values: &[f64], level: f64, extremes: [f64; 2], qu
         }
         k = k.max(start + 1);
     }
-    if channel != Channel::Voltage && level != 0.0 && rests_as_nowhere_else(values, extremes, &runs) {
+    if channel != Channel::Voltage && resolved && rests_as_nowhere_else(values, extremes, &runs) {
         return true;
     }
     if runs.len() < 2 {
@@ -118,7 +167,7 @@ fn at_level(channel: Channel, values: &[f64], level: f64, extremes: [f64; 2], qu
         equal += usize::from(w[0] == w[1]);
     }
     let noisy = (equal as f64) < REPEATS * pairs as f64;
-    if noisy && count >= COUNT && turns_near(values, &runs) {
+    if noisy && resolved && count >= COUNT && turns_near(values, &runs) {
         return true;
     }
     channel != Channel::Voltage && runs.iter().filter(|&&run| slope_breaks_off(values, run, quantum)).count() >= 2

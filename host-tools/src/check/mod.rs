@@ -1,0 +1,93 @@
+//! What is wrong with recorded data, before anything is asked of them.
+//!
+//! A recording is questioned by itself: its channels against each other by the two equations of a motor ([`balance`]), its samples
+//! against what a measuring chain does, its time axis against what is built. Nothing here knows a model's parameters, an effect or a
+//! diagnosis. Each check is a file; each finding says what, where, how much, what is done about it, and what mends it.
+//!
+//! ```
+//! use greyrig_host::check::check;
+//! use greyrig_host::recording::Channel;
+//! use greyrig_host::recording::finding::Code;
+//! use greyrig_host::rig::{Kind, Setup};
+//!
+//! let run = Setup::new(Kind::PmDc).seconds(2.0).run()?.recording;
+//! assert!(check(&[run], Some(Kind::PmDc)).iter().all(|finding| finding.code != Code::SignReversed));
+//! # Ok::<(), greyrig_host::error::Error>(())
+//! ```
+
+pub mod balance;
+pub mod criteria;
+pub mod regression;
+
+mod evidence;
+mod kind;
+mod mismatch;
+mod range;
+mod rectified;
+mod sampling;
+mod scale;
+mod sets;
+mod sign;
+mod signals;
+mod spikes;
+mod standstill;
+mod steps;
+mod supply;
+
+pub use sets::same;
+
+use crate::model::Kind;
+use crate::recording::Recording;
+use crate::recording::finding::{Code, DataFinding, Severity};
+use evidence::Evidence;
+use signals::Signals;
+
+/// Questions recordings of one motor type. `asked` is the kind of motor that they will be taken for; none: any.
+pub fn check(recordings: &[Recording], asked: Option<Kind>) -> Vec<DataFinding> {
+    let mut found: Vec<DataFinding> = Vec::new();
+    let mut signals: Vec<Signals<'_>> = recordings.iter().map(Signals::new).collect();
+    signals.iter_mut().for_each(|s| spikes::look(s, &mut found));
+    let evidence: Vec<Evidence> = signals.iter().map(Evidence::new).collect();
+    for (s, e) in signals.iter().zip(&evidence) {
+        if s.len() > 0 {
+            one(s, e, asked, &mut found);
+        }
+    }
+    let kind = asked.or_else(|| evidence.iter().find_map(|e| e.told)).unwrap_or_default();
+    let pairs: Vec<(&Signals<'_>, &Evidence)> = signals.iter().zip(&evidence).collect();
+    let blamed = |f: &DataFinding| matches!(f.code, Code::SignReversed | Code::ChannelsSwapped | Code::UnitSuspect);
+    if !found.iter().any(blamed) {
+        found.extend(sets::different(&pairs, kind));
+    }
+    found.extend(sets::duplicates(recordings));
+    found.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    found
+}
+
+/// Questions one recording.
+fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataFinding>) {
+    let kind = asked.or(e.told).unwrap_or_default();
+    let before = found.len();
+    range::look(s, found);
+    steps::look(s, found);
+    sampling::look(s, e, kind, found);
+    standstill::look(s, e, kind, found);
+    supply::look(s, e, kind, found);
+    let stopped = found[before..].iter().any(|f| f.severity == Severity::Stop);
+    // What a dead channel or a supply's voltage says about the others means nothing.
+    if stopped {
+        return;
+    }
+    if let Some(asked) = asked {
+        kind::look(s, e, asked, found);
+    }
+    sign::look(s, e, kind, found);
+    rectified::look(s, e, kind, found);
+    mismatch::look(s, e, kind, found);
+    scale::look(s, e, kind, found);
+}
+
+/// Whether any finding stops what was asked.
+pub fn stops(findings: &[DataFinding]) -> Option<&DataFinding> {
+    findings.iter().find(|f| f.severity == Severity::Stop)
+}

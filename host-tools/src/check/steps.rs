@@ -1,0 +1,155 @@
+//! What a channel's steps tell: coarse quantisation, counts of an encoder, values held for several rows, bits that rest.
+
+use super::criteria::CHANCE;
+use super::signals::{self, Signals, extremes, short};
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+use crate::recording::{Channel, clipping};
+
+/// Samples of a stretch.
+const STRETCH: usize = 8;
+/// Share of the stretches with a turn that span one step only, from which on the steps, not noise, make the turns. Of Gaussian noise of half a
+/// step a fifth does, of 0.3 steps a half.
+const NO_NOISE: f64 = 0.7;
+/// More steps in the range than these are fine enough for any fit: noise of quantisation of 2e-4 of the range.
+const FINE: f64 = 1500.0;
+/// Fewest changes of value that are judged.
+const CHANGES: usize = 20;
+
+/// What to look for.
+pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
+    for (channel, _) in s.channels() {
+        let Some(values) = s.usable(channel) else { continue };
+        let (low, high) = extremes(&values);
+        if values.len() < 4 * STRETCH || high <= low || channel == Channel::Angle {
+            continue;
+        }
+        // A program of steps holds its few exact values, and is no converter's work.
+        if channel == Channel::Voltage && levels(&values) < 64 {
+            continue;
+        }
+        let held = held(&values);
+        if let Some(rows) = held {
+            found.push(
+                s.finding(
+                    Code::HeldValues,
+                    Severity::Info,
+                    format!(
+                        "{} is renewed every {rows} samples only ({} ms) and held in between",
+                        signals::name(channel),
+                        short(1e3 * rows as f64 * s.interval_s)
+                    ),
+                )
+                .on(channel)
+                .value(rows as f64 * s.interval_s, "s")
+                .handled(Handled::None),
+            );
+        }
+        let renewed: Vec<f64> = values.iter().copied().step_by(held.unwrap_or(1)).collect();
+        if let Some(finding) = coarse(s, channel, &renewed, high - low) {
+            found.push(finding);
+        }
+        if let Some(finding) = stuck(s, channel, &values, low, high) {
+            found.push(finding);
+        }
+    }
+}
+
+/// Steps that noise does not resolve.
+fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Option<DataFinding> {
+    let step = clipping::quantum(values, 1e-6 * range);
+    let steps = range / step;
+    if steps > FINE || values.len() < 4 * STRETCH {
+        return None;
+    }
+    let (mut turning, mut narrow, mut resting) = (0_usize, 0_usize, 0_usize);
+    for w in values.chunks_exact(STRETCH) {
+        let turns = w.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).count();
+        let (low, high) = extremes(w);
+        turning += usize::from(turns > 0);
+        narrow += usize::from(turns > 0 && high - low < 1.5 * step);
+        resting += usize::from(low == high);
+    }
+    let stretches = values.len() / STRETCH;
+    let by_steps = narrow as f64 >= NO_NOISE * turning.max(1) as f64 || turning * 20 < stretches;
+    if !by_steps || resting == stretches {
+        return None;
+    }
+    let unit = s.unit(channel);
+    let (code, text) = if channel == Channel::Speed && s.is_rotary() {
+        (
+            Code::EncoderCounts,
+            format!(
+                "the speed goes in steps of {} rpm ({} rad/s): counts of an encoder in a window",
+                short(step * 60.0 / std::f64::consts::TAU),
+                short(step)
+            ),
+        )
+    } else {
+        (
+            Code::CoarseSteps,
+            format!("{} goes in steps of {} {unit}, {} in all", signals::name(channel), short(step), short(steps)),
+        )
+    };
+    Some(s.finding(code, Severity::Info, text).on(channel).value(step, unit))
+}
+
+fn levels(values: &[f64]) -> usize {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    sorted.len()
+}
+
+/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the probability 1/rows each.
+fn held(values: &[f64]) -> Option<usize> {
+    let changes: Vec<usize> = (1..values.len()).filter(|&n| values[n] != values[n - 1]).collect();
+    if changes.len() < CHANGES {
+        return None;
+    }
+    let mut gaps: Vec<usize> = changes.windows(2).map(|c| c[1] - c[0]).collect();
+    gaps.sort_unstable();
+    let rows = gaps[gaps.len() / 20];
+    if rows < 2 {
+        return None;
+    }
+    let fits = gaps.iter().filter(|gap| *gap % rows == 0).count();
+    // A few rows may be lost or doubled.
+    let most = fits as f64 >= 0.95 * gaps.len() as f64;
+    let chance = (1.0 / rows as f64).powf(fits as f64 - 0.05 * gaps.len() as f64);
+    (most && chance < CHANCE).then_some(rows)
+}
+
+/// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in which bit k is set (or not)
+/// never occurs, though the channel has gone through many such periods.
+fn stuck(s: &Signals<'_>, channel: Channel, values: &[f64], low: f64, high: f64) -> Option<DataFinding> {
+    let step = clipping::quantum(values, 1e-6 * (high - low));
+    let codes = ((high - low) / step).round();
+    if !(32.0..=1e6).contains(&codes) {
+        return None;
+    }
+    let mut seen = vec![false; codes as usize + 1];
+    for x in values {
+        seen[((x - low) / step).round() as usize] = true;
+    }
+    for bit in 1..12_u32 {
+        let (half, period) = (1_usize << bit, 2_usize << bit);
+        if seen.len() < 6 * period {
+            break;
+        }
+        let mut residues = vec![false; period];
+        seen.iter().enumerate().filter(|(_, seen)| **seen).for_each(|(code, _)| residues[code % period] = true);
+        let empty = (0..period).any(|from| (0..half).all(|k| !residues[(from + k) % period]));
+        // Each period that the channel has visited would have shown the other half with a chance of one in two.
+        let visited = seen.chunks(period).filter(|chunk| chunk.iter().any(|seen| *seen)).count();
+        if empty && 0.5_f64.powi(visited as i32) * (period as f64) < CHANCE {
+            let text = format!(
+                "bit {bit} of the converter of {} never changes: steps of {} {} are missing throughout",
+                signals::name(channel),
+                short(half as f64 * step),
+                s.unit(channel)
+            );
+            return Some(s.finding(Code::StuckBits, Severity::Warning, text).on(channel).value(f64::from(bit), ""));
+        }
+    }
+    None
+}
