@@ -15,6 +15,7 @@ pub mod filtering;
 pub mod held_out;
 pub mod hybrid;
 pub mod identify;
+pub mod journal;
 pub mod lockstep;
 pub mod mains;
 pub mod model;

@@ -84,6 +84,39 @@ fn every_power_cut_leaves_the_old_or_the_new_block() {
     assert!(cuts > 200, "{cuts} cuts");
 }
 
+/// Two cuts in a row: whatever the first has left, the second write is cut too, everywhere. The block of before stays until
+/// a newer one is whole, and a third write succeeds.
+#[test]
+fn a_second_power_cut_leaves_a_block_too() {
+    let mut pairs = 0;
+    for before in 0..3 {
+        let nor = (0..before).fold(flash(), |nor, n| written(nor, &payload(n)));
+        let (first, second, third) = (payload(before), payload(before + 1), payload(before + 2));
+        let cuts = |nor: &Nor, payload: &[u8]| {
+            let operations = written(nor.clone().cut_at(usize::MAX, Cut::Before), payload).operations;
+            (0..operations).flat_map(|operation| [Cut::Before, Cut::Within, Cut::After].map(|cut| (operation, cut)))
+        };
+        let cut = |nor: &Nor, payload: &[u8], (operation, cut): (usize, Cut)| {
+            let mut store = store(nor.clone().cut_at(operation, cut));
+            assert_eq!(store.write(payload, &mut [0; MAX_PAYLOAD]), Err(WriteError::Flash));
+            store.into_flash().powered()
+        };
+        for one in cuts(&nor, &first) {
+            let left = cut(&nor, &first, one);
+            let old = loaded(&left);
+            for two in cuts(&left, &second) {
+                let left = cut(&left, &second, two);
+                let found = loaded(&left);
+                let is_new = found.as_ref().is_some_and(|(_, _, payload)| *payload == second);
+                assert!(is_new || found == old, "cut {one:?}, then {two:?}");
+                assert_eq!(loaded(&written(left, &third)).map(|(.., payload)| payload).as_ref(), Some(&third));
+                pairs += 1;
+            }
+        }
+    }
+    assert!(pairs > 20_000, "{pairs} pairs of cuts");
+}
+
 #[test]
 fn a_damaged_new_block_gives_way_to_the_old_one() {
     let nor = written(written(flash(), &payload(0)), &payload(1));

@@ -180,6 +180,22 @@ fn nothing_is_overwritten_or_half_written() {
     refused(&greyrig(folder.path(), &["identify"]), &["RUN"]);
 }
 
+/// A file may not grow beyond a kilobyte, as on a full disk: nothing of it is left, and what was there still is.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_what_was_there() {
+    let folder = prepared();
+    let count = || std::fs::read_dir(folder.path()).unwrap().count();
+    let (before, files) = (std::fs::read(folder.path().join("run.csv")).unwrap(), count());
+    for out in ["new.csv", "run.csv --force"] {
+        let program = env!("CARGO_BIN_EXE_greyrig");
+        let limited = format!("trap '' XFSZ; ulimit -f 2; exec '{program}' convert run.csv --out {out}");
+        let output = Command::new("sh").current_dir(folder.path()).args(["-c", &limited]).output().unwrap();
+        refused(&output, &[out.split(' ').next().unwrap(), "arge"]);
+        assert_eq!((std::fs::read(folder.path().join("run.csv")).unwrap() == before, count()), (true, files), "{out}");
+    }
+}
+
 #[test]
 #[cfg(unix)]
 fn an_interrupt_leaves_nothing_behind() {

@@ -251,30 +251,9 @@ fn garbage_on_the_link_does_no_harm() {
 #[test]
 fn a_recording_survives_a_broken_link() {
     let (folder, board) = (folder(2.2), Board::start());
-    let board_address = board.port.strip_prefix("tcp:").unwrap().to_owned();
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = format!("tcp:{}", listener.local_addr().unwrap());
-    std::thread::spawn(move || {
-        for (n, host) in listener.incoming().enumerate() {
-            let (mut host, mut board) = (host.unwrap(), TcpStream::connect(&board_address).unwrap());
-            let (mut to_board, mut from_host) = (board.try_clone().unwrap(), host.try_clone().unwrap());
-            std::thread::spawn(move || std::io::copy(&mut from_host, &mut to_board));
-            // The first connection breaks within the recording, 20 kB after its begin.
-            let mut left = if n == 0 { 20_000 } else { usize::MAX };
-            let mut bytes = [0; 1024];
-            while left > 0 {
-                let count = board.read(&mut bytes).unwrap_or(0).min(left);
-                if count == 0 || host.write_all(&bytes[..count]).is_err() {
-                    break;
-                }
-                left -= count;
-            }
-            let _ = host.shutdown(std::net::Shutdown::Both);
-            let _ = board.shutdown(std::net::Shutdown::Both);
-        }
-    });
-    let told = json(folder.path(), &["record", "--port", &port, "--seconds", "1.5", "--out", "run.csv"]);
-    assert_eq!((&told["samples"], &told["reconnections"]), (&15_000.into(), &1.into()));
+    let port = breaking(&board, 20_000, || true);
+    let told = json(folder.path(), &["record", "--port", &port, "--seconds", "3", "--out", "run.csv"]);
+    assert_eq!((&told["samples"], &told["reconnections"]), (&30_000.into(), &1.into()));
     let lost = told["lost"].as_u64().unwrap() as usize;
     let places = told["lost_places"].as_array().unwrap();
     assert!(lost > 0 && places.len() == 1, "{told}");
@@ -294,23 +273,151 @@ fn a_serial_port_will_do() {
     assert_eq!(assert_recorded(&folder.path().join("run.csv"), first), lost);
 }
 
+/// A recording under way, of 500 s.
 #[cfg(unix)]
-#[test]
-fn an_interrupt_ends_a_recording_cleanly() {
-    let (folder, board) = (folder(2.2), Board::start());
+fn begin_recording(folder: &Path, port: &str) -> Child {
     let recording = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .current_dir(folder.path())
-        .args(["record", "--port", &board.port, "--seconds", "500", "--out", "run.csv"])
+        .current_dir(folder)
+        .args(["record", "--port", port, "--seconds", "500", "--out", "run.csv"])
+        .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     std::thread::sleep(Duration::from_millis(1500));
-    Command::new("kill").args(["-INT", &recording.id().to_string()]).status().unwrap();
-    let output = recording.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the model is there");
-    let told = json(folder.path(), &["flash", "--model", "model.toml", "--port", &board.port]);
+    recording
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_what_was_recorded() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let here = folder.path();
+    for name in ["run.incomplete.csv", "run.incomplete-2.csv"] {
+        let recording = begin_recording(here, &board.port);
+        Command::new("kill").args(["-INT", &recording.id().to_string()]).status().unwrap();
+        let output = recording.wait_with_output().unwrap();
+        let talk = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{talk}");
+        let last = talk.lines().last().unwrap();
+        assert!(last.contains("s of 500 s were recorded, then interrupted") && last.contains(name), "{talk}");
+        let text = std::fs::read_to_string(here.join(name)).unwrap();
+        assert!(text.contains("# incomplete: ") && text.contains("then interrupted"), "{}", &text[..300]);
+        let first = text.lines().find_map(|line| line.strip_prefix("# first sample: ")).unwrap().parse().unwrap();
+        assert_eq!(assert_recorded(&here.join(name), first), 0);
+        assert!(!here.join("run.csv").exists(), "what is incomplete has not the name of what was asked for");
+    }
+    let told = json(here, &["flash", "--model", "model.toml", "--port", &board.port]);
     assert_eq!(told["verified"], true);
+}
+
+/// What a killed program has left running, and what of it is still on the line, is not in the next recording.
+#[cfg(unix)]
+#[test]
+fn a_recording_after_one_that_was_killed_is_whole() {
+    for board in [Board::start(), Board::start_on_terminal()] {
+        let folder = folder(2.2);
+        let here = folder.path();
+        let mut killed = begin_recording(here, &board.port);
+        killed.kill().unwrap();
+        killed.wait().unwrap();
+        assert_eq!(std::fs::read_dir(here).unwrap().count(), 1, "only the model is there");
+        std::thread::sleep(Duration::from_millis(500));
+        let told = json(here, &["record", "--port", &board.port, "--seconds", "0.5", "--out", "run.csv"]);
+        assert_eq!((&told["samples"], &told["lost"], &told["complete"]), (&5_000.into(), &0.into(), &true.into()));
+        assert_eq!(assert_recorded(&here.join("run.csv"), told["first_sample"].as_u64().unwrap() as usize), 0);
+    }
+}
+
+/// Between host and board; the first connection ends after so many bytes, and then `then` is done before the next.
+fn breaking(board: &Board, after: usize, then: impl Fn() -> bool + Send + 'static) -> String {
+    let address = board.port.strip_prefix("tcp:").unwrap().to_owned();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let mut first = true;
+        while let Ok((mut host, _)) = listener.accept() {
+            let mut board = TcpStream::connect(&address).unwrap();
+            let (mut to_board, mut from_host) = (board.try_clone().unwrap(), host.try_clone().unwrap());
+            std::thread::spawn(move || std::io::copy(&mut from_host, &mut to_board));
+            let mut left = if first { after } else { usize::MAX };
+            let mut bytes = [0; 1024];
+            while left > 0 {
+                let count = board.read(&mut bytes).unwrap_or(0).min(left);
+                if count == 0 || host.write_all(&bytes[..count]).is_err() {
+                    break;
+                }
+                left -= count;
+            }
+            let _ = host.shutdown(std::net::Shutdown::Both);
+            let _ = board.shutdown(std::net::Shutdown::Both);
+            if first && !then() {
+                return;
+            }
+            first = false;
+        }
+    });
+    port
+}
+
+#[test]
+fn a_link_that_is_lost_leaves_what_was_recorded() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let port = breaking(&board, 20_000, || false);
+    let output = greyrig(folder.path(), &["record", "--port", &port, "--seconds", "60", "--out", "run.csv", "--json"]);
+    let talk = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{talk}");
+    let last = talk.lines().last().unwrap();
+    assert!(last.contains("then the link was lost") && last.contains("run.incomplete.csv"), "{talk}");
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&told["complete"], &told["out"]), (&false.into(), &"run.incomplete.csv".into()));
+    // 4.5 bytes a sample, and some for the frame: 20 kB are some four thousand.
+    assert!((3_000..4_500).contains(&told["samples"].as_u64().unwrap()), "{told}");
+    let first = told["first_sample"].as_u64().unwrap() as usize;
+    assert_eq!(assert_recorded(&folder.path().join("run.incomplete.csv"), first), 0);
+}
+
+#[test]
+fn a_recording_with_much_lost_is_no_success() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let port = breaking(&board, 20_000, || {
+        // Longer than the rest of the recording, however slow the emulator is.
+        std::thread::sleep(Duration::from_secs(5));
+        true
+    });
+    let output = greyrig(folder.path(), &["record", "--port", &port, "--seconds", "1", "--out", "run.csv", "--json"]);
+    let talk = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{talk}");
+    assert!(talk.lines().last().unwrap().contains("% of the samples were lost on the way"), "{talk}");
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&told["samples"], &told["out"]), (&10_000.into(), &"run.incomplete.csv".into()));
+    assert!(told["lost"].as_u64().unwrap() > 2_000, "{told}");
+    assert!(!folder.path().join("run.csv").exists());
+}
+
+/// Calibration and name are the rig's: another model leaves them as they are.
+#[test]
+fn a_rig_keeps_its_calibration() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let (here, port) = (folder.path(), board.port.as_str());
+    let rig = "[voltage]\nzero = 2000.0\nper_count = 0.25\n[current]\nzero = 2100.0\nper_count = 0.03\n\
+               [speed]\nzero = 10.0\nper_count = 1.5\n";
+    std::fs::write(here.join("rig.toml"), rig).unwrap();
+    let flash = ["flash", "--model", "model.toml", "--port", port];
+    let told = json(here, &flash);
+    assert_eq!((&told["calibration"], &told["rig"]), (&"usual".into(), &"".into()));
+    let told = json(here, &[&flash[..], &["--calibration", "rig.toml", "--rig", "rig 3"]].concat());
+    assert_eq!(told["calibration"], "given");
+    let given = told["crc32"].clone();
+    for more in [&[][..], &["--dry-run"], &["--rig", "rig 3"]] {
+        let told = json(here, &[&flash[..], more].concat());
+        assert_eq!((&told["calibration"], &told["rig"], &told["crc32"]), (&"kept".into(), &"rig 3".into(), &given));
+    }
+    // An image cannot ask, and says so.
+    let output = greyrig(here, &["flash", "--model", "model.toml", "--image", "p.bin", "--json"]);
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["calibration"], "usual");
+    let talk = String::from_utf8(output.stderr).unwrap();
+    assert!(talk.contains("in the place of any that the rig has"), "{talk}");
 }
 
 #[test]

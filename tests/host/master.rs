@@ -1,10 +1,12 @@
 //! The golden motor: published gauge studies, false alarms of the drift rules, a history that survives a crash.
 
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Instant;
 
 use greyrig_host::monitor::drift::{Baseline, FEWEST, Point};
 use greyrig_host::monitor::gauge::crossed;
-use greyrig_host::monitor::golden;
+use greyrig_host::monitor::golden::History;
 use greyrig_host::monitor::tolerance::{spread, upper};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -221,13 +223,19 @@ fn the_golden_motor_shows_a_rig_that_has_drifted() {
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         assert!(String::from_utf8_lossy(&output.stdout).contains("that teach what is usual"));
     }
-    // A run that was cut off by a crash: the next one is a line by itself.
+    // A run that was cut off by a crash, in the digits of its last number, and one that an older greyrig has left.
     let mut text = std::fs::read_to_string(here.join("golden.csv")).unwrap();
-    text += "6,,a.csv,GO";
+    let last = text.lines().last().unwrap().to_owned();
+    text += &format!("6,,a.csv,GO\n{}", &last[..last.len() - 4]);
+    assert!(text.len() > last.len() && !last.ends_with(','));
     std::fs::write(here.join("golden.csv"), text).unwrap();
     let healthy = master(&["a.csv", "b.csv"], &[]);
     assert_eq!(healthy.status.code(), Some(0));
-    assert!(String::from_utf8_lossy(&healthy.stderr).contains("golden.csv:12: not a whole line"));
+    let talk = String::from_utf8_lossy(&healthy.stderr);
+    assert!(talk.contains("golden.csv:12: not a whole line"), "{talk}");
+    assert!(talk.contains("golden.csv: the last line was cut off") && talk.contains("golden.csv.cut"), "{talk}");
+    let cut = std::fs::read_to_string(here.join("golden.csv.cut")).unwrap();
+    assert_eq!(cut, format!("{}\n", &last[..last.len() - 4]));
     assert!(String::from_utf8_lossy(&healthy.stdout).contains("no drift"));
 
     // A current sensor off by 2 %: a hundredth of what a lot's scatter would show, and the motor passes.
@@ -242,9 +250,69 @@ fn the_golden_motor_shows_a_rig_that_has_drifted() {
     assert!(told["charts"][0]["chart"]["gauge"]["repeatability"].as_f64().unwrap() > 0.0);
     assert!(std::fs::read_to_string(here.join("shift.html")).unwrap().contains("the rig has drifted"));
 
-    let (runs, torn) = golden::read(&here.join("golden.csv")).unwrap();
-    assert_eq!((runs.len(), torn), (14, vec![12]));
-    assert_eq!(runs.last().map(|r| (r.check, r.serial.as_str())), Some((7, "GOLD")));
+    let history = History::open(&here.join("golden.csv")).unwrap();
+    assert_eq!((history.runs.len(), &history.torn), (14, &vec![12]));
+    assert_eq!(history.runs.last().map(|r| (r.check, r.serial.as_str())), Some((7, "GOLD")));
+}
+
+/// Programs that add to one history at once, of which some are killed: every check has a number of its own, every line is
+/// whole, and what was there is there.
+#[cfg(unix)]
+#[test]
+fn a_history_is_shared_and_survives_kills_and_full_disks() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    shift::station(here);
+    shift::golden(here, "a.csv", 1, None);
+    std::fs::create_dir(here.join("rig")).unwrap();
+    std::os::unix::fs::symlink("rig/golden.csv", here.join("golden.csv")).unwrap();
+    let arguments = ["master", "a.csv", "--model", "station.toml", "--history", "golden.csv", "--json"];
+    let command = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
+        command.current_dir(here).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    // The first one tells how long a check takes.
+    let begin = Instant::now();
+    assert!(command().status().unwrap().success());
+    let takes = begin.elapsed();
+    let running: Vec<_> = (0..4).map(|_| command().spawn().unwrap()).collect();
+    for mut child in running {
+        assert!(child.wait().unwrap().success());
+    }
+    let numbers = || {
+        let history = History::open(&here.join("golden.csv")).unwrap();
+        assert!(history.torn.is_empty(), "{:?}", history.torn);
+        history.runs.iter().map(|run| run.check).collect::<Vec<_>>()
+    };
+    assert_eq!(numbers(), [1, 2, 3, 4, 5]);
+
+    for n in 0..12 {
+        let mut child = command().spawn().unwrap();
+        // Around the end of the work, where the line is written.
+        std::thread::sleep(takes.mul_f64(0.7 + 0.05 * f64::from(n)));
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    let count = numbers().len();
+    assert_eq!(numbers(), (1..=count).collect::<Vec<_>>());
+
+    // No file may grow beyond what this one has: as a full disk, for whoever ignores the signal.
+    let mut grown = std::fs::read(here.join("rig/golden.csv")).unwrap();
+    let line = grown.split_inclusive(|&byte| byte == b'\n').next_back().unwrap().to_vec();
+    // The limit counts in 512 bytes; the next line is longer than what is left of them.
+    while grown.len() % 512 + line.len() < 530 {
+        grown.extend(&line);
+    }
+    std::fs::write(here.join("rig/golden.csv"), &grown).unwrap();
+    let (program, blocks) = (env!("CARGO_BIN_EXE_greyrig"), grown.len() / 512 + 1);
+    let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec '{program}' {}", arguments.join(" "));
+    let full = Command::new("sh").current_dir(here).args(["-c", &limited]).output().unwrap();
+    let talk = String::from_utf8_lossy(&full.stderr);
+    assert_eq!(full.status.code(), Some(2), "{talk}");
+    assert!(talk.contains("golden.csv: ") && talk.contains("arge"), "{talk}");
+    assert_eq!(std::fs::read(here.join("rig/golden.csv")).unwrap(), grown, "as long as before");
+    assert!(here.join("golden.csv").is_symlink());
 }
 
 #[test]
@@ -261,7 +329,10 @@ fn what_is_no_check_of_a_golden_motor_is_refused() {
     };
     refuse(&["a.csv", "b.csv"], &["several motors", "--study"]);
     refuse(&["a.csv", "b.csv", "--study"], &["2 motors", "runs 1 1", "twice or more"]);
-    refuse(&["a.csv", "--history", "day.csv"], &["day.csv:1:1", "no history"]);
+    refuse(&["a.csv", "--history", "day.csv"], &["day.csv:1:1", "something else", "check,date"]);
+    assert_eq!(std::fs::read_to_string(here.join("day.csv")).unwrap(), "recording,serial\n");
+    refuse(&["a.csv", "--history", "/dev/null"], &["/dev/null", "device"]);
+    refuse(&["a.csv", "--history", "no/such.csv"], &["no/such.csv", "folder"]);
     refuse(&["a.csv", "--history", "h.csv", "--baseline", "2"], &["--baseline"]);
     assert!(!here.join("h.csv").exists());
 

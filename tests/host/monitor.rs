@@ -151,6 +151,8 @@ fn tolerance_factors_are_those_of_the_tables() {
     assert_eq!(factor(3, 0.99, 0.95), None);
 }
 
+use crate::bad_input::refused;
+
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().unwrap()
 }
@@ -190,6 +192,18 @@ fn the_command_tells_by_its_exit_code() {
     let day = std::fs::read_to_string(folder.path().join("day.csv")).unwrap();
     let verdicts: Vec<&str> = day.lines().skip(1).map(|l| l.split(',').nth(2).unwrap()).collect();
     assert_eq!(verdicts, ["pass", "fail", "cannot judge"]);
+    // Only a file of results is written to: a recording by the same option is refused before the motor is judged, and stays.
+    let before = std::fs::read(folder.path().join("bad.csv")).unwrap();
+    let wrong = greyrig(folder.path(), &["monitor", "good.csv", "--model", "station.toml", "--results", "bad.csv"]);
+    refused(&wrong, &["bad.csv:1:1", "something else", "recording,serial,verdict"]);
+    assert_eq!(std::fs::read(folder.path().join("bad.csv")).unwrap(), before);
+    // A line that a power cut has left without an end goes aside.
+    std::fs::write(folder.path().join("day.csv"), format!("{day}good.csv,B-4,fail,1.2")).unwrap();
+    assert_eq!(run("good.csv").status.code(), Some(0));
+    let after = std::fs::read_to_string(folder.path().join("day.csv")).unwrap();
+    assert_eq!((after.strip_prefix(&day).unwrap().lines().count(), after.contains("B-4")), (1, false));
+    let aside = std::fs::read_to_string(folder.path().join("day.csv.cut")).unwrap();
+    assert_eq!(aside, "good.csv,B-4,fail,1.2\n");
 
     let serial = |more: &[&str]| {
         let told = [&["monitor", "good.csv", "--model", "station.toml", "--json", "--serial", "B-3"], more].concat();

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::parameters::block::payload_crc;
+use greyrig::parameters::{Settings, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
@@ -33,12 +34,13 @@ pub struct Args {
     /// By a debug probe (cargo greyrig-full); the chip is an STM32G474RETx unless another is named
     #[arg(long, value_name = "CHIP", num_args = 0..=1, default_missing_value = "STM32G474RETx")]
     probe: Option<String>,
-    /// Calibration of the rig's channels, TOML; without it the usual ranges (docs/wiring.md)
+    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets the usual
+    /// ranges elsewhere
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
-    /// Serial number or name of the rig
-    #[arg(long, value_name = "NAME", default_value = "")]
-    rig: String,
+    /// Serial number or name of the rig; without it the rig keeps its own over --port
+    #[arg(long, value_name = "NAME")]
+    rig: Option<String>,
     /// Check everything, write nothing
     #[arg(long)]
     dry_run: bool,
@@ -56,22 +58,34 @@ pub struct Args {
 /// A model that cannot be used, trouble with the link.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
-    let calibration = match &args.calibration {
-        Some(path) => parameters::calibration(path)?,
-        None => CalibrationSettings::default(),
+    let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
+    let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
+    // Over the link the rig keeps what nobody gives anew.
+    let there = match &port {
+        Some(port) if given.is_none() || args.rig.is_none() => in_force(port, given.is_none())?,
+        _ => None,
     };
-    let settings = parameters::settings(&model, &args.model, calibration, &args.rig)?;
+    let (calibration, source) = match (given, &there) {
+        (Some(given), _) => (given, Calibration::Given),
+        (None, Some(there)) => (there.calibration, Calibration::Kept),
+        (None, None) => (CalibrationSettings::default(), Calibration::Usual),
+    };
+    let kept = there.as_ref().map_or("", |settings| settings.rig.as_str());
+    let rig = args.rig.as_deref().unwrap_or(kept);
+    let settings = parameters::settings(&model, &args.model, calibration, rig)?;
     let payload = parameters::payload(&settings, &args.model)?;
     let mut told = json!({
         "model": args.model.display().to_string(),
         "bytes": payload.len(),
         "crc32": format!("{:08x}", payload_crc(&payload)),
+        "calibration": source,
+        "rig": rig,
         "dry_run": args.dry_run,
         "verified": !args.dry_run,
     });
     let mut add = |key: &str, value: serde_json::Value| told[key] = value;
-    let where_to = if let Some(name) = &args.port {
-        let port = &Port { name: name.clone(), clock: args.clock.clone().into() };
+    let where_to = if let Some(port) = &port {
+        let name = &port.name;
         add("port", json!(name));
         if args.dry_run {
             let (mut connection, device) = Connection::open(port)?;
@@ -100,8 +114,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         return Err(Error::usage("there is nowhere to write to", "give --port, --image or --probe"));
     };
-    if args.calibration.is_none() {
-        eprintln!("greyrig: no --calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s");
+    match source {
+        Calibration::Given => {}
+        Calibration::Kept => eprintln!("greyrig: no --calibration: the rig keeps the one that it has"),
+        Calibration::Usual if port.is_some() => {
+            eprintln!(
+                "greyrig: no --calibration, and the rig has none: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s"
+            );
+        }
+        Calibration::Usual => eprintln!(
+            "greyrig: no --calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s, in the place of any that the rig has; \
+             over --port it would keep its own"
+        ),
     }
     if args.json {
         output::print_json("flash", &[], told)?;
@@ -110,6 +134,34 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::print_line(&format!("{} bytes of parameters {verb}: {where_to}", payload.len()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Where the calibration that is written comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Calibration {
+    /// From a file.
+    Given,
+    /// The rig's own, read back.
+    Kept,
+    /// The usual ranges.
+    Usual,
+}
+
+/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot be read
+/// are an error: nobody may guess it.
+fn in_force(port: &Port, calibration: bool) -> Result<Option<Settings>> {
+    let (mut connection, device) = Connection::open(port)?;
+    check_layout(&device)?;
+    let payload = connection.read_parameters()?;
+    match section::decode(&payload) {
+        Ok(settings) => Ok(Some(settings)),
+        Err(error) if calibration && !payload.is_empty() => Err(Error::link(
+            format!("the rig's parameters cannot be read, and so not its calibration: {error}"),
+            "give --calibration RIG.toml",
+        )),
+        Err(_) => Ok(None),
+    }
 }
 
 #[cfg(feature = "probe")]

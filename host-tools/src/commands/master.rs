@@ -1,6 +1,6 @@
 //! `greyrig master`: is the rig still what it was?
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::json;
@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::calibrate::by_motor;
 use crate::monitor::drift::{FALSE_ALARMS, FEWEST, WEIGHT};
-use crate::monitor::golden::{self, Chart, Run, Study};
+use crate::monitor::golden::{self, Chart, History, Run, Study};
 use crate::monitor::test::{Outcome, Test, test};
 use crate::output;
 use crate::recording::Recording;
@@ -59,6 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;
     }
+    args.history.as_deref().map_or(Ok(()), History::check)?;
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
     let recordings = args.input.load()?;
@@ -126,18 +127,19 @@ fn golden_motor(
     tests: &[Test],
 ) -> Result<Shift> {
     let digest = digest(model);
-    let before = match &args.history {
-        Some(path) => history(path)?,
-        None => Vec::new(),
-    };
+    let mut history = args.history.as_deref().map(History::open).transpose()?;
+    for (path, line) in args.history.iter().zip(&history).flat_map(|(path, h)| h.torn.iter().map(move |n| (path, n))) {
+        eprintln!("greyrig: {}:{line}: not a whole line, left out", path.display());
+    }
+    let before = history.as_ref().map_or_else(Vec::new, |h| h.runs.clone());
     let check = before.iter().map(|r| r.check).max().unwrap_or(0) + 1;
     let runs: Vec<Run> = recordings
         .iter()
         .zip(tests)
         .map(|(r, t)| Run::new(check, r.metadata().get("date").map_or("", String::as_str), &digest, t))
         .collect();
-    if let Some(path) = &args.history {
-        runs.iter().try_for_each(|run| golden::append(path, run))?;
+    if let Some(history) = &mut history {
+        history.append(&runs)?;
     }
     let serial = &runs[0].serial;
     let others = before.iter().filter(|r| r.serial != *serial || r.model != digest).count();
@@ -148,14 +150,6 @@ fn golden_motor(
         before.into_iter().filter(|r| r.serial == *serial && r.model == digest).chain(runs.clone()).collect();
     let charts = golden::charts(&same, args.baseline as usize, detector);
     Ok(Shift { checks: charts[0].checks.len(), charts, study: None })
-}
-
-fn history(path: &Path) -> Result<Vec<Run>> {
-    let (runs, torn) = golden::read(path)?;
-    for line in torn {
-        eprintln!("greyrig: {}:{line}: not a whole line, left out", path.display());
-    }
-    Ok(runs)
 }
 
 /// Of all that makes figures: the motor with its effects, filter, correction; not of limits and provenance.

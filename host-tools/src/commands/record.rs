@@ -1,7 +1,7 @@
 //! `greyrig record`: raw samples from the microcontroller.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::faults::TABLE;
@@ -10,19 +10,23 @@ use greyrig::parameters::{SAMPLE_RATE_HZ, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
-use crate::device::capture;
+use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
 use crate::device::{Connection, Port, recorded};
-use crate::error::{Error, Result};
+use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
-use crate::recording;
+use crate::recording::{self, Recording};
 
 /// Longest recording, s: what a recording may hold.
 const LONGEST_S: f64 = 1000.0;
+/// Share of samples that may be lost. With more, what is between straight lines begins to count. Nothing derives this number.
+const MOST_LOST: f64 = 0.2;
 
 /// Record raw samples from the microcontroller.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  greyrig record --port /dev/ttyACM0 --seconds 10 --out run.csv")]
+#[command(after_help = "Example:\n  greyrig record --port /dev/ttyACM0 --seconds 10 --out run.csv\n\n\
+    After Ctrl-C, where the link is lost, or where many samples are missing, what there is is kept as run.incomplete.csv.\n\
+    Exit code: 0 complete, 3 trouble with the link or many samples missing, 130 after Ctrl-C.")]
 pub struct Args {
     /// A serial device, a pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
@@ -74,13 +78,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     recorded::describe(&mut metadata, &device);
-    let capture = capture::record(&port, &device, connection, count as usize)?;
+    let Ended { capture, early } = capture::record(&port, &device, connection, count as usize)?;
     metadata.insert("first sample".into(), capture.first.to_string());
+    let cut = Cut::of(&capture, count as usize, early);
+    if let Some(cut) = &cut {
+        metadata.insert("incomplete".into(), cut.told.clone());
+    }
     let recording = recorded::recording(&capture, &calibration, metadata)?;
-    recording::write(&recording, &args.out, args.force)?;
+    let out = match &cut {
+        None => {
+            recording::write(&recording, &args.out, args.force)
+                .inspect_err(|_| keep_elsewhere(&recording, &args.out))?;
+            args.out.clone()
+        }
+        Some(_) => keep(&recording, &args.out, "incomplete")?,
+    };
 
-    let lost = capture.lost();
-    let missing: usize = lost.iter().map(std::ops::Range::len).sum();
+    let (lost, missing) = (capture.lost(), capture.missing());
     if missing > 0 {
         eprintln!("greyrig: {missing} samples were lost in {} places and are marked invalid", lost.len());
     }
@@ -91,20 +105,88 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             "record",
             &[],
             json!({
-                "out": args.out.display().to_string(), "port": args.port, "device": device,
+                "out": out.display().to_string(), "port": args.port, "device": device,
                 "samples": capture.samples.len(), "sample_time_s": recording.sample_time_s(), "first_sample": capture.first,
                 "lost": missing, "lost_places": places, "reconnections": capture.reconnections,
+                "complete": cut.is_none(), "incomplete": cut.as_ref().map(|cut| &cut.told),
                 "status": status.as_ref().map(told),
             }),
         )?;
     } else {
-        let line = format!("{}: {} samples from {}", args.out.display(), capture.samples.len(), device.board);
+        let line = format!("{}: {} samples from {}", out.display(), capture.samples.len(), device.board);
         output::print_line(&line)?;
     }
     for line in status.iter().flat_map(faults) {
         eprintln!("greyrig: the microcontroller: {line}");
     }
-    Ok(ExitCode::SUCCESS)
+    let Some(cut) = cut else { return Ok(ExitCode::SUCCESS) };
+    eprintln!("greyrig: {}; {}; what there is of it is in {}", cut.told, cut.remedy, out.display());
+    Ok(ExitCode::from(cut.exit_code))
+}
+
+/// Why a recording is not what was asked for.
+struct Cut {
+    told: String,
+    remedy: String,
+    exit_code: u8,
+}
+
+impl Cut {
+    /// What keeps a recording of `count` samples from being complete, if anything does.
+    fn of(capture: &Capture, count: usize, early: Option<Error>) -> Option<Self> {
+        let seconds = |samples: usize| samples as f64 / f64::from(SAMPLE_RATE_HZ);
+        if let Some(error) = early {
+            let told = format!("{} s of {} s were recorded", seconds(capture.samples.len()), seconds(count));
+            let exit_code = error.exit_code();
+            return Some(match error {
+                Error::Interrupted => {
+                    output::take_interrupt();
+                    Self { told: format!("{told}, then interrupted"), remedy: "record again".into(), exit_code }
+                }
+                error => {
+                    let told = format!("{told}, then the link was lost");
+                    Self { told, remedy: error.to_string(), exit_code }
+                }
+            });
+        }
+        let share = capture.missing() as f64 / count as f64;
+        (share > MOST_LOST).then(|| Self {
+            told: format!("{:.0} % of the samples were lost on the way", 100.0 * share),
+            remedy: "connect nothing else to the port, use a shorter cable, and record again".into(),
+            exit_code: EXIT_HARDWARE,
+        })
+    }
+}
+
+/// Writes what nobody can make again under a name that nothing has yet: `run.csv` becomes `run.WORD.csv`, `run.WORD-2.csv` …
+fn keep(recording: &Recording, out: &Path, word: &str) -> Result<PathBuf> {
+    if out.exists() && !out.is_file() {
+        recording::write(recording, out, true)?;
+        return Ok(out.to_owned());
+    }
+    let extension = out.extension().unwrap_or_default().to_string_lossy();
+    let mut number = 1;
+    loop {
+        let word = if number == 1 { word.to_owned() } else { format!("{word}-{number}") };
+        let path = out.with_extension(format!("{word}.{extension}"));
+        number += 1;
+        if path.exists() {
+            continue;
+        }
+        match recording::write(recording, &path, false) {
+            Err(_) if path.is_file() => {}
+            written => return written.map(|()| path),
+        }
+    }
+}
+
+/// A recording that cannot be written where it was to go, on a full disk say, goes to the folder of temporary files.
+fn keep_elsewhere(recording: &Recording, out: &Path) {
+    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return };
+    let folders = [out.with_file_name(""), std::env::temp_dir()];
+    if let Some(path) = folders.iter().find_map(|folder| keep(recording, &folder.join(name), "unsaved").ok()) {
+        eprintln!("greyrig: the recording is in {}", path.display());
+    }
 }
 
 /// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
@@ -120,4 +202,39 @@ fn told(status: &Status) -> serde_json::Value {
         "mode": mode(status.mode), "samples": status.samples, "faults": faults,
         "cycles_last": status.cycles[0], "cycles_most": status.cycles[1], "deepest_stack": status.deepest_stack,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use greyrig::units::Counts;
+
+    use super::*;
+
+    fn some_recording() -> Recording {
+        let counts = Counts { voltage: 2100, current: 2050, speed: 10 };
+        let capture = Capture { first: 0, samples: vec![Some(counts); 10], reconnections: 0 };
+        recorded::recording(&capture, &CalibrationSettings::default(), BTreeMap::new()).unwrap()
+    }
+
+    #[test]
+    fn what_is_incomplete_takes_a_name_that_is_free() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("run.csv");
+        for name in ["run.incomplete.csv", "run.incomplete-2.csv", "run.incomplete-3.csv"] {
+            assert_eq!(keep(&some_recording(), &out, "incomplete").unwrap(), folder.path().join(name));
+            assert!(folder.path().join(name).is_file());
+        }
+        assert!(!out.exists());
+    }
+
+    /// The name was taken while the recording went on.
+    #[test]
+    fn a_recording_that_cannot_take_its_name_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("run.csv");
+        std::fs::write(&out, "another").unwrap();
+        keep_elsewhere(&some_recording(), &out);
+        assert!(folder.path().join("run.unsaved.csv").is_file());
+        assert_eq!(std::fs::read_to_string(&out).unwrap(), "another");
+    }
 }

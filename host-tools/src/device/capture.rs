@@ -6,6 +6,7 @@ use std::time::Duration;
 use greyrig::link::message::{Message, Request, Samples};
 use greyrig::link::packing;
 use greyrig::units::Counts;
+use indicatif::ProgressBar;
 
 use super::connection::{Connection, Device, Port};
 use super::update::reopen;
@@ -14,6 +15,9 @@ use crate::output;
 
 /// Without a sample for so long, something is wrong.
 const SILENCE: Duration = Duration::from_secs(3);
+
+/// So often in a row the link is opened again without a sample.
+const FRUITLESS: usize = 3;
 
 /// Consecutive samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,8 +42,8 @@ impl Capture {
         if self.samples.is_empty() {
             self.first = samples.first;
         }
-        let place = samples.first.wrapping_sub(self.first) as usize;
-        // A frame from before, or one so far ahead that it could only be one.
+        // Numbers wrap: what lies more than half of them ahead is from before.
+        let place = usize::try_from(samples.first.wrapping_sub(self.first).cast_signed()).ok()?;
         if place < self.samples.len() {
             return None;
         }
@@ -59,6 +63,11 @@ impl Capture {
         Self { first, samples: (0..count).map(at).collect(), reconnections: self.reconnections }
     }
 
+    /// How many samples are missing.
+    pub fn missing(&self) -> usize {
+        self.samples.iter().filter(|sample| sample.is_none()).count()
+    }
+
     /// Where samples are missing, as places in [`Capture::samples`].
     pub fn lost(&self) -> Vec<Range<usize>> {
         let mut lost: Vec<Range<usize>> = Vec::new();
@@ -72,26 +81,56 @@ impl Capture {
     }
 }
 
-/// Records a number of samples. If the link breaks, it is opened again; samples that went by meanwhile are lost.
+/// A recording that has come to an end.
+#[derive(Debug)]
+pub struct Ended {
+    /// What there is; at least one sample.
+    pub capture: Capture,
+    /// Why it ended before its time, if it did.
+    pub early: Option<Error>,
+}
+
+/// Records a number of samples. What an earlier program has left running is stopped first. If the link breaks, it is opened
+/// again; samples that went by meanwhile are lost. If it does not come back, or at Ctrl-C, what there is is kept.
 ///
 /// # Errors
-/// A link that does not come back, a microcontroller that has restarted, Ctrl-C.
-pub fn record(port: &Port, device: &Device, mut connection: Connection, count: usize) -> Result<Capture> {
+/// Whatever comes before the first sample.
+pub fn record(port: &Port, device: &Device, mut connection: Connection, count: usize) -> Result<Ended> {
     let mut capture = Capture::with_room(count);
     let bar = output::progress("recording", count as u64);
+    let filled = fill(port, device, &mut connection, &mut capture, count, &bar);
+    bar.finish_and_clear();
+    // Politeness only: the next one who asks stops it, too.
+    let _ = connection.tell(Request::Stop);
+    match filled {
+        Err(error) if capture.samples.is_empty() => Err(error),
+        filled => Ok(Ended { capture, early: filled.err() }),
+    }
+}
+
+fn fill(
+    port: &Port,
+    device: &Device,
+    connection: &mut Connection,
+    capture: &mut Capture,
+    count: usize,
+    bar: &ProgressBar,
+) -> Result<()> {
+    connection.stop()?;
     connection.tell(Request::StartCapture)?;
+    let mut fruitless = 0;
     while capture.samples.len() < count {
-        match receive(&mut connection, &mut capture, count) {
-            Ok(()) => bar.set_position(capture.samples.len() as u64),
-            Err(Error::Interrupted) => {
-                bar.finish_and_clear();
-                // Politeness only: the next one who asks stops it, too.
-                let _ = connection.tell(Request::Stop);
-                return Err(Error::Interrupted);
+        match receive(connection, capture, count) {
+            Ok(()) => {
+                fruitless = 0;
+                bar.set_position(capture.samples.len() as u64);
             }
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) if fruitless == FRUITLESS => return Err(error),
             Err(error) => {
+                fruitless += 1;
                 bar.suspend(|| eprintln!("greyrig: {error}: trying again"));
-                connection = reopen(port, device)?;
+                *connection = reopen(port, device)?;
                 let now = connection.status()?.samples;
                 let next = capture.first.wrapping_add(capture.samples.len() as u32);
                 if !capture.samples.is_empty() && now.wrapping_sub(next).cast_signed() < 0 {
@@ -105,9 +144,7 @@ pub fn record(port: &Port, device: &Device, mut connection: Connection, count: u
             }
         }
     }
-    bar.finish_and_clear();
-    connection.tell(Request::Stop)?;
-    Ok(capture)
+    Ok(())
 }
 
 /// Takes samples for a moment.
@@ -120,5 +157,40 @@ fn receive(connection: &mut Connection, capture: &mut Capture, count: usize) -> 
         Some(()) => Ok(()),
         None if capture.samples.len() > before => Ok(()),
         None => Err(Error::link("no samples come", "check that the sampling runs: its fault counters say more")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn take(capture: &mut Capture, first: u32, count: u8) -> Option<()> {
+        let counts = vec![Counts { voltage: 1, current: 2, speed: 3 }; count.into()];
+        let packed = packing::pack(&counts);
+        capture.take(&Samples { first, count, packed: &packed }, 40)
+    }
+
+    #[test]
+    fn frames_from_before_count_as_nothing() {
+        let mut capture = Capture::with_room(40);
+        assert_eq!(take(&mut capture, 5, 4), Some(()));
+        // Of the recording before, by a little and by nearly all numbers.
+        for first in [4, 1, 0, u32::MAX - 3, 0x8000_0010] {
+            assert_eq!(take(&mut capture, first, 4), None, "{first}");
+        }
+        assert_eq!(take(&mut capture, 11, 4), Some(()));
+        assert_eq!((capture.samples.len(), capture.missing()), (10, 2));
+        assert_eq!(capture.lost(), [4..6]);
+    }
+
+    #[test]
+    fn numbers_wrap() {
+        let mut capture = Capture::with_room(40);
+        take(&mut capture, u32::MAX - 1, 4).unwrap();
+        take(&mut capture, 2, 4).unwrap();
+        assert_eq!((capture.samples.len(), capture.missing()), (8, 0));
+        // A frame behind the end fills the place until there.
+        take(&mut capture, 1_000, 4).unwrap();
+        assert_eq!((capture.samples.len(), capture.missing()), (40, 32));
     }
 }

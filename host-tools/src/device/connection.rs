@@ -147,6 +147,16 @@ impl Connection {
         self.ask(request, |reply| matches!(reply, Reply::Done).then_some(()))
     }
 
+    /// Ends what a program has left running, and forgets what that has sent: nothing of it comes behind the answer.
+    ///
+    /// # Errors
+    /// As [`Connection::ask`].
+    pub fn stop(&mut self) -> Result<()> {
+        self.tell(Request::Stop)?;
+        self.unheard.clear();
+        Ok(())
+    }
+
     /// How it is.
     ///
     /// # Errors

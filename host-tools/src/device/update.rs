@@ -23,7 +23,7 @@ const START: Duration = Duration::from_millis(20);
 pub fn write(port: &Port, payload: &[u8]) -> Result<(Device, InForce)> {
     let (mut connection, device) = Connection::open(port)?;
     check_layout(&device)?;
-    connection.tell(Request::Stop)?;
+    connection.stop()?;
     let bar = output::progress("writing", payload.len() as u64);
     for (n, data) in payload.chunks(CHUNK).enumerate() {
         connection.tell(Request::WriteParameters { offset: (n * CHUNK) as u16, data })?;

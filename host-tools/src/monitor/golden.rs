@@ -13,9 +13,9 @@ pub use super::drift::Point;
 use super::drift::{Baseline, FALSE_ALARMS, FEWEST};
 use super::gauge::{Gauge, crossed};
 use super::test::{Outcome, Test};
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
+use crate::journal::{self, Journal};
 use crate::model::DetectorEntry;
-use crate::output;
 
 /// What is followed.
 pub const FIGURES: [&str; 4] =
@@ -66,7 +66,7 @@ impl Run {
 
     fn line(&self) -> String {
         let mut cells: Vec<String> = vec![self.check.to_string()];
-        cells.extend([&self.date, &self.recording, &self.serial, &self.model, &self.verdict].map(|s| output::cell(s)));
+        cells.extend([&self.date, &self.recording, &self.serial, &self.model, &self.verdict].map(|s| journal::cell(s)));
         cells.extend(self.figures.map(|x| format!("{x:e}")));
         cells.join(",")
     }
@@ -87,22 +87,48 @@ impl Run {
     }
 }
 
-/// Reads a history; nothing if there is none yet. Lines that a crash has cut off are left out, and told by their number.
-///
-/// # Errors
-/// A file that cannot be read or is no history.
-pub fn read(path: &Path) -> Result<(Vec<Run>, Vec<usize>)> {
-    let text = match std::fs::read_to_string(path) {
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok((Vec::new(), Vec::new())),
-        other => other.map_err(|e| Error::io(path, e))?,
-    };
-    if !text.is_empty() && text.lines().next() != Some(HEADER) {
-        return Err(Error::input(
-            Place::at(path, 1, 1),
-            "this is no history of a golden motor",
-            format!("name another file, or one that begins with {HEADER:?}"),
-        ));
+/// A history that is open and locked: nobody else adds a check between reading it and adding one.
+#[derive(Debug)]
+pub struct History {
+    journal: Journal,
+    /// Its runs.
+    pub runs: Vec<Run>,
+    /// Numbers of the lines that are no runs, from 1.
+    pub torn: Vec<usize>,
+}
+
+impl History {
+    /// Opens a history, or begins one.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn open(path: &Path) -> Result<Self> {
+        let journal = Journal::open(path, HEADER)?;
+        let (runs, torn) = parse(journal.text());
+        Ok(Self { journal, runs, torn })
     }
+
+    /// Fails unless a file of this name is a history, or can become one.
+    ///
+    /// # Errors
+    /// As [`journal::check`].
+    pub fn check(path: &Path) -> Result<()> {
+        journal::check(path, HEADER)
+    }
+
+    /// Adds runs; they are on the disk before this returns.
+    ///
+    /// # Errors
+    /// As [`Journal::append`].
+    pub fn append(&mut self, runs: &[Run]) -> Result<()> {
+        self.journal.append(&runs.iter().map(Run::line).collect::<Vec<_>>())?;
+        self.runs.extend_from_slice(runs);
+        Ok(())
+    }
+}
+
+/// The runs of a history, and the numbers of the lines that are none.
+fn parse(text: &str) -> (Vec<Run>, Vec<usize>) {
     let (mut runs, mut torn) = (Vec::new(), Vec::new());
     for (n, line) in text.lines().enumerate().skip(1) {
         let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(line.as_bytes());
@@ -111,15 +137,7 @@ pub fn read(path: &Path) -> Result<(Vec<Run>, Vec<usize>)> {
             None => torn.push(n + 1),
         }
     }
-    Ok((runs, torn))
-}
-
-/// Adds a run to a history; it is on the disk before this returns.
-///
-/// # Errors
-/// Whatever the system refuses.
-pub fn append(path: &Path, run: &Run) -> Result<()> {
-    output::append_line(path, HEADER, &run.line())
+    (runs, torn)
 }
 
 /// A figure followed over the checks.

@@ -95,7 +95,7 @@ struct Session<'a> {
 impl Session<'_> {
     fn run(&mut self, plan: &Plan, tell: &mut dyn FnMut(Event)) -> Result<Finished> {
         let on = ON * plan.nominal_voltage as f32;
-        self.connection.tell(Request::Stop)?;
+        self.connection.stop()?;
         self.begin()?;
         let mut last = None;
         while last.is_none_or(|voltage| voltage < on) {

@@ -34,6 +34,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
         &[
             "error",
             "output",
+            "journal",
             "numbers",
             "term",
             "network",

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::answer::Answer;
 use super::input;
 use crate::error::{Error, Result};
+use crate::journal::{self, Journal};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::test::{Outcome, Test, test};
 use crate::output;
@@ -20,6 +21,8 @@ use crate::recording::{MapArgs, Recording};
 const FAILED: u8 = 1;
 /// Exit code where no verdict is possible.
 const NO_VERDICT: u8 = 4;
+/// First line of the results.
+const RESULTS: &str = "recording,serial,verdict,t_s,kind,suspect,ratio,reason";
 /// Column of the motor's temperature.
 const TEMPERATURE: &str = "temp_c";
 
@@ -79,6 +82,9 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     for path in args.answer.report.iter().chain(&args.out) {
         output::refuse_overwrite(path, args.answer.force)?;
+    }
+    if let Some(path) = &args.results {
+        journal::check(path, RESULTS)?;
     }
     let model = Model::load(&args.model)?;
     if let Some(wanted) = args.motor.as_deref().filter(|wanted| model.motor.as_deref() != Some(*wanted)) {
@@ -186,16 +192,16 @@ fn note(results: Option<&Path>, test: &Test) -> Result<()> {
     let Some(path) = results else { return Ok(()) };
     let first = test.alarms.first();
     let line = [
-        output::cell(&test.recording),
-        output::cell(test.serial.as_deref().unwrap_or("")),
+        journal::cell(&test.recording),
+        journal::cell(test.serial.as_deref().unwrap_or("")),
         test.verdict.words().to_owned(),
         first.map_or_else(String::new, |a| format!("{:.3}", a.t_s)),
         first.map_or_else(String::new, |a| a.kind.to_owned()),
-        first.map_or_else(String::new, |a| output::cell(&a.suspect)),
+        first.map_or_else(String::new, |a| journal::cell(&a.suspect)),
         first.map_or_else(String::new, |a| format!("{:.3}", a.ratio)),
-        output::cell(&test.reasons.join("; ")),
+        journal::cell(&test.reasons.join("; ")),
     ];
-    output::append_line(path, "recording,serial,verdict,t_s,kind,suspect,ratio,reason", &line.join(","))
+    Journal::open(path, RESULTS)?.append(&[line.join(",")])
 }
 
 fn print(test: &Test) -> Result<()> {

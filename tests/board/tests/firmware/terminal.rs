@@ -45,11 +45,26 @@ fn the_hosts_commands_work_on_it() {
     assert_eq!((device.board.as_str(), block.sequence), ("NUCLEO-G474RE", 1));
 
     let (connection, device) = Connection::open(&board.port).unwrap();
-    let capture = capture::record(&board.port, &device, connection, 10_000).unwrap();
+    let capture = capture::record(&board.port, &device, connection, 10_000).unwrap().capture;
     assert_eq!((capture.samples.len(), capture.lost().len(), capture.reconnections), (10_000, 0, 0));
     // The amplitude rises from a tenth of nominal within 15 % of 10 s (rig/profiles.rs): the motor turns.
     let highest = capture.samples.iter().flatten().map(|counts| counts.speed).max();
     assert!(highest > Some(500), "{highest:?}");
+}
+
+/// A program that was killed in the middle of a recording leaves samples on the line, and more in the terminal's buffer.
+#[test]
+fn what_a_killed_program_has_left_is_in_no_recording() {
+    let board = start(&["--profile", "steady"]);
+    let (mut killed, device) = Connection::open(&board.port).unwrap();
+    killed.tell(Request::StartCapture).unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    drop(killed);
+    std::thread::sleep(Duration::from_millis(700));
+    let (connection, _) = Connection::open(&board.port).unwrap();
+    let ended = capture::record(&board.port, &device, connection, 5_000).unwrap();
+    assert!(ended.early.is_none(), "{:?}", ended.early);
+    assert_eq!((ended.capture.samples.len(), ended.capture.missing()), (5_000, 0));
 }
 
 /// At a hundredth of real time a write, 24 ms of the board's time, takes longer than all four attempts of half a second.
@@ -64,7 +79,7 @@ fn time_outs_follow_the_boards_clock() {
     let (_, block) = update::write(&board.port, &payload).unwrap();
     assert_eq!(block.sequence, 1);
     let (connection, device) = Connection::open(&board.port).unwrap();
-    let capture = capture::record(&board.port, &device, connection, 100).unwrap();
+    let capture = capture::record(&board.port, &device, connection, 100).unwrap().capture;
     assert_eq!((capture.samples.len(), capture.lost().len(), capture.reconnections), (100, 0, 0));
 
     let impatient = Port { clock: Clock::System, ..board.port.clone() };
