@@ -1,14 +1,16 @@
 //! A recording as the model meets it: what drives the model, what is observed, what is imposed, which samples count.
 
 use greyrig::butterworth::{self, Cascade, Coefficients};
-use greyrig::motor::{Constraints, Motor, ParameterError, State, Stepper};
+use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Snapshot, State, Stepper};
 use greyrig::scalar::Scalar;
 
 use crate::averaging;
+use crate::between::{self, Between};
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::filtering::Filter;
 use crate::mains;
+use crate::noise;
 use crate::recording::{Channel, Recording};
 
 /// What drives the model.
@@ -39,6 +41,8 @@ pub trait Stepped<S> {
     fn step(&mut self, from: S, to: S, constraints: Constraints<S>);
     /// Current and speed as the measuring chain shows them.
     fn reading(&self) -> State<S>;
+    /// Goes on from another state, with what the effects remember.
+    fn put(&mut self, state: State<S>);
 }
 
 impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
@@ -52,6 +56,10 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
     #[inline(always)]
     fn reading(&self) -> State<S> {
         Stepper::reading(self)
+    }
+    fn put(&mut self, state: State<S>) {
+        let memories = self.snapshot().memories;
+        self.restore(&Snapshot { state, rounding: State::default(), memories });
     }
 }
 
@@ -68,6 +76,10 @@ pub struct Experiment {
     pub input: Vec<f64>,
     /// Intervals within which the voltage is not straight between its samples, in their order.
     pub edges: Vec<Edge>,
+    /// What the voltage does between its samples, where the data were asked ([`between`]); else smooth.
+    pub between: Between,
+    /// Equal parts in which the model goes through an interval.
+    pieces: usize,
     /// Measured current, A.
     pub current: Option<Vec<f64>>,
     /// Measured speed, rad/s. Not there while only a locked rotor was recorded.
@@ -88,11 +100,25 @@ pub struct Experiment {
     pub filter: butterworth::Settings,
 }
 
+/// Noise of a slowly sampled speed, in standard deviations, within which the first sample is standstill.
+const AT_REST: f64 = 4.0;
+
 /// Averaging time for the speed at the first sample, s: a mains period at 50 Hz.
 const START_AVERAGE_S: f64 = 0.02;
 
 /// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
 const LARGEST_CUTOFF_RATIO: f64 = 0.25;
+
+/// Rate of the motor times the step of the model, as in the core's choice of sub-steps, and so many of these at most in an interval that
+/// is not cut into pieces.
+const LARGEST_RATE_STEP: f64 = 0.75;
+const MOST_SUBSTEPS: f64 = 16.0;
+/// Angle of the swing of current against speed, K/√(L J), that a step covers at most: (0.3)³/… of a period's error stays below one per
+/// mille.
+const LARGEST_SWING: f64 = 0.3;
+/// Pieces of an interval at most: with more, of L/R below a four-hundredth of the interval, the steps stay stable and the current
+/// after an edge settles within the first of them.
+const MOST_PIECES: usize = 512;
 
 /// Longest sampling interval that is still fine enough for trying models, s.
 const COARSE_INTERVAL_S: f64 = 2.5e-4;
@@ -172,6 +198,8 @@ impl Experiment {
             drive,
             input,
             edges: Vec::new(),
+            between: Between::Smooth,
+            pieces: 1,
             current,
             position: match recording.channel(Channel::Speed) {
                 Some(_) => None,
@@ -192,6 +220,64 @@ impl Experiment {
             self.edges = edges::find(&self.input, current, |n| self.counted[n] && !self.is_open(n));
         }
         self
+    }
+
+    /// The same with another course of the voltage between its samples, in steps as small as a motor needs.
+    #[must_use]
+    pub fn with_course(mut self, between: Between, motor: &Motor<f64>) -> Self {
+        if self.drive != Drive::Voltage {
+            return self;
+        }
+        self.between = between;
+        self.pieces = self.pieces_for(between, motor);
+        if !self.is_as_sampled() {
+            self.edges.clear();
+        }
+        self
+    }
+
+    /// The same along a course of the voltage, if its samples are slow.
+    #[must_use]
+    pub fn along_if_slow(self, between: Between, motor: &Motor<f64>) -> Self {
+        if self.is_slow(None) { self.with_course(between, motor) } else { self }
+    }
+
+    /// Whether current and speed were sampled so slowly that it matters what the voltage does between samples: in seconds, or in
+    /// the time constants of a motor that is known.
+    pub fn is_slow(&self, motor: Option<&Motor<f64>>) -> bool {
+        let beside = |motor: &Motor<f64>| {
+            let p = motor.parameters();
+            self.interval_s * p.resistance > between::ASKED_FROM_RATE * p.inductance
+        };
+        let slow = self.interval_s >= between::ASKED_FROM_S || motor.is_some_and(beside);
+        self.drive == Drive::Voltage && self.current.is_some() && slow
+    }
+
+    /// Whether the model goes from sample to sample in one step, along a smooth voltage.
+    pub fn is_as_sampled(&self) -> bool {
+        self.between == Between::Smooth && self.pieces == 1
+    }
+
+    fn pieces_for(&self, between: Between, motor: &Motor<f64>) -> usize {
+        let p = motor.parameters();
+        let rate = self.interval_s * p.resistance / p.inductance;
+        let can_be_built = |pieces: usize| Stepper::build(motor.clone(), self.interval_s / pieces as f64).is_ok();
+        if between == Between::Smooth && rate <= LARGEST_RATE_STEP * MOST_SUBSTEPS && can_be_built(1) {
+            return 1;
+        }
+        let largest = || self.current.iter().flatten().fold(0.0f64, |m, i| m.max(i.abs()));
+        let linkage = p.flux_coefficient * if p.flux_law == FluxLaw::Series { largest() } else { 1.0 };
+        let swing = self.interval_s * linkage / (p.inductance * p.inertia).sqrt();
+        let mut pieces = (rate / LARGEST_RATE_STEP).max(swing / LARGEST_SWING).ceil().clamp(1.0, MOST_PIECES as f64) as usize;
+        while pieces < MOST_PIECES && !can_be_built(pieces) {
+            pieces *= 2;
+        }
+        pieces
+    }
+
+    /// What the model steps by, s.
+    pub fn step_s(&self) -> f64 {
+        self.interval_s / self.pieces as f64
     }
 
     /// Samples that count, and for which the filter has settled since the supply was last opened or closed: a current
@@ -244,6 +330,8 @@ impl Experiment {
             drive: self.drive,
             input: average(&self.input),
             edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
+            between: self.between,
+            pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },
             current: self.current.as_deref().map(average),
             speed: self.speed.as_deref().map(average),
             position: self.position.as_deref().map(average),
@@ -306,7 +394,7 @@ impl Experiment {
         imposed: Imposed<'_>,
         take: impl FnMut(usize, State<S>),
     ) -> std::result::Result<(), ParameterError> {
-        let stepper = Stepper::with_substeps(motor.clone(), S::constant(self.interval_s), substeps)?;
+        let stepper = Stepper::with_substeps(motor.clone(), S::constant(self.step_s()), substeps)?;
         self.step_through(stepper, imposed, take);
         Ok(())
     }
@@ -319,40 +407,91 @@ impl Experiment {
         mut take: impl FnMut(usize, State<S>),
     ) {
         stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
-        let middle = |signal: &[f64], n: usize| S::constant(0.5 * (signal[n - 1] + signal[n]));
+        take(0, stepper.reading());
+        let mut edges = self.edges.as_slice();
+        for n in 1..self.len() {
+            self.advance(&mut stepper, n, imposed, &mut edges);
+            take(n, stepper.reading());
+        }
+    }
+
+    /// Steps the model in runs of so many samples, each from the measured state, `[current, speed]`, and hands what the measuring
+    /// chain shows at each sample but the first of a run.
+    pub fn short_runs<S: Scalar<Base = S>>(
+        &self,
+        mut stepper: impl Stepped<S>,
+        length: usize,
+        [current, speed]: [&[f64]; 2],
+        mut take: impl FnMut(usize, State<S>),
+    ) {
+        let measured = |n: usize| State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
+        stepper.begin(measured(0));
+        let mut edges = self.edges.as_slice();
+        for n in 1..self.len() {
+            if (n - 1) % length == 0 && n > 1 {
+                stepper.put(measured(n - 1));
+            }
+            self.advance(&mut stepper, n, Imposed::Nothing, &mut edges);
+            take(n, stepper.reading());
+        }
+    }
+
+    /// Advances by the interval that ends at sample `n`; `edges` are those from about there on.
+    #[inline(always)]
+    fn advance<S: Scalar<Base = S>>(
+        &self,
+        stepper: &mut impl Stepped<S>,
+        n: usize,
+        imposed: Imposed<'_>,
+        edges: &mut &[Edge],
+    ) {
+        if self.drive == Drive::Voltage && !self.is_as_sampled() {
+            for piece in 0..self.pieces {
+                let middle = (piece as f64 + 0.5) / self.pieces as f64;
+                let [from, to] = self.between.over(&self.input, n, piece, self.pieces);
+                let constraints = self.imposed(n, imposed, |signal| signal[n - 1] + middle * (signal[n] - signal[n - 1]));
+                stepper.step(S::constant(from), S::constant(to), constraints);
+            }
+            return;
+        }
+        let (from, to) = match self.drive {
+            Drive::Voltage => {
+                while edges.first().is_some_and(|e| e.n + 1 < n) {
+                    *edges = &edges[1..];
+                }
+                let [begins, ends] = self.between_samples(n, edges);
+                (S::constant(self.input[n - 1] + begins), S::constant(self.input[n] + ends))
+            }
+            Drive::Torque => (S::ZERO, S::ZERO),
+        };
+        stepper.step(from, to, self.imposed(n, imposed, |signal| 0.5 * (signal[n - 1] + signal[n])));
+    }
+
+    /// What is imposed within the interval that ends at sample `n`; `at` takes a signal's value there.
+    #[inline(always)]
+    fn imposed<S: Scalar<Base = S>>(
+        &self,
+        n: usize,
+        imposed: Imposed<'_>,
+        at: impl Fn(&[f64]) -> f64,
+    ) -> Constraints<S> {
         let (speed, current) = match imposed {
             Imposed::Nothing => (None, None),
             Imposed::Speed(speed) => (Some(speed), None),
             Imposed::Current(current) => (None, Some(current)),
         };
         let current = if self.drive == Drive::Torque { Some(self.input.as_slice()) } else { current };
-        take(0, stepper.reading());
-        let mut edges = self.edges.as_slice();
-        for n in 1..self.len() {
-            let constraints = Constraints {
-                speed: match speed {
-                    _ if self.is_locked(n) => Some(S::ZERO),
-                    Some(speed) => Some(middle(speed, n)),
-                    None => None,
-                },
-                current: match current {
-                    _ if self.is_open(n) => Some(S::ZERO),
-                    Some(current) => Some(middle(current, n)),
-                    None => None,
-                },
-            };
-            let (from, to) = match self.drive {
-                Drive::Voltage => {
-                    while edges.first().is_some_and(|e| e.n + 1 < n) {
-                        edges = &edges[1..];
-                    }
-                    let [begins, ends] = self.between_samples(n, edges);
-                    (S::constant(self.input[n - 1] + begins), S::constant(self.input[n] + ends))
-                }
-                Drive::Torque => (S::ZERO, S::ZERO),
-            };
-            stepper.step(from, to, constraints);
-            take(n, stepper.reading());
+        Constraints {
+            speed: match speed {
+                _ if self.is_locked(n) => Some(S::ZERO),
+                Some(speed) => Some(S::constant(at(speed))),
+                None => None,
+            },
+            current: match current {
+                _ if self.is_open(n) => Some(S::ZERO),
+                Some(current) => Some(S::constant(at(current))),
+                None => None,
+            },
         }
     }
 
@@ -374,7 +513,7 @@ impl Experiment {
     /// Parameters that the stepper refuses.
     pub fn substeps<S: Scalar<Base = S>>(&self, motor: &Motor<S>) -> std::result::Result<u8, ParameterError> {
         match self.drive {
-            Drive::Voltage => Ok(Stepper::build(motor.clone(), S::constant(self.interval_s))?.substeps()),
+            Drive::Voltage => Ok(Stepper::build(motor.clone(), S::constant(self.step_s()))?.substeps()),
             Drive::Torque => Ok(1),
         }
     }
@@ -424,6 +563,10 @@ fn start_state(speed: &Option<Vec<f64>>, current: &Option<Vec<f64>>, locked: &[b
     let first_current = current.as_ref().map_or(0.0, |i| i[0]);
     let held = locked.first().copied().unwrap_or(false);
     let first_speed = match speed {
+        Some(speed) if !held && interval_s >= between::ASKED_FROM_S => {
+            // The motor may be far away after a few samples.
+            if speed[0].abs() <= AT_REST * noise::of_differences(speed) { 0.0 } else { speed[0] }
+        }
         Some(speed) if !held => {
             let n = ((START_AVERAGE_S / interval_s) as usize).clamp(4, speed.len());
             // The straight line through the first samples, at the first of them.

@@ -3,6 +3,7 @@
 pub mod addition;
 pub mod anfis;
 pub mod averaging;
+pub mod between;
 pub mod challenge;
 pub mod commands;
 pub mod compare;
@@ -25,6 +26,7 @@ pub mod noise;
 pub mod numbers;
 pub mod output;
 pub mod plan;
+pub mod prediction;
 pub mod recording;
 pub mod repeats;
 pub mod report;

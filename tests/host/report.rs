@@ -12,6 +12,8 @@ use crate::synthetic_comparison::{comparison, model, recording, servo_traces, tr
 
 fn empty() -> Comparison {
     Comparison {
+        input: None,
+        diverges: false,
         esr: PerSignal::default(),
         noise_floor: PerSignal::default(),
         noise_floor_source: None,

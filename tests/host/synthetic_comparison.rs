@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use greyrig_host::between::Course;
 use greyrig_host::compare::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 use greyrig_host::model::{Base, Kind, Model, Origin, Parameter, Provenance, Status};
 use greyrig_host::recording::Motion;
@@ -108,6 +109,10 @@ pub fn recording(name: &str, traces: Traces) -> RecordingComparison {
         noise_floor: figures(0.0081, 0.0024),
         structured: figures(0.166, 0.031),
         rms: figures(4.31, 1874.0),
+        input: Some(Course::Smooth),
+        input_share: None,
+        cutoff_hz: 250.0,
+        diverges: false,
         warnings: Vec::new(),
         traces,
     }
@@ -138,6 +143,8 @@ pub fn comparison(recordings: Vec<RecordingComparison>) -> Comparison {
         ]
     };
     Comparison {
+        input: Some(Course::Smooth),
+        diverges: false,
         esr: figures(0.183, 0.047),
         noise_floor: figures(0.0081, 0.0024),
         noise_floor_source: Some("repeats of the same profile".into()),

@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use super::answer::Answer;
 use super::input::Input;
 use super::words;
-use crate::compare::compare;
+use crate::between::Course;
+use crate::compare::compare_along;
 use crate::error::Result;
 use crate::model::{Model, Origin};
 use crate::output;
@@ -21,6 +22,9 @@ pub struct Args {
     /// Model file
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else smooth]
+    #[arg(long = "input", value_enum, value_name = "COURSE")]
+    course: Option<Course>,
     #[command(flatten)]
     answer: Answer,
 }
@@ -35,7 +39,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let model = Model::load(&args.model)?;
     let recordings = args.input.load()?;
-    let comparison = compare(&model, &recordings)?;
+    let comparison = compare_along(&model, &recordings, args.course)?;
     if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let name = model.motor.as_deref().unwrap_or("motor");

@@ -2,6 +2,7 @@
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
+use crate::between::Course;
 use crate::compare::{Comparison, PerSignal};
 use crate::identify::flux::FluxAtPeak;
 use crate::identify::{Estimate, Identification};
@@ -90,6 +91,17 @@ pub fn errors(comparison: &Comparison) -> String {
         row("all", &comparison.esr, &comparison.noise_floor);
     }
     let mut text = table.to_string();
+    for r in comparison.per_recording.iter().filter(|r| r.diverges) {
+        text += &format!(
+            "\n{}: the free run diverges; with these parameters the model is not stable on this recording",
+            r.recording
+        );
+    }
+    if let Some(course) = comparison.input
+        && course != Course::Smooth
+    {
+        text += &format!("\nvoltage between its samples: {course}");
+    }
     match &comparison.noise_floor_source {
         Some(source) => text += &format!("\nnoise floor: {source}"),
         None => text += "\nnoise floor: unknown from these recordings",

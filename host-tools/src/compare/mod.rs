@@ -11,10 +11,12 @@ use rayon::prelude::*;
 
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 
+use crate::between::Course;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::filtering::directions;
 use crate::model::Model;
+use crate::prediction::{self, Sums};
 use crate::recording::Recording;
 
 /// An error, or a signal, within this factor of the noise floor is noise.
@@ -25,7 +27,15 @@ const AT_THE_FLOOR: f64 = 1.3;
 /// # Errors
 /// A model that lacks what these recordings need, or recordings that cannot be compared.
 pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
-    let experiments: Vec<Experiment> =
+    compare_along(model, recordings, None)
+}
+
+/// The same along a course of the voltage between its samples that the user knows.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Course>) -> Result<Comparison> {
+    let mut experiments: Vec<Experiment> =
         recordings.iter().map(|r| Ok(Experiment::new(r, &model.filter)?.with_edges_placed())).collect::<Result<_>>()?;
     for (e, recording) in experiments.iter().zip(recordings) {
         require(model, e)?;
@@ -40,6 +50,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
     }
     let motor = single_model.motor::<f32>().map_err(refused)?;
     let precise = single_model.motor::<f64>().map_err(refused)?;
+    experiments = experiments.into_par_iter().map(|e| prediction::along(e, course, &precise)).collect();
     let correction = model.correction()?;
     let free_runs: Vec<Traces> = experiments
         .par_iter()
@@ -55,7 +66,7 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
             let others: Vec<_> = others.map(|(_, other)| other).collect();
             let floor = noise_floor::of_repeats((e, own), &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
             let structured = structured(&motor, e)?;
-            let one_step = one_step(&precise, e);
+            let one_step = if e.is_as_sampled() { one_step(&precise, e) } else { prediction::sums(e, &precise) };
             Ok(Part { errors: errors(own), floor, structured, one_step })
         })
         .collect::<Result<_>>()?;
@@ -68,12 +79,17 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
         .map(|(((part, traces), e), recording)| {
             let errors = [part.errors];
             let esr = ratio(&errors, &[part.floor.rms]);
+            let of_voltage = e.drive == Drive::Voltage;
             RecordingComparison {
                 recording: e.name.clone(),
                 esr,
                 noise_floor: floor_ratio(&[part.floor.rms], &errors),
                 structured: relative(&part.structured, &errors, &[part.floor.rms]),
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
+                input: of_voltage.then(|| e.between.into()),
+                input_share: e.between.share(),
+                cutoff_hz: e.filter.cutoff_hz,
+                diverges: traces.diverges,
                 warnings: recording.warnings().to_vec(),
                 traces: traces.clone(),
             }
@@ -91,7 +107,11 @@ pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
         error.is_some_and(|error| floor.is_none_or(|floor| error > AT_THE_FLOOR * floor))
     });
     let structured = merge(parts.iter().map(|p| p.structured));
+    let mut courses: Vec<Option<Course>> = per_recording.iter().map(|r| r.input).collect();
+    courses.dedup();
     Ok(Comparison {
+        input: if let [course] = courses[..] { course } else { None },
+        diverges: per_recording.iter().any(|r| r.diverges),
         esr,
         noise_floor,
         noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),
@@ -110,14 +130,6 @@ struct Part {
     floor: noise_floor::Floor,
     structured: [Option<Sums>; 3],
     one_step: [Option<Sums>; 2],
-}
-
-/// Sums of squares over the samples that count.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Sums {
-    error: f64,
-    signal: f64,
-    samples: f64,
 }
 
 impl From<[Option<f64>; 3]> for PerSignal {
@@ -170,7 +182,11 @@ fn sums(model: &[f64], measured: &[f64], counted: impl Fn(usize) -> bool) -> Opt
     (sums.samples > 0.0).then_some(sums)
 }
 
+/// Of a free run that diverges there is no error: it has no bound.
 fn errors(t: &Traces) -> [Option<Sums>; 3] {
+    if t.diverges {
+        return [None; 3];
+    }
     let counted = |n: usize| t.counted[n];
     [
         sums(&t.modelled_current, &t.measured_current, counted),

@@ -8,6 +8,8 @@
 //! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 //!
+//! Slow samples have no band above the signal. There white noise is told by what is not smooth over five samples, in the median.
+//!
 //! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise, measures them by
 //! what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
 
@@ -19,7 +21,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::result::{PerSignal, Traces};
 use super::traces::simulate;
 use crate::experiment::{Drive, Experiment, Imposed};
-use crate::noise::{TOP_OF_BAND, white_noise};
+use crate::noise::{self, TOP_OF_BAND, white_noise};
 use crate::repeats;
 
 /// A stretch is idle while the voltage stays below this share of its largest value.
@@ -47,10 +49,19 @@ fn passed(e: &Experiment) -> f64 {
 
 /// The floor from idle stretches or the spectrum.
 pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
-    if e.drive != Drive::Voltage || FREE_BAND * e.filter.cutoff_hz > TOP_OF_BAND.0 / e.interval_s {
+    if e.drive != Drive::Voltage {
+        return Floor::default();
+    }
+    let has_free_band = FREE_BAND * e.filter.cutoff_hz <= TOP_OF_BAND.0 / e.interval_s;
+    if !has_free_band && !e.is_slow(None) {
         return Floor::default();
     }
     let (sigmas, source) = match idle(e) {
+        _ if !has_free_band => {
+            let sigma = |signal: Option<&[f64]>| signal.map(noise::of_differences).filter(|sigma| *sigma > 0.0);
+            let sigmas = [sigma(Some(&e.input)), sigma(e.current.as_deref()), sigma(e.speed.as_deref())];
+            (sigmas, "fourth differences of the samples, taken as white noise; voltage noise through the model")
+        }
         Some(sigmas) => (sigmas, "idle stretches of the recordings, voltage noise through the model"),
         None => {
             let sigma = |signal: Option<&[f64]>| signal.and_then(white_noise);

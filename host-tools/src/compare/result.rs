@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::between::Course;
+
 /// A figure for each signal that a recording may hold; `None` where it does not apply.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct PerSignal {
@@ -72,6 +74,8 @@ pub struct Traces {
     pub modelled_torque: Vec<f64>,
     /// Samples that count in the figures (settled, not masked).
     pub counted: Vec<bool>,
+    /// Whether the free run leaves all bounds.
+    pub diverges: bool,
 }
 
 /// Mean and RMS of a residual (modelled − measured) over bins of another quantity.
@@ -142,6 +146,15 @@ pub struct RecordingComparison {
     pub structured: PerSignal,
     /// RMS of the measured signals, in their units.
     pub rms: PerSignal,
+    /// What the voltage was taken to do between its samples; `None` where there is none.
+    pub input: Option<Course>,
+    /// Share of the interval by which the supply is switched before a sample, where it is switched.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub input_share: Option<f64>,
+    /// Cut-off of the filter that measured and modelled signals went through, Hz.
+    pub cutoff_hz: f64,
+    /// Whether the free run leaves all bounds: then there is no error.
+    pub diverges: bool,
     /// What the user should know about these data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -153,6 +166,10 @@ pub struct RecordingComparison {
 /// A model against one or several recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
+    /// What the voltage was taken to do between its samples, if that is one for all recordings.
+    pub input: Option<Course>,
+    /// Whether the free run of a recording leaves all bounds.
+    pub diverges: bool,
     /// Free-run error-to-signal ratio over all recordings together.
     pub esr: PerSignal,
     /// What a perfect model would show on these data.
@@ -162,7 +179,8 @@ pub struct Comparison {
     /// Current error with measured u and ω imposed; speed error with measured i imposed.
     pub structured: PerSignal,
     /// RMS of the one-step (equation) residuals relative to RMS of voltage and torque: `current` is that of the voltage
-    /// balance, `speed` that of the torque balance.
+    /// balance, `speed` that of the torque balance. Of slow samples, whose rates say nothing, RMS of what is predicted from one sample to
+    /// the next relative to RMS of current and speed.
     pub one_step: PerSignal,
     /// Recording by recording.
     pub per_recording: Vec<RecordingComparison>,

@@ -16,7 +16,13 @@ pub struct Simulated {
     pub current: Vec<f64>,
     /// rad/s.
     pub speed: Vec<f64>,
+    /// Whether one of them leaves all bounds.
+    pub diverges: bool,
 }
+
+/// Modelled over largest measured value from which a free run is said to diverge. What merely fits badly stays within the current at a
+/// standstill, u/R.
+const DIVERGED: f64 = 1e3;
 
 /// Simulates the model over an experiment in `f32`, as the microcontroller does, with its learned correction if it has one,
 /// and filters the result.
@@ -34,7 +40,8 @@ pub fn simulate(
     };
     let coefficients = e.coefficients::<f32>();
     let (mut current, mut speed) = (Cascade::<f32>::default(), Cascade::<f32>::default());
-    let mut simulated = Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()) };
+    let mut simulated = Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()), diverges: false };
+    let within = [&e.current, &e.speed].map(|signal| largest(signal.as_deref()));
     let substeps = e.substeps(motor).map_err(refused)?;
     e.run(motor, substeps, imposed, |n, state: State<f32>| {
         let constraints = Constraints { current: e.is_open(n).then_some(0.0), speed: None };
@@ -42,6 +49,8 @@ pub fn simulate(
             Some(correction) => corrected(correction, e.input[n] as f32, state, constraints).0,
             None => state,
         };
+        let values = [state.current, state.speed].map(f64::from);
+        simulated.diverges |= values.iter().zip(within).any(|(x, most)| !x.is_finite() || x.abs() > most);
         if n == 0 {
             current.reset_to(state.current);
             speed.reset_to(state.speed);
@@ -51,6 +60,12 @@ pub fn simulate(
     })
     .map_err(refused)?;
     Ok(simulated)
+}
+
+/// What a modelled signal has to exceed to diverge; without a measured one only what no number holds.
+fn largest(measured: Option<&[f64]>) -> f64 {
+    let largest = measured.unwrap_or_default().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if largest > 0.0 { DIVERGED * largest } else { f64::INFINITY }
 }
 
 /// A measured signal through the microcontroller's filter.
@@ -78,6 +93,7 @@ pub fn traces(
         sample_time_s: e.interval_s,
         mains_period_s: e.mains_period_s,
         counted: e.counted.clone(),
+        diverges: simulated.diverges,
         ..Traces::default()
     };
     if let Some(current) = &e.current {

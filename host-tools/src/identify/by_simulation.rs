@@ -2,13 +2,14 @@
 
 use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
+use super::identifiability::Weakness;
 use super::identification::Outcome;
 use super::intervals::of_fit::blocks_of_rows;
 use super::minimise::{Effort, Refined, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
-use super::{identifiability, regression};
+use super::{identifiability, regression, slow_sampling};
 use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 use crate::output;
@@ -25,14 +26,24 @@ struct Earlier {
 /// Rise of each signal's error, as a logarithm, from which a parameter is needed.
 const NEEDED: f64 = 0.1;
 
-/// Fits what is free, and says in `notes` what the user should know.
+/// Fits what is free and not known to be `out_of_reach`, and says in `notes` what the user should know.
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
-pub fn fit(mut space: Space, experiments: &[Experiment], method: Method, notes: &mut Vec<String>) -> Result<Outcome> {
+pub fn fit(
+    mut space: Space,
+    experiments: &[Experiment],
+    method: Method,
+    out_of_reach: Option<Weakness>,
+    notes: &mut Vec<String>,
+) -> Result<Outcome> {
     let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
+    weaknesses.extend(out_of_reach);
     identifiability::check_excitation(experiments)?;
-    space.take_typical_values();
+    let slow = slow_sampling::is_slow(experiments);
+    if !slow {
+        space.take_typical_values();
+    }
     let mut neutral = space.clone();
     let mut earlier: Option<Earlier> = None;
     loop {
@@ -45,7 +56,11 @@ pub fn fit(mut space: Space, experiments: &[Experiment], method: Method, notes: 
             ));
         }
         let mut bare = without_effects(&space);
-        regression::start_values(&mut bare, experiments);
+        if slow {
+            slow_sampling::start_values(&mut bare, experiments)?;
+        } else {
+            regression::start_values(&mut bare, experiments);
+        }
         space.take_values(&bare);
         let substeps = |e: &Experiment| space.motor().and_then(|m| e.substeps(&m)).unwrap_or(1);
         let problem = OutputError::new(experiments.iter().map(|e| Rows::new(e, substeps(e))).collect())?;
@@ -143,6 +158,6 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment])
 }
 
 /// The base model of a space.
-fn without_effects(space: &Space) -> Space {
+pub fn without_effects(space: &Space) -> Space {
     space.effects().to_vec().into_iter().fold(space.clone().with_terms(&[]), |less, id| less.without_effect(id))
 }

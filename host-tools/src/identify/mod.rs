@@ -21,6 +21,7 @@ pub mod output_error;
 pub mod regression;
 pub mod scales;
 mod settings;
+pub mod slow_sampling;
 pub mod space;
 
 use crate::error::{Error, Place, Result};
@@ -40,7 +41,7 @@ pub use settings::{Method, Settings, build_space};
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
 pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identification> {
     let mut filter = settings.filter;
-    let experiments = prepare(recordings, &filter)?;
+    let mut experiments = prepare(recordings, &filter)?;
     let mut space = build_space(settings)?;
     let mut notes = Vec::new();
     let drive = experiments[0].drive;
@@ -58,8 +59,13 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
             }
             by_torque::fit(space, &experiments, filter.cutoff_hz)?
         }
-        Drive::Voltage => by_simulation::fit(space, &experiments, settings.method, &mut notes)?,
+        Drive::Voltage => {
+            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments)?;
+            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes)?
+        }
     };
+    // Of slow recordings the filter passes what they can carry.
+    filter.cutoff_hz = experiments.iter().map(|e| e.filter.cutoff_hz).fold(filter.cutoff_hz, f64::min);
     notes.extend(outcome.implausible(settings.kind));
     let flux = outcome.covariance.as_ref().and_then(|c| FluxAtPeak::of(&outcome.space, c, &experiments));
     Ok(outcome.into_identification(recordings, settings, filter, flux, notes))

@@ -99,7 +99,7 @@ impl<'a> Rows<'a> {
     fn modelled(&self, space: &Space, theta: &[f64], imposed: Imposed<'_>) -> Vec<f64> {
         let attempt = || {
             let motor = space.motor_at(theta).ok()?;
-            let stepper = Stepper::with_substeps(motor, self.experiment.interval_s, self.substeps).ok()?;
+            let stepper = Stepper::with_substeps(motor, self.experiment.step_s(), self.substeps).ok()?;
             let [modelled] = self.run(stepper, imposed, |x| [x]);
             Some(modelled)
         };
@@ -125,7 +125,7 @@ impl<'a> Rows<'a> {
         let together = || {
             let motors = thetas.iter().map(|theta| space.motor_at(theta).ok()).collect::<Option<Vec<_>>>()?;
             let motors = lockstep::as_many_as_lanes(&motors)?;
-            let lockstep = Lockstep::build(&motors, self.experiment.interval_s, self.substeps)?;
+            let lockstep = Lockstep::build(&motors, self.experiment.step_s(), self.substeps)?;
             let modelled = self.run(lockstep, Imposed::Nothing, |lanes: Lanes| lanes.0);
             Some(modelled.into_iter().take(thetas.len()).collect())
         };

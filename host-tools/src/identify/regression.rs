@@ -121,6 +121,13 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
         let speed = speed.unwrap_or(&zero);
         let emf: Vec<f64> = i.iter().zip(speed).map(|(i, w)| flux_of(space.kind(), *i) * w).collect();
         let columns = [e.filtered(i), e.filtered(&emf), e.filtered(&derivative(i, e.interval_s)), e.filtered(&e.input)];
+        if let Some(samples) = settled_samples(e) {
+            for n in samples {
+                let emf = if e.is_locked(n) { 0.0 } else { emf[n] };
+                regression.push(&[i[n], emf, 0.0], e.input[n]);
+            }
+            continue;
+        }
         let stride = stride(e);
         for n in (0..e.len()).step_by(stride).filter(|n| e.counted[*n] && !e.is_open(*n)) {
             let emf = if e.is_locked(n) { 0.0 } else { columns[1][n] };
@@ -129,6 +136,23 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
     }
     let solution = regression.solve(space);
     take(space, solution);
+}
+
+/// Share of the largest voltage within which a voltage stands still.
+const STILL: f64 = 0.05;
+
+/// Samples of a slow recording before which the voltage has stood still for two intervals: there the current has settled, and
+/// `u = R i + K φ ω` whatever the voltage does between samples. `None` where there are few, or samples are quick enough for derivatives.
+fn settled_samples(e: &Experiment) -> Option<Vec<usize>> {
+    const FEWEST_SHARE: f64 = 0.2;
+    if !e.is_slow(None) {
+        return None;
+    }
+    let u = &e.input;
+    let largest = u.iter().fold(0.0f64, |m, u| m.max(u.abs()));
+    let still = |n: &usize| (n - 2..=*n).all(|k| e.counted[k] && (u[k] - u[*n]).abs() < STILL * largest && !e.is_open(k));
+    let samples: Vec<usize> = (2..u.len()).filter(still).collect();
+    (samples.len() as f64 > FEWEST_SHARE * u.len() as f64).then_some(samples)
 }
 
 /// Without a current: `u = (K + R μ1/K) ω + (R J/K) dω/dt + (R μ0/K) s`, for a given R and with μ1 counted to K.

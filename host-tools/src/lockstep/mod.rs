@@ -95,6 +95,19 @@ impl Stepped<Lanes> for Lockstep {
     fn reading(&self) -> State<Lanes> {
         self.reading
     }
+
+    fn put(&mut self, state: State<Lanes>) {
+        let memories = self.together.snapshot().memories;
+        self.together.restore(&Snapshot { state, rounding: State::default(), memories });
+        self.reading = self.together.reading();
+        if lanes::disagreed() {
+            let before = self.together.snapshot();
+            for (k, stepper) in self.alone.iter_mut().enumerate() {
+                stepper.restore(&lane(&before, k));
+            }
+            self.go_on_from_alone();
+        }
+    }
 }
 
 /// Motors as one whose numbers have lanes.

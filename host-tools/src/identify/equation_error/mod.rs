@@ -12,6 +12,10 @@
 //! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that nothing is
 //! differentiated and the pulsation of the torque at twice the mains frequency cancels.
 //!
+//! # Slow samples
+//! Where a current settles between two samples, both balances are taken over whole intervals, as short runs of the model
+//! from measured states.
+//!
 //! # Other recordings
 //! Torque (or force) and motion alone give the torque balance directly, `J dω/dt + friction − T`; voltage and speed alone,
 //! of a motor with magnets, the voltage balance with the current that the motion needs, `i = (J dω/dt + friction)/K`. Both go
@@ -25,6 +29,7 @@
 
 mod balance_rows;
 mod motion;
+mod short_runs;
 mod signals;
 mod whole_motor;
 
@@ -38,6 +43,7 @@ use super::space::Space;
 use crate::experiment::{Drive, Experiment};
 use crate::lockstep::LANES;
 use motion::Motion;
+use short_runs::ShortRuns;
 use whole_motor::WholeMotor;
 
 /// Stands for a residual that cannot be computed.
@@ -66,6 +72,7 @@ pub struct EquationError<'a> {
 #[derive(Debug)]
 enum Part<'a> {
     Motor(WholeMotor<'a>),
+    Slow(ShortRuns<'a>),
     Motion(Motion<'a>),
 }
 
@@ -83,7 +90,7 @@ impl<'a> EquationError<'a> {
             }
             parts.push(part);
         }
-        let whole_motor = parts.iter().all(|p| matches!(p, Part::Motor(_)));
+        let whole_motor = parts.iter().all(|p| matches!(p, Part::Motor(_) | Part::Slow(_)));
         let sizes = rms_of(&DVector::from_vec(parts.iter().flat_map(Part::signals).collect()), &groups);
         (!groups.is_empty()).then_some(Self { parts, whole_motor, groups, sizes, times })
     }
@@ -161,7 +168,9 @@ fn finite(parts: Vec<Vec<f64>>) -> DVector<f64> {
 
 impl<'a> Part<'a> {
     fn new(e: &'a Experiment) -> Option<Self> {
-        if e.drive == Drive::Voltage && e.current.is_some() {
+        if e.drive == Drive::Voltage && e.current.is_some() && (e.is_slow(None) || !e.is_as_sampled()) {
+            ShortRuns::new(e).map(Self::Slow)
+        } else if e.drive == Drive::Voltage && e.current.is_some() {
             WholeMotor::new(e).map(Self::Motor)
         } else {
             Motion::new(e).map(Self::Motion)
@@ -172,6 +181,7 @@ impl<'a> Part<'a> {
     fn rows(&self) -> Vec<(u8, Vec<usize>)> {
         match self {
             Self::Motor(part) => part.rows().to_vec(),
+            Self::Slow(part) => part.rows().to_vec(),
             Self::Motion(part) => vec![part.rows()],
         }
     }
@@ -180,6 +190,7 @@ impl<'a> Part<'a> {
     fn signals(&self) -> Vec<f64> {
         match self {
             Self::Motor(part) => part.signals(),
+            Self::Slow(part) => part.signals(),
             Self::Motion(part) => part.signals(),
         }
     }
@@ -187,6 +198,7 @@ impl<'a> Part<'a> {
     fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
         match self {
             Self::Motor(part) => part.residuals(motor),
+            Self::Slow(part) => part.residuals(motor),
             Self::Motion(part) => part.residuals(motor),
         }
     }
@@ -195,6 +207,7 @@ impl<'a> Part<'a> {
     fn residuals_of_each(&self, motors: &[&Motor<f64>]) -> Vec<Vec<f64>> {
         match self {
             Self::Motor(part) => part.residuals_of_each(motors),
+            Self::Slow(part) => part.residuals_of_each(motors),
             Self::Motion(part) => motors.iter().map(|motor| part.residuals(motor)).collect(),
         }
     }
@@ -202,6 +215,7 @@ impl<'a> Part<'a> {
     fn column(&self, balance: Balance, term: &impl Fn(f64, f64, f64) -> f64) -> Vec<f64> {
         match self {
             Self::Motor(part) => part.column(balance, term),
+            Self::Slow(part) => part.column(balance, term),
             Self::Motion(part) => part.column(balance, term),
         }
     }

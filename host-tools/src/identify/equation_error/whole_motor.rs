@@ -267,25 +267,30 @@ impl<'a> WholeMotor<'a> {
 
     /// The signals as they were before a measuring chain.
     fn undone(&self, chain: &[Effect<f64>]) -> Signals {
-        let e = self.experiment;
-        let measured = |n: usize| State { current: self.measured.current[n], speed: self.measured.speed[n] };
-        let mut memories: Vec<_> = chain.iter().map(|effect| effect.at_start(measured(0))).collect();
-        let (mut current, mut speed) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
-        for n in 0..e.len() {
-            let mut shown = measured(n);
-            for (effect, memory) in chain.iter().zip(&mut memories) {
-                if n > 0 {
-                    let passed = Passed { interval: e.interval_s, before: measured(n - 1), after: measured(n) };
-                    effect.advance(&passed, memory);
-                }
-                effect.measure(memory, &mut shown);
-            }
-            // Without a supply there is no current, whatever the chain would make of it.
-            current.push(if e.is_open(n) { 0.0 } else { 2.0 * measured(n).current - shown.current });
-            speed.push(if e.is_locked(n) { 0.0 } else { 2.0 * measured(n).speed - shown.speed });
-        }
+        let [current, speed] = undone(self.experiment, &self.measured.current, &self.measured.speed, chain);
         self.view.of(current, speed)
     }
+}
+
+/// Current, A, and speed, rad/s, as they were before a measuring chain.
+pub fn undone(e: &Experiment, current: &[f64], speed: &[f64], chain: &[Effect<f64>]) -> [Vec<f64>; 2] {
+    let measured = |n: usize| State { current: current[n], speed: speed[n] };
+    let mut memories: Vec<_> = chain.iter().map(|effect| effect.at_start(measured(0))).collect();
+    let (mut currents, mut speeds) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
+    for n in 0..e.len() {
+        let mut shown = measured(n);
+        for (effect, memory) in chain.iter().zip(&mut memories) {
+            if n > 0 {
+                let passed = Passed { interval: e.interval_s, before: measured(n - 1), after: measured(n) };
+                effect.advance(&passed, memory);
+            }
+            effect.measure(memory, &mut shown);
+        }
+        // Without a supply there is no current, whatever the chain would make of it.
+        currents.push(if e.is_open(n) { 0.0 } else { 2.0 * measured(n).current - shown.current });
+        speeds.push(if e.is_locked(n) { 0.0 } else { 2.0 * measured(n).speed - shown.speed });
+    }
+    [currents, speeds]
 }
 
 /// Samples on either side over which a current is averaged before its reversals are looked for, so that those of noise, A, are narrow. A

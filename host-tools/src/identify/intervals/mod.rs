@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn white_noise_does_not_hide_what_is_slow() {
         let (n, interval_s, time_constant_s) = (200_000, 1e-3, 0.5);
-        let slow = noise((-interval_s / time_constant_s).exp(), n, 1);
+        let slow = noise(f64::exp(-interval_s / time_constant_s), n, 1);
         let sum: Vec<f64> = noise(0.0, n, 2).iter().zip(&slow).map(|(white, slow)| white + 0.1 * slow).collect();
         assert_eq!(correlation_time_s(&sum, interval_s), interval_s, "neighbours hardly correlate");
         let slowest = slowest_correlation_time_s(&sum, interval_s);

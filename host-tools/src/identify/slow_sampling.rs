@@ -1,0 +1,133 @@
+//! Samples that are slow beside the motor: where a fit starts, what the voltage does between them, and whether L is in reach.
+//!
+//! The course of the voltage and the parameters are found together: for each course, and from inductances below and above
+//! R h, the balances over whole intervals are fitted ([`super::equation_error`]), and the end with the smallest error counts. With the motor that this
+//! gives, each recording then tells its own course ([`crate::between`]).
+//!
+//! Of an electrical time constant L/R shorter than the interval h the samples tell next to nothing that the course of the
+//! voltage between them does not do as well: L is held where the fit has it, and said to be out of reach.
+
+use rayon::prelude::*;
+
+use super::equation_error::EquationError;
+use super::identifiability::Weakness;
+use super::minimise::{Effort, Refined, Residuals as _, minimise};
+use super::space::{Freedom, Space};
+use super::{by_simulation, regression};
+use crate::between::Between;
+use crate::error::Result;
+use crate::experiment::Experiment;
+use crate::prediction;
+
+/// Inductances from which fits start, in R h.
+const INDUCTANCES: [f64; 3] = [0.1, 1.0, 10.0];
+/// Courses that are tried with them.
+const COURSES: [Between; 5] =
+    [Between::Linear, Between::Switched(0.0), Between::Switched(0.5), Between::Switched(1.0), Between::Smooth];
+/// Inductance out of reach is held at this or more, in R h: beyond, the current is settled within the first fiftieth of an interval, and a smaller one would only
+/// ask for shorter steps.
+const LEAST_INDUCTANCE: f64 = 0.02;
+
+/// Whether any of the recordings is sampled slowly.
+pub fn is_slow(experiments: &[Experiment]) -> bool {
+    experiments.iter().any(|e| e.is_slow(None))
+}
+
+/// Finds start values and the course of the voltage in each recording; tells whether L is out of reach, and holds it then. Nothing
+/// changes where no recording is sampled slowly.
+///
+/// # Errors
+/// An interrupt.
+pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Option<Weakness>> {
+    if !is_slow(experiments) {
+        return Ok(None);
+    }
+    let mut bare = by_simulation::without_effects(space);
+    bare.take_typical_values();
+    regression::start_values(&mut bare, experiments);
+    let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
+    let is_free = |space: &Space| space.get("L").is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
+    let trials: Vec<(Between, Space)> = COURSES
+        .iter()
+        .flat_map(|course| INDUCTANCES.map(|share| (*course, share)))
+        .filter(|(_, share)| is_free(&bare) || *share == 1.0)
+        .map(|(course, share)| {
+            let mut start = bare.clone();
+            start.start("L", share * bare.value("R") * interval_s);
+            (course, start)
+        })
+        .collect();
+    let tried: Vec<Option<(f64, Space)>> = trials
+        .par_iter()
+        .map(|(course, start)| {
+            let Ok(motor) = start.motor() else { return Ok(None) };
+            let along: Vec<Experiment> = experiments.iter().map(|e| e.clone().along_if_slow(*course, &motor)).collect();
+            fit(start, &along, Effort::ROUGH)
+        })
+        .collect::<Result<_>>()?;
+    let best = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, best)) = best else { return Ok(None) };
+    bare = best;
+    for effort in [Effort::ROUGH, Effort::USUAL] {
+        let Ok(motor) = bare.motor() else { break };
+        for e in experiments.iter_mut() {
+            *e = prediction::as_told(e.clone(), &motor);
+        }
+        if let Some((_, refined)) = fit(&bare, experiments, effort)? {
+            bare = refined;
+        }
+    }
+    let weakness = out_of_reach(&mut bare, interval_s);
+    space.take_values(&bare);
+    if weakness.is_some() {
+        space.hold(&["L"], Freedom::Pinned);
+    }
+    if let Ok(motor) = bare.motor() {
+        for e in experiments.iter_mut() {
+            *e = prediction::as_told(e.clone(), &motor);
+        }
+    }
+    Ok(weakness)
+}
+
+/// Start values from where a space is, by the balances over whole intervals.
+///
+/// # Errors
+/// An interrupt.
+pub fn start_values(space: &mut Space, experiments: &[Experiment]) -> Result<()> {
+    space.take_scales(&space.scales(experiments));
+    if let Some((_, fitted)) = fit(space, experiments, Effort::ROUGH)? {
+        space.take_values(&fitted);
+    }
+    space.take_scales(&space.scales(experiments));
+    Ok(())
+}
+
+/// A fit of the balances and its error; `None` without a balance, or where it comes to no number.
+fn fit(start: &Space, experiments: &[Experiment], effort: Effort) -> Result<Option<(f64, Space)>> {
+    let Some(balances) = EquationError::new(experiments) else { return Ok(None) };
+    let fit: Refined = minimise(start, &balances, effort, None, &mut || ())?;
+    let error = fit.log_error(balances.groups());
+    Ok(error.is_finite().then_some((error, fit.space)))
+}
+
+/// Holds an inductance whose time constant is shorter than the interval.
+fn out_of_reach(space: &mut Space, interval_s: f64) -> Option<Weakness> {
+    let limit = space.value("R") * interval_s;
+    let l = space.get_mut("L")?;
+    if !matches!(l.freedom, Freedom::Free(_)) || l.value >= limit {
+        return None;
+    }
+    l.value = l.value.max(LEAST_INDUCTANCE * limit);
+    l.freedom = Freedom::Pinned;
+    Some(Weakness {
+        held: "L".to_owned(),
+        text: format!(
+            "L cannot be identified: the interval is longer than L/R ({:.3} ms between samples, L/R is {:.3} ms or less), and the \
+             current settles between two samples; L is held at {:.2e} H. Record faster, or give L with --fix",
+            1e3 * interval_s,
+            1e3 * l.value / (limit / interval_s),
+            l.value
+        ),
+    })
+}
