@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use greyrig::effects::{Description, Effect};
+use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, Stepper};
 
 const INTERVAL_S: f64 = 1e-4;
@@ -19,9 +19,9 @@ pub fn main() -> Result<(), ParameterError> {
         turbulent_friction: 2.98e-8,
     };
     // An effect of the catalogue, at its usual size.
-    let saturation = Description::of("saturation").expect("the catalogue has it");
-    let usual: Vec<f64> = saturation.parameters.iter().map(|parameter| parameter.start).collect();
-    let effect = Effect::from_id(saturation.id, &usual).expect("the catalogue has it");
+    let parameters = EffectId::Saturation.description().parameters;
+    let usual: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    let effect = Effect::new(EffectId::Saturation, &usual);
 
     for (name, effects) in [("linear iron", &[][..]), ("saturated iron", &[effect])] {
         let mut stepper = Stepper::build(Motor::build(base, effects)?, INTERVAL_S)?;

@@ -268,7 +268,8 @@ impl Experiment {
         let largest = || self.current.iter().flatten().fold(0.0f64, |m, i| m.max(i.abs()));
         let linkage = p.flux_coefficient * if p.flux_law == FluxLaw::Series { largest() } else { 1.0 };
         let swing = self.interval_s * linkage / (p.inductance * p.inertia).sqrt();
-        let mut pieces = (rate / LARGEST_RATE_STEP).max(swing / LARGEST_SWING).ceil().clamp(1.0, MOST_PIECES as f64) as usize;
+        let mut pieces =
+            (rate / LARGEST_RATE_STEP).max(swing / LARGEST_SWING).ceil().clamp(1.0, MOST_PIECES as f64) as usize;
         while pieces < MOST_PIECES && !can_be_built(pieces) {
             pieces *= 2;
         }
@@ -449,7 +450,8 @@ impl Experiment {
             for piece in 0..self.pieces {
                 let middle = (piece as f64 + 0.5) / self.pieces as f64;
                 let [from, to] = self.between.over(&self.input, n, piece, self.pieces);
-                let constraints = self.imposed(n, imposed, |signal| signal[n - 1] + middle * (signal[n] - signal[n - 1]));
+                let constraints =
+                    self.imposed(n, imposed, |signal| signal[n - 1] + middle * (signal[n] - signal[n - 1]));
                 stepper.step(S::constant(from), S::constant(to), constraints);
             }
             return;

@@ -5,6 +5,7 @@ pub mod anfis;
 pub mod averaging;
 pub mod between;
 pub mod challenge;
+pub mod check;
 pub mod commands;
 pub mod compare;
 pub mod device;

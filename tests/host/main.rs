@@ -4,6 +4,7 @@ mod anfis;
 mod bad_input;
 mod board;
 mod browser;
+mod check;
 mod commands;
 mod conditions;
 mod diagnose;

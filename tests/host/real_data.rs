@@ -175,5 +175,5 @@ fn hsm150_and_ced_name_what_is_known_of_them() {
         assert_eq!(found.effects, ["coulomb_friction"], "{name}: {}", found.text);
     }
     let Some(found) = verdict("CED/ced_prbs.csv", &["u_v=u1", "omega_rad_s=z1"]) else { return };
-    assert_eq!(found.effects, ["speed_sign_lost"], "{}", found.text);
+    assert!(!found.effects.contains(&EffectId::SpeedSignLost), "it is a matter of the data: {}", found.text);
 }

@@ -52,6 +52,7 @@ pub fn traces(seconds: f64) -> Traces {
         modelled_speed: (0..samples).map(|k| speed((time(k) - 0.02).max(0.0)) + 9.0).collect(),
         measured_torque: Vec::new(),
         modelled_torque: Vec::new(),
+        diverges: false,
         counted: (0..samples).map(|k| time(k) > 0.5 && !(20.0..20.3).contains(&time(k))).collect(),
     }
 }

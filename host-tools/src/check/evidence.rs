@@ -35,10 +35,13 @@ impl Evidence {
     pub fn new(s: &Signals<'_>) -> Self {
         let short = balance::windows(s, ELECTRICAL_WINDOW_S);
         let long = balance::windows(s, MECHANICAL_WINDOW_S);
-        let all = s.voltage.is_some() && s.recording().channel(crate::recording::Channel::Current).is_some() && s.speed.is_some();
+        let all = s.voltage.is_some()
+            && s.recording().channel(crate::recording::Channel::Current).is_some()
+            && s.speed.is_some();
         let magnet = all.then(|| balance::voltage_with_magnet(&short)).flatten();
         let series = all.then(|| balance::voltage_of_series(&short)).flatten();
-        let driven = variance(short.iter().map(|x| x.u)) > VARIES * short.iter().map(|x| x.u * x.u).sum::<f64>() / short.len().max(1) as f64;
+        let driven = variance(short.iter().map(|x| x.u))
+            > VARIES * short.iter().map(|x| x.u * x.u).sum::<f64>() / short.len().max(1) as f64;
         let told = match (&magnet, &series) {
             (Some(magnet), Some(series)) if driven => {
                 let (m, s) = (share(magnet, &short, |x| x.w), share(series, &short, |x| x.iw));

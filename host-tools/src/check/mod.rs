@@ -87,7 +87,7 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     scale::look(s, e, kind, found);
 }
 
-/// Whether any finding stops what was asked.
-pub fn stops(findings: &[DataFinding]) -> Option<&DataFinding> {
+/// The finding, if any, that makes every answer meaningless.
+pub fn stop(findings: &[DataFinding]) -> Option<&DataFinding> {
     findings.iter().find(|f| f.severity == Severity::Stop)
 }

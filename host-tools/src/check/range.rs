@@ -1,17 +1,17 @@
 //! Rails: a channel at the end of its range, and one that rests at zero because it has one side.
 
 use super::signals::{self, Signals, short};
+use crate::recording::clipping;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
-use crate::recording::{Channel, clipping};
 
 /// Share of the samples on a rail of rest at which the voltage drives to the other side, from which on the quantity must have gone there.
 const DRIVEN: f64 = 0.3;
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
-    for (channel, _) in s.channels() {
-        let Some(values) = s.usable(channel) else { continue };
-        let at: Vec<usize> = (0..s.len()).filter(|n| s.is_valid(*n)).collect();
+    for (channel, all) in s.channels() {
+        let at = s.measured(channel);
+        let values: Vec<f64> = at.iter().map(|n| all[*n]).collect();
         let values = values.as_slice();
         let unit = s.unit(channel);
         for rail in clipping::find(channel, values) {

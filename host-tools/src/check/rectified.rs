@@ -27,9 +27,8 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         return;
     }
     let peak = e.long.iter().fold(0.0_f64, |m, x| m.max(x.u.abs()));
-    let share = |of: fn(f64) -> bool| {
-        e.long.iter().filter(|x| of(x.u / peak)).count() as f64 / e.long.len().max(1) as f64
-    };
+    let share =
+        |of: fn(f64) -> bool| e.long.iter().filter(|x| of(x.u / peak)).count() as f64 / e.long.len().max(1) as f64;
     if share(|u| u > 0.2).min(share(|u| u < -0.2)) < 0.05 {
         return;
     }

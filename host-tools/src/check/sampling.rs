@@ -52,10 +52,8 @@ fn unit(s: &Signals<'_>, e: &Evidence, kind: Kind) -> Option<DataFinding> {
     let period_s = |factor: f64| mains::period_s(s.voltage?, by(factor));
     let factors = [(1e-3, "ms"), (1e-6, "us"), (1e3, "ks"), (1e6, "Ms"), (1e-9, "ns")];
     let alternates = |t: f64| MAINS_HZ.iter().any(|hz| (t * hz - 1.0).abs() < MAINS_TOLERANCE);
-    let electrical = e
-        .voltage(e.told.unwrap_or(kind))
-        .filter(|f| f.t[1] > T_SIGN && f.t[2] > T_SIGN)
-        .map(|f| f.b[2] / f.b[1]);
+    let electrical =
+        e.voltage(e.told.unwrap_or(kind)).filter(|f| f.t[1] > T_SIGN && f.t[2] > T_SIGN).map(|f| f.b[2] / f.b[1]);
     let mechanical = e
         .voltage(Kind::PmDc)
         .filter(|_| kind == Kind::PmDc)
@@ -89,12 +87,16 @@ fn unit(s: &Signals<'_>, e: &Evidence, kind: Kind) -> Option<DataFinding> {
         Some((*factor, *unit, why))
     };
     let (factor, unit, why) = by_mains().or_else(implausible)?;
-    let remedy = if factor < 1.0 { s.time_map(&format!("[{unit}]")) } else { s.time_map(&format!("*{factor}")) };
+    let time = s.recording().source("t_s");
+    let remedy = if factor < 1.0 { time.in_unit(unit).map("t_s") } else { time.times(factor).map("t_s") };
     Some(
         s.finding(
             Code::TimeUnit,
             Severity::Stop,
-            format!("the time is not in seconds: {why}; with a factor of {factor} it would be {} ms", short(1e3 * by(factor))),
+            format!(
+                "the time is not in seconds: {why}; with a factor of {factor} it would be {} ms",
+                short(1e3 * by(factor))
+            ),
         )
         .value(factor, "")
         .remedy(remedy),

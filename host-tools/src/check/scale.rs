@@ -49,7 +49,11 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     };
     let peak = |c: Channel| s.usable(c).map_or(0.0, |x| central(&x));
     let [u, i, w] = [Channel::Voltage, Channel::Current, Channel::Speed].map(peak);
-    let ranges = [(Channel::Voltage, u, built.voltage_v), (Channel::Current, i, built.current_a), (Channel::Speed, w, built.speed_rad_s)];
+    let ranges = [
+        (Channel::Voltage, u, built.voltage_v),
+        (Channel::Current, i, built.current_a),
+        (Channel::Speed, w, built.speed_rad_s),
+    ];
     let has_motion = e.voltage(e.told.unwrap_or(kind)).is_some_and(|f| f.t[3].abs() > T_SIGN);
     for (channel, value, (least, greatest)) in ranges {
         // A channel without a signal is no channel with a wrong factor.
@@ -85,29 +89,33 @@ fn central(values: &[f64]) -> f64 {
 
 fn suspect(s: &Signals<'_>, channel: Channel, value: f64, factor: f64) -> DataFinding {
     let unit = s.unit(channel);
-    let (prefix, operation) = match channel {
-        Channel::Speed if factor < 1.0 => ("; is it in rpm or deg/s?", "[rpm]".to_owned()),
-        _ if factor < 1.0 => ("; is it in thousandths?", "*0.001".to_owned()),
-        _ => ("; is it in thousands?", "*1000".to_owned()),
+    let (question, remedy) = match channel {
+        Channel::Speed if factor < 1.0 => ("; is it in rpm or deg/s?", s.map_in(channel, "rpm")),
+        _ if factor < 1.0 => ("; is it in thousandths?", s.map_times(channel, factor)),
+        _ => ("; is it in thousands?", s.map_times(channel, factor)),
     };
     s.finding(
         Code::ScaleSuspect,
         Severity::Warning,
-        format!("{} goes up to {} {unit}, which no such motor does{prefix}", signals::name(channel), short(value)),
+        format!("{} goes up to {} {unit}, which no such motor does{question}", signals::name(channel), short(value)),
     )
     .on(channel)
     .value(value, unit)
-    .remedy(s.map(channel, &operation))
+    .remedy(remedy)
 }
 
 fn angle_against_speed(s: &Signals<'_>) -> Option<DataFinding> {
     let (angle, speed) = (s.recording().channel(Channel::Angle)?, s.recording().channel(Channel::Speed)?);
     let length = s.window(0.05);
     // Mean speed of a stretch against the angle that it covers.
-    let rows = (0..s.len().saturating_sub(length)).step_by(length).filter(|&a| (a..=a + length).all(|n| s.is_valid(n))).map(|a| {
-        let mean = (speed[a..=a + length].iter().sum::<f64>() - 0.5 * (speed[a] + speed[a + length])) / length as f64;
-        ([mean], (angle[a + length] - angle[a]) / (length as f64 * s.interval_s))
-    });
+    let rows = (0..s.len().saturating_sub(length))
+        .step_by(length)
+        .filter(|&a| (a..=a + length).all(|n| s.is_valid(n)))
+        .map(|a| {
+            let mean =
+                (speed[a..=a + length].iter().sum::<f64>() - 0.5 * (speed[a] + speed[a + length])) / length as f64;
+            ([mean], (angle[a + length] - angle[a]) / (length as f64 * s.interval_s))
+        });
     let fit = regression::fit(rows)?;
     let ratio = fit.b[0];
     // A few beyond: angles that start again at each turn.
@@ -118,14 +126,16 @@ fn angle_against_speed(s: &Signals<'_>) -> Option<DataFinding> {
     if same(ratio, -1.0) {
         let text = "the sign of the speed is reversed: it is against that of the angle";
         return Some(
-            s.finding(Code::SignReversed, Severity::Warning, text).on(Channel::Speed).remedy(s.map(Channel::Speed, "*-1")),
+            s.finding(Code::SignReversed, Severity::Warning, text)
+                .on(Channel::Speed)
+                .remedy(s.map_times(Channel::Speed, -1.0)),
         );
     }
     let unit = SPEEDS.iter().find(|(_, factor)| same(ratio, *factor));
     let (text, remedy, code) = match unit {
         Some((unit, _)) => (
             format!("the speed is in {unit}: the angle moves {} times as fast as it says in rad/s", short(ratio)),
-            s.map(Channel::Speed, &format!("[{unit}]")),
+            s.map_in(Channel::Speed, unit),
             Code::UnitSuspect,
         ),
         None => {
@@ -133,12 +143,15 @@ fn angle_against_speed(s: &Signals<'_>) -> Option<DataFinding> {
             match angle {
                 Some((_, factor)) => (
                     format!("the angle is not in rad: it moves {} times as fast as the speed says", short(ratio)),
-                    s.map(Channel::Angle, &format!("*{}", short(*factor))),
+                    s.map_times(Channel::Angle, *factor),
                     Code::UnitSuspect,
                 ),
                 None => (
-                    format!("angle and speed contradict each other: the angle moves {} times as fast as the speed says", short(ratio)),
-                    s.map(Channel::Speed, &format!("*{}", short(ratio))),
+                    format!(
+                        "angle and speed contradict each other: the angle moves {} times as fast as the speed says",
+                        short(ratio)
+                    ),
+                    s.map_times(Channel::Speed, short(ratio).parse().unwrap_or(ratio)),
                     Code::ScaleSuspect,
                 ),
             }

@@ -5,12 +5,12 @@ use super::criteria::T_SIGN;
 use super::evidence::Evidence;
 use super::signals::{Signals, short};
 use crate::model::Kind;
-use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 use crate::recording::Recording;
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 
 /// Whether two recordings hold the same samples: whole, or the shorter one as a part of the longer one's beginning or end.
 pub fn same(a: &Recording, b: &Recording) -> bool {
-    let shorter = a.valid.len().min(b.valid.len());
+    let shorter = a.len().min(b.len());
     if shorter < 2 {
         return false;
     }
@@ -36,8 +36,11 @@ pub fn duplicates(recordings: &[Recording]) -> Vec<DataFinding> {
                 DataFinding::new(
                     Code::DuplicateRecording,
                     Severity::Warning,
-                    &b.path,
-                    format!("it holds the same samples as {}: as data held out it would prove nothing", a.path.display()),
+                    b.path(),
+                    format!(
+                        "it holds the same samples as {}: as data held out it would prove nothing",
+                        a.path().display()
+                    ),
                 )
                 .handled(Handled::None),
             );

@@ -29,9 +29,16 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
             Kind::Universal => series(s, e),
         },
         (true, true, false) if s.current_channel == Channel::Current => {
-            let negative = voltage_at_rest(&e.short).is_some_and(|f| f.t[1] < -T_SIGN && f.unexplained < MOST_UNEXPLAINED);
-            (negative && energy(e) < -T_SIGN)
-                .then(|| reversed(s, Channel::Current, "the product of voltage and current says that the motor feeds its supply", &[Channel::Voltage]))
+            let negative =
+                voltage_at_rest(&e.short).is_some_and(|f| f.t[1] < -T_SIGN && f.unexplained < MOST_UNEXPLAINED);
+            (negative && energy(e) < -T_SIGN).then(|| {
+                reversed(
+                    s,
+                    Channel::Current,
+                    "the product of voltage and current says that the motor feeds its supply",
+                    &[Channel::Voltage],
+                )
+            })
         }
         (true, false, true) if kind == Kind::PmDc => voltage_without_current(&e.long)
             .filter(|f| f.t[1] < -T_SIGN && f.unexplained < MOST_UNEXPLAINED)
@@ -73,12 +80,24 @@ fn magnet(s: &Signals<'_>, e: &Evidence) -> Option<DataFinding> {
     };
     let channel = match (resistance, constant, inertia) {
         (Some(true), Some(false), Some(true)) => return Some(swapped(s)),
-        (Some(false), Some(false), _) | (None, Some(false), Some(true)) | (Some(false), None, Some(true)) => Channel::Voltage,
-        (Some(false), Some(true), _) | (Some(false), None, Some(false)) | (None, Some(true), Some(false)) => Channel::Current,
-        (Some(true), Some(false), _) | (None, Some(false), Some(false)) | (Some(true), None, Some(false)) => s.speed_channel,
-        (Some(false), None, None) => return Some(reversed(s, Channel::Current, text(Channel::Current), &[Channel::Voltage])),
-        (None, Some(false), None) => return Some(reversed(s, s.speed_channel, text(Channel::Speed), &[Channel::Voltage])),
-        (None, None, Some(false)) => return Some(reversed(s, s.speed_channel, text(Channel::Speed), &[Channel::Current])),
+        (Some(false), Some(false), _) | (None, Some(false), Some(true)) | (Some(false), None, Some(true)) => {
+            Channel::Voltage
+        }
+        (Some(false), Some(true), _) | (Some(false), None, Some(false)) | (None, Some(true), Some(false)) => {
+            Channel::Current
+        }
+        (Some(true), Some(false), _) | (None, Some(false), Some(false)) | (Some(true), None, Some(false)) => {
+            s.speed_channel
+        }
+        (Some(false), None, None) => {
+            return Some(reversed(s, Channel::Current, text(Channel::Current), &[Channel::Voltage]));
+        }
+        (None, Some(false), None) => {
+            return Some(reversed(s, s.speed_channel, text(Channel::Speed), &[Channel::Voltage]));
+        }
+        (None, None, Some(false)) => {
+            return Some(reversed(s, s.speed_channel, text(Channel::Speed), &[Channel::Current]));
+        }
         _ => return None,
     };
     Some(reversed(s, channel, text(channel), &[]))
@@ -115,15 +134,12 @@ fn reversed(s: &Signals<'_>, channel: Channel, why: &str, or: &[Channel]) -> Dat
         format!("the sign of {}{or} is reversed: {why}", signals::name(channel)),
     )
     .on(channel)
-    .remedy(s.map(channel, "*-1"))
+    .remedy(s.map_times(channel, -1.0))
 }
 
 fn swapped(s: &Signals<'_>) -> DataFinding {
-    let remedy = format!(
-        "--map u_v={} --map i_a={}",
-        s.source(Channel::Current),
-        s.source(Channel::Voltage)
-    );
+    let [u, i] = [Channel::Voltage, Channel::Current];
+    let remedy = format!("{} {}", s.source(i).map(u.column()), s.source(u).map(i.column()));
     s.finding(
         Code::ChannelsSwapped,
         Severity::Stop,

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use super::criteria::WINDOW_SAMPLES;
 use crate::recording::finding::{Code, DataFinding, Severity};
-use crate::recording::{Channel, Motion, Recording};
+use crate::recording::{Channel, Motion, Recording, SourceColumn};
 
 /// A recording's signals, and which of its samples count.
 pub struct Signals<'a> {
     recording: &'a Recording,
     valid: Vec<bool>,
+    left_out: Vec<bool>,
     /// Sampling interval, s.
     pub interval_s: f64,
     /// Voltage, V.
@@ -27,7 +28,7 @@ pub struct Signals<'a> {
 impl<'a> Signals<'a> {
     /// Of a recording.
     pub fn new(recording: &'a Recording) -> Self {
-        let interval_s = recording.sample_time_s;
+        let interval_s = recording.sample_time_s();
         let angle = || Some(slope(recording.channel(Channel::Angle)?, interval_s));
         let measured = recording.channel(Channel::Speed).map(<[f64]>::to_vec);
         let speed_channel = if measured.is_some() { Channel::Speed } else { Channel::Angle };
@@ -35,7 +36,8 @@ impl<'a> Signals<'a> {
         let current_channel = if current.is_some() { Channel::Current } else { Channel::Torque };
         Self {
             recording,
-            valid: recording.valid.clone(),
+            valid: recording.valid().to_vec(),
+            left_out: vec![false; recording.len()],
             interval_s,
             voltage: recording.channel(Channel::Voltage),
             current: current.or_else(|| recording.channel(Channel::Torque)),
@@ -52,7 +54,7 @@ impl<'a> Signals<'a> {
 
     /// Its file.
     pub fn path(&self) -> &'a Path {
-        &self.recording.path
+        self.recording.path()
     }
 
     /// Number of samples.
@@ -69,22 +71,30 @@ impl<'a> Signals<'a> {
     pub fn leave_out(&mut self, samples: &[usize]) {
         for &n in samples {
             self.valid[n] = false;
+            self.left_out[n] = true;
         }
     }
 
     /// Whether the rotor is held.
     pub fn is_locked(&self, n: usize) -> bool {
-        self.recording.rotor_locked.get(n).copied().unwrap_or(false)
+        self.recording.rotor_locked().get(n).copied().unwrap_or(false)
     }
 
     /// Whether the supply is open.
     pub fn is_open(&self, n: usize) -> bool {
-        self.recording.supply_open.get(n).copied().unwrap_or(false)
+        self.recording.supply_open().get(n).copied().unwrap_or(false)
     }
 
     /// Whether the rotor is held, or the supply open, at every sample.
     pub fn always(&self, state: impl Fn(&Self, usize) -> bool) -> bool {
         (0..self.len()).all(|n| state(self, n))
+    }
+
+    /// The samples that a channel was measured at: not those that its file lacks, but those beyond its range.
+    pub fn measured(&self, channel: Channel) -> Vec<usize> {
+        let mut measured = self.left_out.iter().map(|out| !out).collect::<Vec<bool>>();
+        self.recording.masked(channel).into_iter().for_each(|n| measured[n] = false);
+        (0..self.len()).filter(|n| measured[*n]).collect()
     }
 
     /// A channel's samples, those that may not be used left out.
@@ -101,35 +111,32 @@ impl<'a> Signals<'a> {
 
     /// The unit of a channel.
     pub fn unit(&self, channel: Channel) -> &'static str {
-        channel.unit(self.recording.motion)
+        channel.unit(self.recording.motion())
     }
 
     /// Whether the drive turns.
     pub fn is_rotary(&self) -> bool {
-        self.recording.motion == Motion::Rotary
+        self.recording.motion() == Motion::Rotary
     }
 
     /// Time of a sample, s.
     pub fn time_s(&self, n: usize) -> f64 {
-        self.recording.start_s + n as f64 * self.interval_s
+        self.recording.start_s() + n as f64 * self.interval_s
     }
 
-    /// The column that a channel was taken from, as `--map` names it.
-    pub fn source(&self, channel: Channel) -> String {
-        channel.column().to_owned()
+    /// The column that a channel was taken from.
+    pub fn source(&self, channel: Channel) -> SourceColumn {
+        self.recording.source(channel.column())
     }
 
-    /// `--map` of a channel with an operation on its column, such as `*-1`.
-    pub fn map(&self, channel: Channel, operation: &str) -> String {
-        let source = self.source(channel);
-        let plain = source.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c));
-        let quote = if plain { "" } else { "'" };
-        format!("--map {quote}{}={source}{operation}{quote}", channel.column())
+    /// `--map` of a channel with a factor on what it was taken from.
+    pub fn map_times(&self, channel: Channel, factor: f64) -> String {
+        self.source(channel).times(factor).map(channel.column())
     }
 
-    /// `--map` of the time with an operation on its column.
-    pub fn time_map(&self, operation: &str) -> String {
-        format!("--map 't_s=t_s{operation}'")
+    /// `--map` of a channel in another unit.
+    pub fn map_in(&self, channel: Channel, unit: &str) -> String {
+        self.source(channel).in_unit(unit).map(channel.column())
     }
 
     /// A finding about this recording.

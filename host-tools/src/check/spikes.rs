@@ -130,7 +130,9 @@ fn from_the_others<'a>(
     height: &dyn Fn(usize) -> f64,
 ) -> impl Fn(usize) -> f64 + use<'a> {
     let above = |x: Option<&[f64]>, n: usize| x.map_or(0.0, |x| x[n] - 0.5 * (x[n - 1] + x[n + 1]));
-    let others = move |n: usize| [above(s.voltage, n), above(s.speed.as_deref(), n), above(s.voltage, n - 1), above(s.voltage, n + 1)];
+    let others = move |n: usize| {
+        [above(s.voltage, n), above(s.speed.as_deref(), n), above(s.voltage, n - 1), above(s.voltage, n + 1)]
+    };
     let near: Vec<usize> = outliers.iter().flat_map(|&n| n - 1..=n + 1).collect();
     let rows = (2..s.len().saturating_sub(2))
         .filter(|n| (n - 1..=n + 1).all(|k| s.is_valid(k)) && near.binary_search(n).is_err())

@@ -66,7 +66,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     }
     if dry {
         let (code, text) = if moves && voltage.as_ref().is_some_and(|u| signals::largest(u) > 0.0) {
-            (Code::ChannelDead, "the current rests while the motor moves under voltage: its sensor is dead, or not connected")
+            (
+                Code::ChannelDead,
+                "the current rests while the motor moves under voltage: its sensor is dead, or not connected",
+            )
         } else {
             (Code::NoCurrent, "no current flows: the circuit is open, or the current is not measured")
         };
@@ -86,7 +89,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         variance(windows.iter().map(of)) <= STEADY * STEADY * mean * mean
     };
     let steady = windows.len() >= 4 && idle(|x| x.u) && idle(|x| x.i) && idle(|x| x.w);
-    if moves && steady && voltage.as_ref().is_some_and(|u| variance(u.iter().copied()) < 0.01 * signals::largest(u).powi(2)) {
+    if moves
+        && steady
+        && voltage.as_ref().is_some_and(|u| variance(u.iter().copied()) < 0.01 * signals::largest(u).powi(2))
+    {
         let text = "nothing changes: one voltage, one speed. A step, a ramp or a run-up would tell more";
         found.push(s.finding(Code::NoExcitation, Severity::Warning, text));
     }
@@ -136,8 +142,8 @@ fn no_current(s: &Signals<'_>, samples: &[f64], windows: &[Window]) -> bool {
     }
     let at = |signal: Option<&[f64]>, n: usize| signal.map_or(0.0, |x| x[n]);
     let (u, i, w) = (s.voltage, s.current, s.speed.as_deref());
-    let rows = (1..s.len()).filter(|n| s.is_valid(*n) && s.is_valid(n - 1)).map(|n| {
-        ([1.0, at(u, n), at(w, n), at(u, n) - at(u, n - 1), at(w, n) - at(w, n - 1)], at(i, n))
-    });
+    let rows = (1..s.len())
+        .filter(|n| s.is_valid(*n) && s.is_valid(n - 1))
+        .map(|n| ([1.0, at(u, n), at(w, n), at(u, n) - at(u, n - 1), at(w, n) - at(w, n - 1)], at(i, n)));
     regression::fit(rows).is_some_and(|f| f.t[1..].iter().all(|t| t.abs() < T_INFORM))
 }

@@ -17,8 +17,8 @@ const CHANGES: usize = 20;
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
-    for (channel, _) in s.channels() {
-        let Some(values) = s.usable(channel) else { continue };
+    for (channel, all) in s.channels() {
+        let values: Vec<f64> = s.measured(channel).into_iter().map(|n| all[n]).collect();
         let (low, high) = extremes(&values);
         if values.len() < 4 * STRETCH || high <= low || channel == Channel::Angle {
             continue;

@@ -26,8 +26,8 @@ const DUTY: [&str; 3] = ["duty", "pwm", "modulation"];
 /// What to look for.
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
     let Some(u) = s.usable(Channel::Voltage) else { return };
-    let source = s.source(Channel::Voltage);
-    let extras = s.recording().extras.iter();
+    let source = s.source(Channel::Voltage).name;
+    let extras = s.recording().extras().iter();
     let duty = extras.clone().find(|x| DUTY.iter().any(|word| x.name.to_lowercase().contains(word)));
     let named = SUPPLY.iter().any(|word| source.to_lowercase().replace(' ', "_").contains(word));
     let product = |duty: &str| format!("--map 'u_v={source}*{duty}'");
@@ -39,7 +39,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
                     "the voltage is the supply's ('{source}'), not the motor's: that is '{}' times it",
                     duty.name
                 ),
-                None => "the voltage rests while current and speed go their own ways: it is the supply's, not the motor's".to_owned(),
+                None => {
+                    "the voltage rests while current and speed go their own ways: it is the supply's, not the motor's"
+                        .to_owned()
+                }
             };
             let mut finding = s.finding(Code::SupplyVoltage, Severity::Stop, text).on(Channel::Voltage);
             if let Some(duty) = duty {
@@ -82,7 +85,10 @@ fn commanded(s: &Signals<'_>, u: &[f64]) -> Option<DataFinding> {
         s.finding(
             Code::CommandedVoltage,
             Severity::Info,
-            format!("the voltage takes {} exact values: it is what was commanded, and the supply's drop is not in it", values.len()),
+            format!(
+                "the voltage takes {} exact values: it is what was commanded, and the supply's drop is not in it",
+                values.len()
+            ),
         )
         .on(Channel::Voltage)
     })

@@ -9,11 +9,12 @@ use serde_json::json;
 use super::answer::Answer;
 use super::{input, words};
 use crate::addition::{Addition, Stage, add_to, stage};
-use crate::error::{Error, Result};
+use crate::check;
+use crate::error::{Error, Place, Result};
 use crate::held_out::split;
 use crate::model::{Model, Origin};
 use crate::output;
-use crate::recording::MapArgs;
+use crate::recording::{MapArgs, Recording};
 use crate::report::{Report, Step};
 use crate::term::Formula;
 
@@ -66,7 +67,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Err(Error::usage(format!("the model has {id} already"), "leave it out, or add another effect"));
     }
     let recordings = input::load(&files, &args.map)?;
+    let findings = input::question(&recordings, model.kind);
+    input::refuse(&findings)?;
     let (training, held_out) = split(&recordings);
+    refuse_seen(&training, &held_out)?;
 
     let mut stages = vec![stage(&model, &[], &[], &training, &held_out)?];
     for count in 1..=effects.len() {
@@ -115,6 +119,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "parameters": final_fit.parameters,
                 "notes": final_fit.notes,
                 "accepted": accepted,
+                "data_findings": findings,
                 "model": args.out,
             }),
         )?;
@@ -136,6 +141,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Data that the fit has seen prove nothing.
+fn refuse_seen(training: &[Recording], held_out: &[Recording]) -> Result<()> {
+    for judge in held_out {
+        if let Some(seen) = training.iter().find(|seen| check::same(seen, judge)) {
+            return Err(Error::input(
+                Place::file(judge.path()),
+                format!(
+                    "it holds the same samples as {}, and cannot judge what was fitted to them",
+                    seen.path().display()
+                ),
+                "give another recording last, or this one alone",
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn waterfall(stages: &[Stage]) -> String {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::input::Input;
+use super::input::{self, Input};
 use super::words;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
@@ -49,6 +49,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let model = Model::load(&args.model)?;
     let recordings = args.input.load()?;
+    let findings = input::question(&recordings, model.kind);
     let bar = output::progress("calibration", recordings.len() as u64);
     let result = calibrate(&model, &recordings, args.blanking, &mut || bar.inc(1));
     bar.finish_and_clear();
@@ -58,7 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         calibrated.save(path, args.force)?;
     }
     if args.json {
-        let body = json!({ "detector": detector, "runs": shown, "model": args.out });
+        let body = json!({ "detector": detector, "runs": shown, "model": args.out, "data_findings": findings });
         output::print_json("calibrate", &args.input.names(), body)?;
         return Ok(ExitCode::SUCCESS);
     }

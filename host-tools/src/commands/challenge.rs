@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use super::input::Input;
+use super::input::{self, Answered, Input};
 use super::words;
 use crate::challenge::{Challenge, Challenged, MOST_TRIES, challenge, most_effects};
 use crate::error::Result;
@@ -37,6 +37,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let effects = catalogue::effects(&args.effect)?;
     let recordings = args.input.load()?;
+    let findings = input::question(&recordings, model.kind);
+    input::refuse(&findings)?;
     let bar = output::progress("challenge", MOST_TRIES * most_effects(&model, &effects));
     let result = challenge(&recordings, &model, &effects, &|effect| {
         bar.set_message(effect.id());
@@ -45,7 +47,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     bar.finish_and_clear();
     let result = result?;
     if args.json {
-        output::print_json("challenge", &args.input.names(), &result)?;
+        let answer = Answered { answer: &result, data_findings: &findings };
+        output::print_json("challenge", &args.input.names(), answer)?;
     } else {
         print(&result)?;
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::answer::Answer;
-use super::input::Input;
+use super::input::{self, Answered, Input};
 use super::words;
 use crate::between::Course;
 use crate::compare::compare_along;
@@ -39,6 +39,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let model = Model::load(&args.model)?;
     let recordings = args.input.load()?;
+    let findings = input::question(&recordings, model.kind);
+    input::refuse(&findings)?;
     let comparison = compare_along(&model, &recordings, args.course)?;
     if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
@@ -50,7 +52,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        output::print_json("compare", &args.input.names(), &comparison)?;
+        let answer = Answered { answer: &comparison, data_findings: &findings };
+        output::print_json("compare", &args.input.names(), answer)?;
     } else {
         output::print_line(&words::errors(&comparison))?;
         output::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&comparison)))?;

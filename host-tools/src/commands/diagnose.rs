@@ -9,15 +9,17 @@ use greyrig::effects::EffectId;
 use serde_json::json;
 
 use super::answer::Answer;
-use super::input::{self, Input};
+use super::input::{self, Answered, Input};
 use super::words;
-use crate::compare::{Comparison, compare};
+use crate::check;
+use crate::compare::{Comparison, PerSignal, compare};
 use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, Progress, VerdictKind, diagnose};
 use crate::error::Result;
 use crate::identify::{self, Settings};
 use crate::model::{Assignment, Base, Kind, Model, Origin, catalogue};
 use crate::output;
+use crate::recording::finding::DataFinding;
 use crate::report::{Curves, Report, Table};
 
 /// Which physical effect is missing, how sure, what it is confused with, and the experiment that would tell.
@@ -64,6 +66,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     settings.fixed.extend(args.fix.iter().cloned());
+    let findings = input::question(&recordings, settings.kind);
+    if let Some(stop) = check::stop(&findings) {
+        return refused(args, stop, &findings);
+    }
     let exclude = catalogue::effects(&args.exclude)?;
     let options = Options { settings: settings.clone(), exclude, candidates_refined: true };
     let bar = output::progress("diagnosis", 40);
@@ -109,7 +115,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        output::print_json("diagnose", &args.input.names(), as_json(&d, comparison.as_ref()))?;
+        let answer = Answered { answer: as_json(&d, comparison.as_ref()), data_findings: &findings };
+        output::print_json("diagnose", &args.input.names(), answer)?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(comparison) = &comparison {
@@ -146,6 +153,25 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             words::percent(Some(current)),
             words::percent(Some(speed))
         ))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The answer to recordings from which nothing could be told.
+fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<ExitCode> {
+    let reason = format!("the recording: {}", input::sentence(stop));
+    if args.answer.json {
+        let verdict = json!({
+            "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "text": reason, "next_experiment": null,
+        });
+        let answer = json!({
+            "esr_before": PerSignal::default(), "esr_after": PerSignal::default(), "noise_floor": null, "where": null,
+            "verdict": verdict, "classes": [], "candidates": [], "screening": [], "lead": null, "shape": null,
+            "decoy_gain": null, "dithered": [], "data_findings": findings,
+        });
+        output::print_json("diagnose", &args.input.names(), answer)?;
+    } else {
+        output::print_line(&format!("verdict: insufficient data\n  {reason}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -80,6 +80,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let recordings = args.input.load()?;
     let kind = input::kind(args.kind, &recordings);
+    let findings = input::question(&recordings, kind);
+    input::refuse(&findings)?;
     let mut settings = Settings::new(kind);
     settings.method = args.method;
     settings.base = args.base.unwrap_or(settings.base);
@@ -119,6 +121,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "noise_floor_source": comparison.as_ref().and_then(|c| c.noise_floor_source.clone()),
                 "filter": identification.model.filter,
                 "notes": identification.notes,
+                "data_findings": findings,
                 "model": args.out,
             }),
         )?;

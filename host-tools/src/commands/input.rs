@@ -3,9 +3,12 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use serde::Serialize;
 
-use crate::error::Result;
+use crate::check;
+use crate::error::{Error, Place, Result};
 use crate::model::Kind;
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 use crate::recording::{self, MapArgs, Recording};
 
 /// Recordings and how their columns are named.
@@ -45,6 +48,45 @@ pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
         }
     }
     Ok(recordings)
+}
+
+/// Questions recordings before anything is asked of them, and says on stderr what may spoil the answer.
+pub fn question(recordings: &[Recording], kind: Kind) -> Vec<DataFinding> {
+    let found = check::check(recordings, Some(kind));
+    // Of what is masked the reader has told already.
+    let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
+    for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {
+        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), sentence(finding));
+    }
+    found
+}
+
+/// A finding with what mends it.
+pub fn sentence(finding: &DataFinding) -> String {
+    match &finding.remedy {
+        Some(remedy) => format!("{}; {remedy}", finding.text),
+        None => finding.text.clone(),
+    }
+}
+
+/// An answer with what was found about the data.
+#[derive(Debug, Serialize)]
+pub struct Answered<'a, T: Serialize> {
+    /// The answer.
+    #[serde(flatten)]
+    pub answer: T,
+    /// About the recordings.
+    pub data_findings: &'a [DataFinding],
+}
+
+/// Refuses recordings from which any answer would mean nothing.
+///
+/// # Errors
+/// The first finding that stops.
+pub fn refuse(findings: &[DataFinding]) -> Result<()> {
+    let Some(stop) = check::stop(findings) else { return Ok(()) };
+    let remedy = stop.remedy.clone().unwrap_or_else(|| "record again; `greyrig check` tells more".to_owned());
+    Err(Error::input(Place::file(&stop.recording), &stop.text, remedy))
 }
 
 /// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.

@@ -7,7 +7,7 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 
 use super::answer::Answer;
-use super::input::Input;
+use super::input::{self, Input};
 use super::words;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -63,6 +63,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
     let recordings = args.input.load()?;
+    let findings = input::question(&recordings, model.kind);
     if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata().contains_key("serial"))
     {
         return Err(Error::usage(
@@ -97,6 +98,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             json!({
                 "verdict": verdict, "drifted": drifted, "checks": shift.checks, "charts": charts, "study": shift.study,
                 "false_alarms_per_check": FALSE_ALARMS, "runs": tests, "model": args.model,
+                "data_findings": findings,
             }),
         )?;
     } else {

@@ -6,6 +6,7 @@ mod answer;
 pub mod board;
 pub mod calibrate;
 pub mod challenge;
+pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod convert;
@@ -47,6 +48,8 @@ pub enum Command {
     Demo(demo::Args),
     /// Physical parameters from recordings, with 95 % intervals.
     Identify(identify::Args),
+    /// What is wrong with recordings, and what mends it.
+    Check(check::Args),
     /// Model against measurement, and where it fails.
     Compare(compare::Args),
     /// Adds effects to a model and shows the error fall on data held out.
@@ -94,6 +97,7 @@ impl Command {
         match self {
             Self::Demo(args) => demo::run(args),
             Self::Identify(args) => identify::run(args),
+            Self::Check(args) => check::run(args),
             Self::Compare(args) => compare::run(args),
             Self::Add(args) => add::run(args),
             Self::Diagnose(args) => diagnose::run(args),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::anfis::{Bell, notes, parse_bell};
 use super::answer::Answer;
-use super::input::Input;
+use super::input::{self, Answered, Input};
 use super::words;
 use crate::anfis::{Method, Ridge, Settings, Trained};
 use crate::compare::{Comparison, PerSignal, compare};
@@ -78,6 +78,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
     let recordings = args.input.load()?;
+    let findings = input::question(&recordings, bare.kind);
+    input::refuse(&findings)?;
     let outcome = Outcome::of(&bare, &recordings, args)?;
     if let Some(path) = &args.out {
         outcome.model.save(path, args.answer.force)?;
@@ -88,7 +90,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        output::print_json("train", &args.input.names(), outcome.in_json(args))?;
+        let answer = Answered { answer: outcome.in_json(args), data_findings: &findings };
+        output::print_json("train", &args.input.names(), answer)?;
         return Ok(ExitCode::SUCCESS);
     }
     outcome.tell(args)?;

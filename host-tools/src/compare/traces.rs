@@ -40,7 +40,8 @@ pub fn simulate(
     };
     let coefficients = e.coefficients::<f32>();
     let (mut current, mut speed) = (Cascade::<f32>::default(), Cascade::<f32>::default());
-    let mut simulated = Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()), diverges: false };
+    let mut simulated =
+        Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()), diverges: false };
     let within = [&e.current, &e.speed].map(|signal| largest(signal.as_deref()));
     let substeps = e.substeps(motor).map_err(refused)?;
     e.run(motor, substeps, imposed, |n, state: State<f32>| {

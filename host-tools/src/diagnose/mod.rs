@@ -40,6 +40,7 @@ use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::{self, Settings, identifiability};
+use crate::model::Kind;
 use crate::recording::Recording;
 use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
@@ -57,6 +58,9 @@ use sizes::sizes;
 use verdict::Strained;
 
 pub use verdict::{Verdict, VerdictKind};
+
+/// The part of the measuring chain that stands for a sensor which shows the magnitude.
+const SIGN_LOST: EffectId = EffectId::SpeedSignLost;
 
 /// Effects that one diagnosis adds at most.
 const MOST_EFFECTS: usize = 6;
@@ -122,12 +126,18 @@ impl Options {
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
 pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
-    let settings = &options.settings;
     progress(Progress::Doing("reading"));
     let recordings = &samples::without_clipped(recordings);
-    let mut full: Vec<Experiment> = identify::prepare(recordings, &settings.filter)?;
+    let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter)?;
+    let mut settings = options.settings.clone();
+    // A sensor without a sign is a matter of the data: it is part of what is fitted, and no effect that is missing.
+    let has = settings.effects.contains(&SIGN_LOST) || options.excludes(SIGN_LOST);
+    if settings.kind == Kind::PmDc && !has && full.iter().any(samples::sign_lost) {
+        settings.effects.push(SIGN_LOST);
+    }
+    let settings = &settings;
     let clean = dither::add(&mut full);
-    let mut findings = samples::look(recordings, &full, settings.kind);
+    let mut findings = samples::look(&full);
     findings.retain(|f| !options.excludes(f.id) && !settings.effects.contains(&f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);

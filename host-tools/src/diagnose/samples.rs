@@ -1,18 +1,12 @@
-//! What the samples themselves show, before any fit: clipped channels, a sensor without a sign, sparks, lines that follow the
-//! rotor.
-
-use std::collections::BTreeMap;
+//! What the samples themselves show, before any fit: sparks, and lines that follow the rotor.
 
 use greyrig::effects::{EffectId, Seen};
 
 use super::orders;
 use crate::experiment::Experiment;
-use crate::model::Kind;
 use crate::noise;
 use crate::recording::{Channel, Recording, clipping};
 
-/// Share of samples at the limit from which a channel counts as clipped in operation.
-const CLIPPED_SHARE: f64 = 1e-4;
 /// A speed that never falls below this share of its largest value to the negative side has no sign.
 const NO_SIGN: f64 = 0.02;
 /// Colour of the current's noise from which sparks are seen.
@@ -53,40 +47,8 @@ pub fn without_clipped(recordings: &[Recording]) -> Vec<Recording> {
 }
 
 /// Looks at the samples of all recordings.
-pub fn look(recordings: &[Recording], experiments: &[Experiment], kind: Kind) -> Vec<Finding> {
+pub fn look(experiments: &[Experiment]) -> Vec<Finding> {
     let mut found = Vec::new();
-    for recording in recordings {
-        for channel in [Channel::Current, Channel::Speed] {
-            let Some(values) = recording.channel(channel) else { continue };
-            let clipped: BTreeMap<&str, (f64, usize)> = clipping::find(channel, values)
-                .iter()
-                .map(|c| (if c.level > 0.0 { "top" } else { "bottom" }, (c.level, c.samples.len())))
-                .collect();
-            let count: usize = clipped.values().map(|c| c.1).sum();
-            if count as f64 > CLIPPED_SHARE * values.len() as f64
-                && found.iter().all(|f: &Finding| f.id != EffectId::AdcClipping)
-            {
-                let level = clipped.values().map(|c| c.0.abs()).fold(0.0, f64::max);
-                let unit = if channel == Channel::Current { "A" } else { "rad/s" };
-                found.push(Finding {
-                    id: EffectId::AdcClipping,
-                    text: format!(
-                        "{count} samples of {} rest at ±{level:.3} {unit} while the quantity goes on: the channel clips",
-                        if channel == Channel::Current { "the current" } else { "the speed" }
-                    ),
-                });
-            }
-        }
-    }
-    if kind == Kind::PmDc && experiments.iter().any(sign_lost) {
-        found.push(Finding {
-            id: EffectId::SpeedSignLost,
-            text:
-                "the voltage changes its sign for longer than the motor takes to follow, and the speed never does: the \
-                   sensor gives its magnitude"
-                    .to_owned(),
-        });
-    }
     if let Some(ratio) = sparking(experiments) {
         found.push(Finding {
             id: EffectId::BrushArcing,
@@ -120,8 +82,8 @@ fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
     })
 }
 
-/// Whether the speed is that of a magnet motor that must have turned backwards, without a sign.
-fn sign_lost(e: &Experiment) -> bool {
+/// Whether the speed is that of a magnet motor that must have turned backwards, without a sign. What is fitted then has such a sensor.
+pub fn sign_lost(e: &Experiment) -> bool {
     let Some(speed) = &e.speed else { return false };
     let (low, high) = speed.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
     let largest = e.input.iter().fold(0.0f64, |m, u| m.max(u.abs()));

@@ -150,7 +150,8 @@ fn settled_samples(e: &Experiment) -> Option<Vec<usize>> {
     }
     let u = &e.input;
     let largest = u.iter().fold(0.0f64, |m, u| m.max(u.abs()));
-    let still = |n: &usize| (n - 2..=*n).all(|k| e.counted[k] && (u[k] - u[*n]).abs() < STILL * largest && !e.is_open(k));
+    let still =
+        |n: &usize| (n - 2..=*n).all(|k| e.counted[k] && (u[k] - u[*n]).abs() < STILL * largest && !e.is_open(k));
     let samples: Vec<usize> = (2..u.len()).filter(still).collect();
     (samples.len() as f64 > FEWEST_SHARE * u.len() as f64).then_some(samples)
 }

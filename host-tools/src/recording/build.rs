@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{Channel, Extra, Motion, Recording, gaps};
+use super::{Channel, Extra, Motion, Recording, SourceColumn, gaps};
 
 /// Why values are no recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -70,6 +70,7 @@ pub struct Builder {
     extras: Vec<Extra>,
     metadata: BTreeMap<String, String>,
     warnings: Vec<String>,
+    sources: BTreeMap<&'static str, SourceColumn>,
 }
 
 impl Builder {
@@ -155,6 +156,13 @@ impl Builder {
         self
     }
 
+    /// The column that a target of `--map` was taken from.
+    #[must_use]
+    pub fn source(mut self, target: &'static str, column: SourceColumn) -> Self {
+        self.sources.insert(target, column);
+        self
+    }
+
     /// The recording.
     ///
     /// # Errors
@@ -205,6 +213,7 @@ impl Builder {
             extras: self.extras,
             metadata: self.metadata,
             warnings: self.warnings,
+            sources: self.sources,
         };
         missing.iter().for_each(|(channel, samples)| recording.note_missing(*channel, samples));
         Ok(recording)

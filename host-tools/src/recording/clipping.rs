@@ -134,14 +134,7 @@ pub fn quantum(values: &[f64], resolution: f64) -> f64 {
     step.max(resolution)
 }
 
-fn at_level(
-    channel: Channel,
-    values: &[f64],
-    level: f64,
-    extremes: [f64; 2],
-    quantum: f64,
-    resolved: bool,
-) -> bool {
+fn at_level(channel: Channel, values: &[f64], level: f64, extremes: [f64; 2], quantum: f64, resolved: bool) -> bool {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     let (mut count, mut k) = (0, 0);
     while k < values.len() {

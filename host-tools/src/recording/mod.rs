@@ -19,6 +19,7 @@ mod channel;
 mod damage;
 mod gaps;
 mod read;
+mod source;
 mod write;
 
 #[cfg(feature = "arrow")]
@@ -40,6 +41,7 @@ pub use build::{Builder, InvalidRecording};
 pub use channel::{Channel, Motion};
 pub use mapping::{MapArgs, Mapping};
 pub use read::{load, load_all};
+pub use source::SourceColumn;
 pub use write::write;
 
 /// A further column that is carried along, in the units of its file.
@@ -88,6 +90,8 @@ pub struct Recording {
     extras: Vec<Extra>,
     metadata: BTreeMap<String, String>,
     warnings: Vec<String>,
+    /// By target of `--map`.
+    sources: BTreeMap<&'static str, SourceColumn>,
 }
 
 impl Recording {
@@ -192,6 +196,11 @@ impl Recording {
     /// What the user should know about these data (clipping, gaps …), in words.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// The column that a target of `--map` was taken from; one of its own name where none is known.
+    pub fn source(&self, target: &str) -> SourceColumn {
+        self.sources.get(target).cloned().unwrap_or_else(|| SourceColumn::new(target))
     }
 
     /// Gives it the name of a file.
@@ -304,6 +313,7 @@ impl Recording {
             motion: self.motion,
             metadata: self.metadata.clone(),
             warnings: self.warnings.clone(),
+            sources: self.sources.clone(),
         }
     }
 }

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
-use greyrig::effects::EffectId;
 use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::recovery::{self, Recovery};
@@ -184,7 +183,7 @@ fn confusion(outcomes: &[&Outcome]) {
     let mut named: BTreeMap<&str, BTreeMap<String, usize>> = BTreeMap::new();
     for o in outcomes {
         let verdict = if o.named.is_empty() { format!("({:?})", o.kind) } else { catalogue::joined(&o.named, " + ") };
-        *named.entry(o.truth[0].id()).or_default().entry(verdict).or_default() += 1;
+        *named.entry(o.truth.first().map_or("(nothing)", |id| id.id())).or_default().entry(verdict).or_default() += 1;
     }
     say!("\n| truth | cases | verdict |\n| --- | --- | --- |");
     for (truth, verdicts) in named {
@@ -206,7 +205,7 @@ fn recover(
 ) {
     let chosen: Vec<&Outcome> = outcomes
         .iter()
-        .filter(|o| o.exact() && o.before[0] >= STANDS_OUT * healthy[0] && !o.truth.contains(&EffectId::AdcClipping))
+        .filter(|o| o.exact() && o.before[0] >= STANDS_OUT * healthy[0] && !o.truth.is_empty())
         .take(most)
         .collect();
     let recovered: Vec<Recovery> = chosen

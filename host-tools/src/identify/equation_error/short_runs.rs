@@ -80,8 +80,8 @@ impl<'a> ShortRuns<'a> {
     /// What both balances leave over.
     pub fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
         let signals = self.before(&chain_of(motor));
-        let stepper = without_chain(motor)
-            .and_then(|motor| Stepper::with_substeps(motor, self.experiment.step_s(), 1).ok());
+        let stepper =
+            without_chain(motor).and_then(|motor| Stepper::with_substeps(motor, self.experiment.step_s(), 1).ok());
         match stepper {
             Some(stepper) => {
                 let [rows] = self.left_over(stepper, [self.factors(motor)], &signals, |x| [x]);
@@ -119,7 +119,8 @@ impl<'a> ShortRuns<'a> {
         [current, speed]: &[Vec<f64>; 2],
         each: impl Fn(S) -> [f64; MOTORS],
     ) -> [Vec<f64>; MOTORS] {
-        let mut voltages: [Vec<f64>; MOTORS] = array::from_fn(|_| Vec::with_capacity(self.samples.len() + self.runs.len()));
+        let mut voltages: [Vec<f64>; MOTORS] =
+            array::from_fn(|_| Vec::with_capacity(self.samples.len() + self.runs.len()));
         let mut impulses: [Vec<f64>; MOTORS] = array::from_fn(|_| Vec::with_capacity(self.runs.len()));
         let mut runs = self.runs.iter().peekable();
         let mut sums = [0.0; MOTORS];

@@ -14,7 +14,7 @@ use crate::recording::names::{self, Header, Role};
 use crate::recording::table::Table;
 use crate::recording::time_axis;
 use crate::recording::units::Quantity;
-use crate::recording::{Builder, Channel, Motion, Recording, clipping};
+use crate::recording::{Builder, Channel, Motion, Recording, SourceColumn, clipping};
 
 /// A column that was given a role.
 struct Use {
@@ -116,6 +116,7 @@ impl Assembly<'_> {
             .metadata(metadata);
         let builder = channels.into_iter().fold(builder, |b, (channel, values)| b.channel(channel, values));
         let builder = extras.into_iter().fold(builder, Builder::extra);
+        let builder = uses.iter().fold(builder, |b, (role, found)| b.source(role.column(), self.source(found)));
         let mut recording = builder.build().map_err(|e| {
             self.whole(e.to_string(), "give a recording with values that can be used, or map other columns")
         })?;
@@ -134,6 +135,16 @@ impl Assembly<'_> {
             }
         }
         Ok(recording.with_warnings(self.warnings))
+    }
+
+    fn source(&self, found: &Use) -> SourceColumn {
+        let Source { column, gain, offset, unit, .. } = &found.source;
+        SourceColumn {
+            name: self.table.columns[*column].name.clone(),
+            gain: *gain,
+            offset: *offset,
+            unit: unit.clone(),
+        }
     }
 
     fn rows(&self, raster: usize) -> usize {

@@ -1,0 +1,314 @@
+//! `greyrig check`: recordings of the virtual rig, damaged as recordings of others are, and sound ones that must pass.
+
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+
+use greyrig_host::check::{check, same, stop};
+use greyrig_host::recording::finding::{Code, DataFinding, Severity};
+use greyrig_host::recording::{Channel, Mapping, Recording, load};
+use greyrig_host::rig::{Kind, Motor, PROFILES, Setup};
+
+/// Uniform numbers of a fixed sequence (SplitMix64, Steele et al. 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+    /// Standard deviation 1 (Box and Muller 1958).
+    fn gaussian(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.next()).ln()).sqrt() * (std::f64::consts::TAU * self.next()).cos()
+    }
+}
+
+fn greyrig(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+}
+
+struct Sound {
+    kind: Kind,
+    profile: &'static str,
+    recording: Recording,
+}
+
+/// Sound recordings: every profile of both kinds, units of a lot, 10 kHz.
+static SOUND: LazyLock<Vec<Sound>> = LazyLock::new(|| {
+    let mut all = Vec::new();
+    for kind in [Kind::PmDc, Kind::Universal] {
+        for profile in PROFILES.iter().filter(|p| p.pm_dc || kind == Kind::Universal) {
+            for seed in 0..2 {
+                let motor = Motor::sample_from_population(&Motor::nominal(kind), 0.1, seed);
+                let setup = Setup::new(kind).motor(motor).profile(profile.id).unwrap().seconds(4.0).seed(seed);
+                let path = format!("{}-{}-{seed}", kind.name(), profile.id);
+                all.push(Sound { kind, profile: profile.id, recording: setup.run().unwrap().recording.named(path) });
+            }
+        }
+    }
+    all
+});
+
+/// The motor turns, and its voltage is not a single one.
+fn driven() -> impl Iterator<Item = &'static Sound> {
+    SOUND.iter().filter(|s| !["locked", "start", "coast-down"].contains(&s.profile))
+}
+
+/// Every n-th sample.
+fn slower(recording: &Recording, n: usize) -> Recording {
+    let every = |x: &[f64]| x.iter().copied().step_by(n).collect::<Vec<f64>>();
+    let flags = |x: &[bool]| x.iter().copied().step_by(n).collect::<Vec<bool>>();
+    let builder = Recording::builder(recording.sample_time_s() * n as f64)
+        .path(recording.path())
+        .rotor_locked(flags(recording.rotor_locked()))
+        .supply_open(flags(recording.supply_open()))
+        .metadata(recording.metadata().clone());
+    let builder = recording.channels().iter().fold(builder, |b, (c, x)| b.channel(*c, every(x)));
+    builder.build().unwrap()
+}
+
+fn change(recording: &Recording, channel: Channel, f: impl FnOnce(&mut Vec<f64>)) -> Recording {
+    let mut changed = recording.clone();
+    let mut values = recording.channel(channel).unwrap().to_vec();
+    f(&mut values);
+    changed.set_channel(channel, values).unwrap();
+    changed
+}
+
+fn times(recording: &Recording, channel: Channel, factor: f64) -> Recording {
+    change(recording, channel, |x| x.iter_mut().for_each(|x| *x *= factor))
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+fn of<'a>(found: &'a [DataFinding], code: Code) -> Option<&'a DataFinding> {
+    found.iter().find(|f| f.code == code)
+}
+
+/// Damages sound recordings and counts those that are named so. Nineteen of twenty have to be.
+fn found(what: &str, code: Code, channel: Option<Channel>, damage: impl Fn(&Sound, &mut Random) -> Option<Recording>) {
+    let mut random = Random(1);
+    let (mut named, mut missed) = (0, Vec::new());
+    for sound in driven() {
+        let Some(damaged) = damage(sound, &mut random) else { continue };
+        let findings = check(&[damaged], Some(sound.kind));
+        let hit = of(&findings, code).is_some_and(|f| channel.is_none_or(|c| f.channel == Some(c)));
+        if hit {
+            named += 1;
+        } else {
+            let codes: Vec<String> = findings.iter().map(|f| format!("{} {:?}", f.code, f.channel)).collect();
+            missed.push(format!("{}: {codes:?}", sound.recording.path().display()));
+        }
+    }
+    assert!(named >= 10 && named >= 19 * missed.len(), "{what}: {named} found, missed {missed:#?}");
+}
+
+#[test]
+fn sound_recordings_pass_at_any_rate() {
+    let (mut recordings, mut warnings) = (0, Vec::new());
+    for sound in SOUND.iter() {
+        // A supply of 50 Hz needs more than 100 samples a second.
+        let fastest_only = sound.kind == Kind::Universal || sound.profile == "locked";
+        for factor in [1, 5, 10, 50, 200].into_iter().filter(|n| !fastest_only || *n <= 10) {
+            let found = check(&[slower(&sound.recording, factor)], Some(sound.kind));
+            assert_eq!(stop(&found), None, "{} / {factor}", sound.recording.path().display());
+            recordings += 1;
+            warnings.extend(found.into_iter().filter(|f| f.severity == Severity::Warning));
+        }
+    }
+    // One in a hundred.
+    assert!(warnings.len() * 100 <= recordings, "{recordings}: {warnings:#?}");
+}
+
+#[test]
+fn a_reversed_sign_is_found_and_mended() {
+    let magnet = |s: &Sound| s.kind == Kind::PmDc;
+    for channel in [Channel::Voltage, Channel::Current, Channel::Speed] {
+        found("sign", Code::SignReversed, Some(channel), |s, _| {
+            (magnet(s) || channel == Channel::Speed).then(|| times(&s.recording, channel, -1.0))
+        });
+    }
+    // Which of voltage and current it is a series motor cannot tell.
+    found("sign", Code::SignReversed, Some(Channel::Current), |s, _| {
+        (!magnet(s)).then(|| times(&s.recording, Channel::Voltage, -1.0))
+    });
+}
+
+#[test]
+fn swapped_and_dead_channels_are_found() {
+    found("swapped", Code::ChannelsSwapped, None, |s, _| {
+        let mut swapped = s.recording.clone();
+        swapped.set_channel(Channel::Voltage, s.recording.channel(Channel::Current)?.to_vec()).unwrap();
+        swapped.set_channel(Channel::Current, s.recording.channel(Channel::Voltage)?.to_vec()).unwrap();
+        Some(swapped)
+    });
+    found("dead current", Code::ChannelDead, Some(Channel::Current), |s, random| {
+        let noise = random.between(0.001, 0.1);
+        Some(change(&s.recording, Channel::Current, |x| x.iter_mut().for_each(|x| *x = noise * random.gaussian())))
+    });
+    found("dead voltage", Code::ChannelDead, Some(Channel::Voltage), |s, _| {
+        Some(times(&s.recording, Channel::Voltage, 0.0))
+    });
+    for sound in driven() {
+        let findings = check(&[times(&sound.recording, Channel::Speed, 0.0)], Some(sound.kind));
+        // With a slow voltage alone, current and voltage go together as those of a large resistance.
+        let told = of(&findings, Code::ChannelDead).or_else(|| of(&findings, Code::Standstill));
+        assert_eq!(told.and_then(|f| f.channel), Some(Channel::Speed), "{}", sound.recording.path().display());
+    }
+}
+
+#[test]
+fn units_and_the_kind_of_motor_are_doubted() {
+    found("deg/s", Code::ScaleSuspect, Some(Channel::Speed), |s, _| Some(times(&s.recording, Channel::Speed, 57.296)));
+    found("mV", Code::ScaleSuspect, Some(Channel::Voltage), |s, _| Some(times(&s.recording, Channel::Voltage, 1e3)));
+    found("us", Code::TimeUnit, None, |s, _| {
+        let builder = Recording::builder(s.recording.sample_time_s() * 1e6);
+        let channels = s.recording.channels();
+        channels.iter().fold(builder, |b, (c, x)| b.channel(*c, x.clone())).build().ok()
+    });
+    found("rpm beside an angle", Code::UnitSuspect, Some(Channel::Speed), |s, _| {
+        let mut angle = 0.0;
+        let turned = s.recording.channel(Channel::Speed)?.iter().map(|w| {
+            angle += w * s.recording.sample_time_s();
+            angle
+        });
+        let turned: Vec<f64> = turned.collect();
+        let mut run = times(&s.recording, Channel::Speed, 60.0 / std::f64::consts::TAU);
+        run.set_channel(Channel::Angle, turned).unwrap();
+        Some(run)
+    });
+    for sound in driven() {
+        let other = if sound.kind == Kind::PmDc { Kind::Universal } else { Kind::PmDc };
+        let findings = check(&[sound.recording.clone()], Some(other));
+        assert!(of(&findings, Code::WrongKind).is_some(), "{}", sound.recording.path().display());
+    }
+}
+
+#[test]
+fn what_a_converter_does_is_found_and_rest_is_left_alone() {
+    found("clipped", Code::Clipped, Some(Channel::Current), |s, random| {
+        let limit = random.between(0.4, 0.8) * largest(s.recording.channel(Channel::Current)?);
+        let beyond = s.recording.channel(Channel::Current)?.iter().filter(|i| i.abs() > limit).count();
+        (beyond > 100)
+            .then(|| change(&s.recording, Channel::Current, |x| x.iter_mut().for_each(|x| *x = x.clamp(-limit, limit))))
+    });
+    found("codes", Code::Overrange, Some(Channel::Current), |s, random| {
+        Some(change(&s.recording, Channel::Current, |x| {
+            (0..3).for_each(|_| {
+                let n = (random.next() * x.len() as f64) as usize;
+                x[n] = 9.9e37;
+            });
+        }))
+    });
+    found("spikes", Code::Outliers, Some(Channel::Current), |s, random| {
+        let peak = largest(s.recording.channel(Channel::Current)?);
+        Some(change(&s.recording, Channel::Current, |x| {
+            (0..8).for_each(|_| {
+                let n = (random.next() * x.len() as f64) as usize;
+                x[n] += peak * random.between(0.5, 1.5);
+            });
+        }))
+    });
+    found("encoder", Code::EncoderCounts, Some(Channel::Speed), |s, random| {
+        let window = random.between(20.0, 100.0) as usize;
+        let step = std::f64::consts::TAU / [120.0, 360.0, 500.0][(3.0 * random.next()) as usize];
+        let mut angle = 0.0;
+        Some(change(&s.recording, Channel::Speed, |x| {
+            let counts = x.iter().map(|w| {
+                angle += w * 1e-4;
+                (angle / step).floor()
+            });
+            let counts: Vec<f64> = counts.collect();
+            for n in 0..x.len() {
+                let last = n / window * window;
+                let seen = if last >= window { counts[last] - counts[last - window] } else { 0.0 };
+                x[n] = seen * step / (window as f64 * 1e-4);
+            }
+        }))
+    });
+    // A converter without a negative side shows rest as zero, noise cut in half: nothing is clipped.
+    for sound in SOUND.iter().filter(|s| s.kind == Kind::Universal) {
+        let cut = change(&sound.recording, Channel::Speed, |x| x.iter_mut().for_each(|x| *x = x.max(0.0)));
+        let findings = check(&[cut], Some(sound.kind));
+        assert_eq!(of(&findings, Code::Clipped), None, "{}", sound.recording.path().display());
+    }
+}
+
+#[test]
+fn the_same_recording_twice_is_found() {
+    let [a, b] = [&SOUND[0].recording, &SOUND[1].recording];
+    assert!(same(a, a) && !same(a, b));
+    assert!(same(a, &a.part(0..a.len() / 2)));
+    let findings = check(&[a.clone(), b.clone(), a.clone()], Some(Kind::PmDc));
+    assert_eq!(findings.iter().filter(|f| f.code == Code::DuplicateRecording).count(), 1);
+}
+
+/// Recordings by others, as far as they are there: what may be said about each.
+#[test]
+fn measured_data_are_told_nothing_false() {
+    let folder = std::env::var("GREYRIG_DATA").unwrap_or_else(|_| "../shared/data".into());
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
+    let maps: [(&str, &[&str], &[Code]); 6] = [
+        ("FRA233/step_1.csv", &[], &[]),
+        ("FRA233/sine_1.csv", &[], &[]),
+        ("HSM150/idf_pos_0.06_1.csv", &["torque_n_m=torque_in_Nm"], &[]),
+        ("EMPS/emps_train.csv", &["angle_rad=q_m", "torque_n_m=force_N"], &[]),
+        ("EMPS/emps_pulses.csv", &["angle_rad=q_m", "torque_n_m=force_N"], &[]),
+        ("CED/ced_prbs.csv", &["u_v=u1", "omega_rad_s=z1"], &[Code::SignLost]),
+    ];
+    for (name, map, expected) in maps {
+        let path = folder.join(name);
+        if !path.exists() {
+            println!("skipped: no data");
+            return;
+        }
+        let recording = load(&path, &Mapping::parse(map).unwrap()).unwrap();
+        let found = check(&[recording], Some(Kind::PmDc));
+        let serious = found.iter().filter(|f| f.severity != Severity::Info);
+        let codes: Vec<Code> = serious.map(|f| f.code).collect();
+        assert_eq!(codes, expected, "{name}: {found:#?}");
+    }
+}
+
+#[test]
+fn the_command_names_the_option_that_mends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.csv");
+    let sound = SOUND.iter().find(|s| s.kind == Kind::PmDc && s.profile == "dc-steps").unwrap();
+    let speed = sound.recording.channel(Channel::Speed).unwrap();
+    let row = |n: usize| {
+        let [u, i] = [Channel::Voltage, Channel::Current].map(|c| sound.recording.channel(c).unwrap()[n]);
+        format!("{:.4},{u},{i},{}\n", n as f64 * 1e-4, -speed[n])
+    };
+    let rows: String = (0..sound.recording.len()).map(row).collect();
+    std::fs::write(&path, format!("t_s,u_v,i_a,tacho\n{rows}")).unwrap();
+    let file = path.to_str().unwrap();
+    let run = |arguments: &[&str]| {
+        let out = greyrig(&[arguments, &[file, "--kind", "pm-dc", "--map", "omega_rad_s=tacho"][..]].concat());
+        (out.status.code(), String::from_utf8(out.stdout).unwrap() + &String::from_utf8(out.stderr).unwrap())
+    };
+    let (code, text) = run(&["check", "--json"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(text.contains(r#""code":"sign_reversed""#) && text.contains("--map omega_rad_s=tacho*-1"), "{text}");
+    let (code, text) = run(&["identify"]);
+    assert_eq!(code, Some(2), "{text}");
+    assert!(
+        text.contains("the sign of the speed is reversed") && text.contains("--map omega_rad_s=tacho*-1"),
+        "{text}"
+    );
+    let (code, text) = run(&["diagnose", "--json"]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains(r#""kind":"insufficient_data""#) && text.contains("sign_reversed"), "{text}");
+    let out = greyrig(&["check", file, "--map", "omega_rad_s=tacho*-1", "--kind", "pm-dc"]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(out.status.code(), Some(0), "{text}");
+    assert!(text.contains("next: greyrig identify"), "{text}");
+}
