@@ -2,6 +2,7 @@
 
 use greyrig::anfis::{Firing, Premise, Settings, SettingsError, Shape};
 
+/// Runs the example.
 pub fn main() -> Result<(), SettingsError> {
     // Two inputs with two membership functions each make four rules: z = ±x y by corner, trained on the square ±1.
     let bells = [Premise { a: 1.0, b: 2.0, c: -1.0 }, Premise { a: 1.0, b: 2.0, c: 1.0 }];

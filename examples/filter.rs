@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use greyrig::butterworth::{Cascade, Settings};
 
+/// Runs the example.
 pub fn main() {
     // Fourth order, 250 Hz, sampled at 10 kHz: the coefficients are shared by all channels.
     let settings = Settings { order: 4, cutoff_hz: 250.0, sample_rate_hz: 10_000.0 };

@@ -6,6 +6,7 @@
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
 use greyrig::term::{Op, Target, Term};
 
+/// Runs the example.
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A brake that takes the torque k tanh(ω/ω₀), in reverse Polish order: k and ω₀ are the unknowns 0 and 1.
     let program = [Op::Unknown(0), Op::Speed, Op::Unknown(1), Op::Div, Op::Tanh, Op::Mul];

@@ -7,6 +7,7 @@ use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, St
 
 const INTERVAL_S: f64 = 1e-4;
 
+/// Runs the example.
 pub fn main() -> Result<(), ParameterError> {
     let base = Parameters {
         flux_law: FluxLaw::Series,

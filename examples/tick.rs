@@ -5,7 +5,7 @@ use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
 use greyrig::tick::Tick;
 use greyrig::units::{CalibrationSettings, Counts};
 
-/// Counts in, residual out.
+/// Runs the example.
 pub fn main() {
     let motor = |resistance: f32| {
         let values = [resistance, 0.02, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8];
