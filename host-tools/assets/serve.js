@@ -105,7 +105,7 @@ function showVerdict(state) {
 
 function show(state) {
   const { job } = state;
-  find("#job").textContent = job ? `${job.what}… ${job.doing}${job.steps ? ` (step ${job.steps})` : ""}` : "";
+  find("#job").textContent = job ? `${job.what}… ${job.doing}${job.fraction === null ? ` (step ${job.steps})` : ` ${Math.round(100 * job.fraction)} %`}` : "";
   find("#stop").hidden = !job;
   if (state.error) say(state.error);
   const text = JSON.stringify({ ...state, job: Boolean(job) });

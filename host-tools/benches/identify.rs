@@ -6,6 +6,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use greyrig_host::context::Context;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::Kind;
 use greyrig_host::rig::Setup;
@@ -19,7 +20,7 @@ fn identification(c: &mut Criterion) {
     let mut group = c.benchmark_group("identify");
     group.sample_size(10).measurement_time(Duration::from_secs(30));
     group.bench_function("two recordings, 60 s", |b| {
-        b.iter(|| identify(black_box(&recordings), &settings).expect("an identifiable motor"));
+        b.iter(|| identify(black_box(&recordings), &settings, &Context::quiet()).expect("an identifiable motor"));
     });
     group.finish();
 }

@@ -6,6 +6,7 @@
 use greyrig::effects::EffectId;
 
 use crate::compare::{Comparison, PerSignal, compare};
+use crate::context::Context;
 use crate::diagnose::classes::class_of;
 use crate::diagnose::sizes::size_of;
 use crate::error::Result;
@@ -41,12 +42,12 @@ impl Stage {
     ///
     /// # Errors
     /// Recordings that cannot be simulated.
-    pub fn shows(&self, before: &Model, held_out: &[Recording]) -> Result<bool> {
+    pub fn shows(&self, before: &Model, held_out: &[Recording], ctx: &Context) -> Result<bool> {
         let mut without = self.model.clone();
         without.effects.retain(|e| before.effects.iter().any(|known| known.id == e.id));
         without.terms.truncate(before.terms.len());
         let esr = self.held_out.esr;
-        Ok(esr != PerSignal::default() && compare(&without, held_out)?.esr != esr)
+        Ok(esr != PerSignal::default() && compare(&without, held_out, ctx)?.esr != esr)
     }
 }
 
@@ -60,14 +61,15 @@ pub fn stage(
     terms: &[Formula],
     training: &[Recording],
     held_out: &[Recording],
+    ctx: &Context,
 ) -> Result<Stage> {
-    let Addition { effects, identification } = add_to(model, terms, training, effects)?;
+    let Addition { effects, identification } = add_to(model, terms, training, effects, ctx)?;
     let model = identification.model;
     let last = terms.last().map(Formula::text).or(effects.last().map(|id| id.id()));
     Ok(Stage {
         label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
-        training: compare(&model, training)?.esr,
-        held_out: compare(&model, held_out)?,
+        training: compare(&model, training, ctx)?.esr,
+        held_out: compare(&model, held_out, ctx)?,
         model,
     })
 }
@@ -77,12 +79,18 @@ pub fn stage(
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
-pub fn add_to(model: &Model, terms: &[Formula], recordings: &[Recording], effects: &[EffectId]) -> Result<Addition> {
+pub fn add_to(
+    model: &Model,
+    terms: &[Formula],
+    recordings: &[Recording],
+    effects: &[EffectId],
+    ctx: &Context,
+) -> Result<Addition> {
     let mut settings = Settings::of_model(model);
     settings.terms.extend(terms.iter().cloned());
     let mut untold: Vec<String> = Vec::new();
     loop {
-        let mut added = identify_with(recordings, &settings, effects)?;
+        let mut added = identify_with(recordings, &settings, effects, ctx)?;
         let told = &added.identification.model.parameters;
         // What is held may leave others that these recordings do not tell either.
         let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name) && !untold.contains(name));
@@ -106,11 +114,16 @@ pub fn add_to(model: &Model, terms: &[Formula], recordings: &[Recording], effect
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
-pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[EffectId]) -> Result<Addition> {
+pub fn identify_with(
+    recordings: &[Recording],
+    settings: &Settings,
+    effects: &[EffectId],
+    ctx: &Context,
+) -> Result<Addition> {
     let with = |effects: &[EffectId]| {
         let mut settings = settings.clone();
         settings.effects.extend(effects);
-        identify(recordings, &settings)
+        identify(recordings, &settings, ctx)
     };
     let mut added = Addition { effects: effects.to_vec(), identification: with(effects)? };
     let mut notes = Vec::new();
@@ -125,7 +138,9 @@ pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[E
             let mut instead = added.effects.clone();
             instead[place] = other;
             let identification = with(&instead)?;
-            let esr = |identification: &Identification| Ok(compare(&identification.model, recordings)?.esr);
+            let esr = |identification: &Identification| -> Result<PerSignal> {
+                Ok(compare(&identification.model, recordings, ctx)?.esr)
+            };
             if esr(&added.identification)?.falls_to(&esr(&identification)?) {
                 notes.push(format!("{asked} comes to nothing here; {other}, which is of its class, is added instead"));
                 added = Addition { effects: instead, identification };

@@ -17,19 +17,19 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::compare::{PerSignal, compare};
+use crate::context::{Context, Steps};
 use crate::diagnose::climb::Climb;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening;
 use crate::diagnose::{self, VerdictKind, classes, dither, samples};
-use crate::error::{Error, Result};
+use crate::error::{Error, Insufficient, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::identify::{self, Settings, identifiability};
 use crate::model::{Kind, Model, unit};
-use crate::output;
 use crate::recording::{Motion, Recording};
 
 /// Sizes are 2^(k/2) typical sizes, from the first k to the last one: 1/64 to 4.
@@ -39,7 +39,7 @@ const GRID: (i32, i32) = (-12, 4);
 const SAME: f64 = 1e-5;
 
 /// Tries for one effect at most: the typical size, then four bisections.
-pub const MOST_TRIES: u64 = 5;
+const MOST_TRIES: u64 = 5;
 
 /// What one effect would have done.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -92,18 +92,17 @@ pub struct Challenge {
     pub out_of_reach: Vec<OutOfReach>,
 }
 
-/// Challenges a model and its recordings with the named effects, or with all. `tick` is called after each try.
+/// Challenges a model and its recordings with the named effects, or with all.
 ///
 /// # Errors
 /// A model or recordings that cannot be used, an effect that the model has, an interrupt.
-pub fn challenge(
-    recordings: &[Recording],
-    model: &Model,
-    effects: &[EffectId],
-    tick: &(dyn Fn(EffectId) + Sync),
-) -> Result<Challenge> {
+pub fn challenge(recordings: &[Recording], model: &Model, effects: &[EffectId], ctx: &Context) -> Result<Challenge> {
+    ctx.install(|| challenged(recordings, model, effects, ctx))
+}
+
+fn challenged(recordings: &[Recording], model: &Model, effects: &[EffectId], ctx: &Context) -> Result<Challenge> {
     check_room(model, effects)?;
-    let esr = compare(model, recordings)?.esr;
+    let esr = compare(model, recordings, ctx)?.esr;
     let recordings = samples::without_clipped(recordings);
     let mut full = identify::prepare(&recordings, &model.filter)?;
     dither::add(&mut full);
@@ -113,32 +112,25 @@ pub fn challenge(
         // The torque acts as the current of a motor with magnets and K = 1.
         settings.kind = Kind::PmDc;
     }
-    let (found, unexplained) = unchallenged(&recordings, &settings)?;
-    let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion())?;
+    let (found, unexplained) = unchallenged(&recordings, &settings, ctx)?;
+    let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion(), ctx)?;
     let wanted = Description::all().filter(|d| {
         let named = effects.contains(&d.id);
         !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && fits(d, settings.kind)))
     });
     let (inside, outside): (Vec<&'static Description>, Vec<_>) = wanted.partition(|d| rig.challenging.contains(&d.id));
     let holds = Holds::of(&full);
+    let steps = ctx.steps("challenge", MOST_TRIES * inside.len() as u64);
     Ok(Challenge {
         esr,
         found,
         unexplained,
-        effects: inside.par_iter().map(|d| rig.search(d, tick)).collect::<Result<_>>()?,
+        effects: inside.par_iter().map(|d| rig.search(d, &steps)).collect::<Result<_>>()?,
         out_of_reach: outside
             .into_iter()
             .map(|d| out_of_reach(d, settings.kind, holds, rig.unconfirmed.contains(&d.id)))
             .collect(),
     })
-}
-
-/// How many effects a challenge of a kind of motor goes through at most: the length of its progress.
-pub fn most_effects(model: &Model, effects: &[EffectId]) -> u64 {
-    let all = Description::all()
-        .filter(|d| d.seen_with(model.kind.flux_law()) == Seen::FreeRun && fits(d, model.kind))
-        .count();
-    (if effects.is_empty() { all } else { effects.len() }) as u64
 }
 
 fn fits(d: &Description, kind: Kind) -> bool {
@@ -161,9 +153,9 @@ fn check_room(model: &Model, effects: &[EffectId]) -> Result<()> {
 }
 
 /// What diagnosis finds in the recordings as they are, and whether structure is left that no effect explains.
-fn unchallenged(recordings: &[Recording], settings: &Settings) -> Result<(Vec<EffectId>, bool)> {
+fn unchallenged(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<(Vec<EffectId>, bool)> {
     let options = diagnose::Options { settings: settings.clone(), exclude: Vec::new(), candidates_refined: false };
-    let verdict = diagnose::diagnose(recordings, &options, &|_| ())?.verdict;
+    let verdict = diagnose::diagnose(recordings, &options, &ctx.quietly())?.verdict;
     let mut found = verdict.effects;
     if verdict.kind == VerdictKind::Ambiguous {
         // The others are rivals of the first, not further effects.
@@ -212,6 +204,7 @@ struct Rig<'a> {
     unconfirmed: Vec<EffectId>,
     /// Those of the candidates that do something of their own.
     challenging: Vec<EffectId>,
+    ctx: &'a Context,
 }
 
 /// Current and speed as the measuring chain shows them.
@@ -235,6 +228,7 @@ impl<'a> Rig<'a> {
         settings: &Settings,
         found: &[EffectId],
         motion: Motion,
+        ctx: &'a Context,
     ) -> Result<Self> {
         let mut start = identify::build_space(settings)?;
         let mut space = start.clone();
@@ -247,13 +241,13 @@ impl<'a> Rig<'a> {
         }
         let known = |id: EffectId| start.effects().contains(&id);
         let mut candidates = screening::candidates(settings.kind, Holds::of(full), known);
-        let fit = climb(&coarse, &candidates)?.fit(&start)?;
+        let fit = climb(&coarse, &candidates, ctx)?.fit(&start)?;
         let mut unconfirmed = Vec::new();
-        while let Some(id) = climb(&coarse, &candidates)?.first_step(&fit)?.winners.first().copied() {
+        while let Some(id) = climb(&coarse, &candidates, ctx)?.first_step(&fit)?.winners.first().copied() {
             unconfirmed.push(id);
             candidates.retain(|d| d.id != id);
         }
-        let climb = climb(&coarse, &candidates)?;
+        let climb = climb(&coarse, &candidates, ctx)?;
         let own = |d: &Description| climb.independence(&fit, d).is_some_and(|share| share > SAME);
         let challenging = candidates.iter().filter(|d| own(d)).map(|d| d.id).collect();
         if !found.is_empty() {
@@ -265,20 +259,32 @@ impl<'a> Rig<'a> {
             .par_iter()
             .map(|e| free_run(e, &motor, &motor).ok_or_else(|| refused("its free run does not stay finite".to_owned())))
             .collect::<Result<_>>()?;
-        Ok(Self { full, kind: settings.kind, motion, space, scales, runs, fit, candidates, unconfirmed, challenging })
+        Ok(Self {
+            full,
+            kind: settings.kind,
+            motion,
+            space,
+            scales,
+            runs,
+            fit,
+            candidates,
+            unconfirmed,
+            challenging,
+            ctx,
+        })
     }
 
     /// Bisection for the smallest size at which an effect is revealed; the typical size comes first.
-    fn search(&self, d: &'static Description, tick: &(dyn Fn(EffectId) + Sync)) -> Result<Challenged> {
+    fn search(&self, d: &'static Description, steps: &Steps<'_>) -> Result<Challenged> {
         let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name).abs();
         let (mut low, mut high) = (GRID.0 - 1, GRID.1 + 1);
         let (mut revealed, mut hidden) = (None, None);
         let mut k = 0;
         while high - low > 1 {
-            output::check_interrupt()?;
+            self.ctx.check()?;
             let size = typical * 2f64.powf(0.5 * f64::from(k));
             let (answer, esr) = self.attempt(d, size)?;
-            tick(d.id);
+            steps.next();
             match answer {
                 Answer::Hidden { named, objection } => {
                     low = k;
@@ -312,7 +318,7 @@ impl<'a> Rig<'a> {
         let esr = added_error(self.full, &challenged);
         let coarse: Vec<Experiment> = challenged.iter().map(Experiment::coarse).collect();
         drop(challenged);
-        let climb = climb(&coarse, &self.candidates)?;
+        let climb = climb(&coarse, &self.candidates, self.ctx)?;
         let step = climb.first_step(&climb.fit(&self.fit.space)?)?;
         Ok((answer(&step, d.id, self.fit.space.kind()), esr))
     }
@@ -342,13 +348,9 @@ impl<'a> Rig<'a> {
     }
 }
 
-fn climb<'a>(coarse: &'a [Experiment], candidates: &[&'static Description]) -> Result<Climb<'a>> {
-    Climb::new(coarse, candidates.to_vec(), 1).ok_or_else(|| {
-        Error::usage(
-            "these recordings hold neither voltage and current nor torque and motion",
-            "record voltage, current and speed",
-        )
-    })
+fn climb<'a>(coarse: &'a [Experiment], candidates: &[&'static Description], ctx: &Context) -> Result<Climb<'a>> {
+    Climb::new(coarse, candidates.to_vec(), 1, &ctx.quietly())
+        .ok_or_else(|| Error::insufficient(coarse[0].place(), Insufficient::NeitherSide))
 }
 
 /// Free run with as many sub-steps as the model without the effect takes; `None` unless it stays finite.

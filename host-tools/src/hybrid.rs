@@ -4,11 +4,11 @@
 //! [`greyrig::hybrid`]: the voltage, the modelled current and the modelled speed. The model runs freely through each
 //! recording, as it will on the rig.
 
-use std::ops::ControlFlow;
-
 use greyrig::motor::State;
 
-use crate::anfis::{self, Builder, Epoch, Method, Ridge, Settings, Trained};
+use crate::anfis::{self, Builder, Method, Ridge, Settings, Trained};
+use crate::compare::Comparison;
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::model::Model;
@@ -87,7 +87,7 @@ pub fn with_rows_kept_back(
     blanking_s: f64,
     delay_s: Option<f64>,
     settings: &Settings,
-    progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
+    ctx: &Context,
 ) -> Result<Trained> {
     let bare = Model { correction: None, detector: None, ..model.clone() };
     let inputs = INPUTS.len() + usize::from(delay_s.is_some());
@@ -95,7 +95,7 @@ pub fn with_rows_kept_back(
     rows(&bare, recordings, blanking_s, delay_s, |inputs, target, kept_back| {
         if kept_back { checking.push(inputs, target) } else { training.push(inputs, target) }
     })?;
-    anfis::train(&training.finish()?, Some(&checking.finish()?), settings, progress)
+    anfis::train(&training.finish()?, Some(&checking.finish()?), settings, ctx)
 }
 
 /// Trains the correction of a model on recordings: first with rows kept back, which tell after how many epochs to stop, then as
@@ -109,17 +109,41 @@ pub fn train(
     recordings: &[Recording],
     blanking_s: f64,
     settings: &Settings,
-    progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
+    ctx: &Context,
 ) -> Result<(Model, Trained)> {
     let bare = Model { correction: None, detector: None, ..model.clone() };
-    let checked = with_rows_kept_back(&bare, recordings, blanking_s, None, settings, progress)?;
+    let checked = with_rows_kept_back(&bare, recordings, blanking_s, None, settings, ctx)?;
     let mut table = Builder::new(INPUTS.len());
     rows(&bare, recordings, blanking_s, None, |inputs, target, _| table.push(inputs, target))?;
     let as_many = Settings { epochs: checked.best + 1, ..settings.clone() };
-    let all = anfis::train(&table.finish()?, None, &as_many, progress)?;
+    let all = anfis::train(&table.finish()?, None, &as_many, ctx)?;
     let Trained { epochs, best, stopped, rmse_chk, .. } = checked;
     let trained = Trained { epochs, best, stopped, rmse_chk, ..all };
     let names = INPUTS.map(str::to_owned);
     let correction = trained.file(settings.method, MARGIN, &names, TARGET);
     Ok((Model { correction: Some(correction), ..bare }, trained))
+}
+
+/// A recording whose begin does not count, though the model runs through it.
+pub fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
+    let mut judged = recording.clone();
+    let blank = ((blanking_s / recording.sample_time_s()) as usize).min(recording.len());
+    judged.exclude(0..blank);
+    judged
+}
+
+/// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box. `before` and `after` are
+/// comparisons of the model without and with it.
+pub fn share_of_correction(before: &Comparison, after: &Comparison) -> Option<f64> {
+    let (mut added, mut signal) = (0.0, 0.0);
+    for (b, a) in before.per_recording.iter().zip(&after.per_recording) {
+        let pairs = b.traces.modelled_current.iter().zip(&a.traces.modelled_current);
+        for ((x, y), (measured, counted)) in pairs.zip(a.traces.measured_current.iter().zip(&a.traces.counted)) {
+            if *counted {
+                added += (y - x).powi(2);
+                signal += measured.powi(2);
+            }
+        }
+    }
+    (signal > 0.0).then(|| (added / signal).sqrt())
 }

@@ -15,8 +15,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
-use crate::output;
 
 /// How often a locked file is tried.
 const GLANCE: Duration = Duration::from_millis(10);
@@ -39,12 +39,12 @@ impl Journal {
     ///
     /// # Errors
     /// A file with another header, whatever the system refuses, Ctrl-C while it waits.
-    pub fn open(path: &Path, header: &'static str) -> Result<Self> {
+    pub fn open(path: &Path, header: &'static str, ctx: &Context) -> Result<Self> {
         refuse_others(path)?;
         let fail = |e| Error::io(path, e);
         let mut file = loop {
             let file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(fail)?;
-            lock(&file, path)?;
+            lock(&file, path, ctx)?;
             // While this waited, the file may have been moved away.
             if is_still(&file, path).map_err(fail)? {
                 break file;
@@ -170,8 +170,13 @@ fn check_header(path: &Path, bytes: &[u8], header: &str) -> Result<()> {
     ))
 }
 
+/// Another program holds the lock.
+#[derive(Debug, thiserror::Error)]
+#[error("another program writes to {}", .0.display())]
+struct Locked(PathBuf);
+
 /// Waits for the lock. Where the file system knows none, nobody can be waited for.
-fn lock(file: &File, path: &Path) -> Result<()> {
+fn lock(file: &File, path: &Path, ctx: &Context) -> Result<()> {
     let begin = Instant::now();
     let mut told = false;
     loop {
@@ -181,9 +186,9 @@ fn lock(file: &File, path: &Path) -> Result<()> {
             Err(TryLockError::Error(e)) => return Err(Error::io(path, e)),
             Err(TryLockError::WouldBlock) => {}
         }
-        output::check_interrupt()?;
+        ctx.check()?;
         if !told && begin.elapsed() > PATIENCE {
-            eprintln!("greyrig: another program writes to {}: waiting for it", path.display());
+            ctx.goes_on_after(&Locked(path.to_owned()));
             told = true;
         }
         std::thread::sleep(GLANCE);

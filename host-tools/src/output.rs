@@ -1,68 +1,20 @@
-//! What leaves the program: files that appear whole or not at all, one JSON object on stdout, talk on stderr.
+//! What leaves the program: files that appear whole or not at all, and one JSON object on stdout.
 
 use std::fs::OpenOptions;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
-
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-static STOPPED: AtomicBool = AtomicBool::new(false);
-
-/// Arranges that Ctrl-C (and a polite kill) stops long work at its next check instead of in the middle of a file.
-pub fn catch_interrupts() {
-    // A second handler can only fail to install when one is there already, which is what is wanted.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
-}
-
-/// Whether the user has pressed Ctrl-C.
-pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
-}
-
-/// Takes note of a Ctrl-C that has ended the work, so that what there is of it can be written; the next one stops that, too.
-pub fn take_interrupt() {
-    INTERRUPTED.store(false, Ordering::Relaxed);
-}
-
-/// Stops long work in a program that goes on, or lets it begin again.
-pub fn stop_work(stopped: bool) {
-    STOPPED.store(stopped, Ordering::Relaxed);
-}
-
-/// Fails with [`Error::Interrupted`] once the user has pressed Ctrl-C or the work was stopped. Long loops call this often.
-pub fn check_interrupt() -> Result<()> {
-    if is_interrupted() || STOPPED.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
-}
-
-/// The bars on the terminal, one below the other.
-static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
-
-/// A progress bar on stderr when that is a terminal, and nothing at all otherwise.
-pub fn progress(what: &'static str, steps: u64) -> ProgressBar {
-    let bar = BARS.add(ProgressBar::new(steps));
-    if let Ok(style) = ProgressStyle::with_template("{msg:24} [{bar:32}] {percent:>3} % {eta}") {
-        bar.set_style(style.progress_chars("=> "));
-    }
-    bar.set_message(what);
-    bar
-}
 
 /// Writes a file whole or not at all: the content goes to a temporary file in the same folder, reaches the disk,
 /// and then takes the name. Where the name is a link, the file that it leads to is replaced; a replaced file keeps its
 /// permissions.
 ///
 /// # Errors
-/// An existing file without `force`, one that somebody else makes meanwhile included; whatever the system refuses; an
-/// interrupt.
+/// An existing file without `force`, one that somebody else makes meanwhile included; whatever the system refuses.
 pub fn write_file(path: &Path, force: bool, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
     refuse_overwrite(path, force)?;
-    check_interrupt()?;
     let fail = |e: std::io::Error| Error::io(path, e);
     if path.is_dir() {
         return Err(fail(ErrorKind::IsADirectory.into()));
@@ -83,7 +35,6 @@ pub fn write_file(path: &Path, force: bool, write: impl FnOnce(&mut dyn Write) -
         temporary.as_file().set_permissions(before.permissions()).map_err(fail)?;
     }
     temporary.as_file().sync_all().map_err(fail)?;
-    check_interrupt()?;
     if force {
         temporary.persist(&target).map_err(|e| fail(e.error))?;
         return Ok(());

@@ -8,7 +8,8 @@ use std::process::{Command, Output};
 
 use greyrig::anfis::{Firing, Shape};
 use greyrig_host::anfis::hybrid::StepSize;
-use greyrig_host::anfis::{Builder, Epoch, Method, Reach, Settings, Stopped, Table, Trained, train};
+use greyrig_host::anfis::{Builder, Epoch, Method, Reach, Settings, Stopped, Table, Trained, train, train_until};
+use greyrig_host::context::Context;
 use greyrig_host::network::{File, Net};
 use serde_json::Value;
 
@@ -16,7 +17,7 @@ use crate::bad_input::refused;
 use crate::report::assert_well_formed;
 
 fn fit(table: &Table, check: Option<&Table>, settings: &Settings) -> Trained {
-    train(table, check, settings, &mut |_| ControlFlow::Continue(())).expect("data that can be trained on")
+    train(table, check, settings, &Context::quiet()).expect("data that can be trained on")
 }
 
 fn close(value: f64, expected: f64, relative: f64) {
@@ -319,10 +320,11 @@ fn rules_without_data_do_not_run_away() {
 fn callers_can_stop() {
     let (table, check) = jang();
     let mut seen: Vec<Epoch> = Vec::new();
-    let trained = train(&table, Some(&check), &Settings::new(Method::Hybrid, 2, 100), &mut |epoch| {
-        seen.push(*epoch);
-        if seen.len() == 7 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    let trained =
+        train_until(&table, Some(&check), &Settings::new(Method::Hybrid, 2, 100), &Context::quiet(), &mut |epoch| {
+            seen.push(*epoch);
+            if seen.len() == 7 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
     let trained = trained.unwrap();
     assert_eq!((trained.stopped, trained.epochs.len()), (Stopped::Asked, 7));
     assert_eq!(trained.epochs, seen);
@@ -337,7 +339,7 @@ fn impossible_settings_are_refused() {
     let refused = |spoil: fn(&mut Settings), word: &str| {
         let mut settings = Settings::new(Method::Varpro, 2, 10);
         spoil(&mut settings);
-        let error = train(&table, None, &settings, &mut |_| ControlFlow::Continue(())).unwrap_err().to_string();
+        let error = train(&table, None, &settings, &Context::quiet()).unwrap_err().to_string();
         assert!(error.contains(word) && error.contains("; "), "{error}");
     };
     refused(|s| s.functions = 1, "membership functions");
@@ -350,7 +352,7 @@ fn impossible_settings_are_refused() {
     refused(|s| s.step = f64::NAN, "step");
     refused(|s| s.prune = Some(0.9), "support");
     let constant = Table::collect(2, (0..9).map(|k| ([f64::from(k), 1.0], 0.5))).unwrap();
-    let error = train(&constant, None, &Settings::new(Method::Varpro, 2, 9), &mut |_| ControlFlow::Continue(()));
+    let error = train(&constant, None, &Settings::new(Method::Varpro, 2, 9), &Context::quiet());
     assert!(error.unwrap_err().to_string().contains("input 2 never changes"));
     assert!(Table::collect(1, [([f64::NAN], 0.0)]).is_err());
     assert!(Table::collect::<[f64; 1]>(1, []).is_err());

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use greyrig_host::context::Context;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::calibrate;
@@ -45,11 +46,11 @@ fn run(supply: &Supply, profile: &str, motor: Motor, seed: u64, fault: Option<St
 
 fn station(supply: &Supply, change: impl Fn(&mut Recording)) -> Model {
     let teach = run(supply, supply.teaches, supply.nominal(), 1, None);
-    let model = identify(&[teach], &Settings::new(supply.kind)).unwrap().model;
+    let model = identify(&[teach], &Settings::new(supply.kind), &Context::quiet()).unwrap().model;
     let mut healthy: Vec<Recording> =
         (1..=10).map(|seed| run(supply, "steady", supply.of_the_lot(seed), seed, None)).collect();
     healthy.iter_mut().for_each(change);
-    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();
+    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
     Model { detector: Some(detector), ..model }
 }
 
@@ -67,7 +68,8 @@ fn the_whole_detector_works_on_direct_voltage_and_on_50_and_60_hz() {
         let detector = model.detector.as_ref().unwrap();
         let judge = |seed: u64, fault: Option<&str>| {
             let fault = fault.map(|f| format!("{f}@{ONSET_S}"));
-            test(&model, detector, &run(&supply, "steady", supply.of_the_lot(seed), seed, fault)).unwrap()
+            test(&model, detector, &run(&supply, "steady", supply.of_the_lot(seed), seed, fault), &Context::quiet())
+                .unwrap()
         };
         for seed in [101, 102, 103] {
             let t = judge(seed, None);
@@ -111,7 +113,7 @@ fn conditions_under_which_nothing_was_learnt_give_no_verdict() {
     for (name, motor) in [("good.csv", MAINS.of_the_lot(201)), ("low.csv", low)] {
         let mut recording = run(&MAINS, "steady", motor, 201, None);
         recording.set_metadata("motor", "VC-7");
-        write(&recording, &here.join(name), false).unwrap();
+        write(&recording, &here.join(name), false, &Context::quiet()).unwrap();
     }
     let monitor = |file: &str, more: &[&str]| {
         let output = greyrig(here, &[&["monitor", file, "--model", "station.toml"], more].concat());
@@ -154,7 +156,7 @@ fn thin_air_is_compensated_where_it_is_told() {
     let thin = Motor { mu2: 0.9 * nominal.mu2, ..nominal };
     let mut recording = run(&MAINS, "steady", thin, 1, None);
     let deviation = |recording: &Recording| {
-        let f = test(&model, detector, recording).unwrap().features;
+        let f = test(&model, detector, recording, &Context::quiet()).unwrap().features;
         f64::from(f.speed_deviation)
     };
     let untold = deviation(&recording);

@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 
 use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::Settings;
 use greyrig_host::model::{Assignment, Base, Kind};
@@ -24,7 +25,7 @@ fn record(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Recordin
 /// The usual model of a kind of motor on one profile.
 fn diagnosed(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagnosis {
     let recordings = [record(kind, profile, seconds, effects)];
-    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
+    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &Context::quiet()).expect("a diagnosis")
 }
 
 /// The effect with an identifier.
@@ -48,7 +49,7 @@ pub fn options(kind: Kind, base: Base, exclude: &[&str]) -> Options {
 /// A universal motor on a staircase.
 fn universal(effects: &[&str], exclude: &[&str]) -> Diagnosis {
     let recordings = [record(Kind::Universal, "staircase", 8.0, effects)];
-    diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &|_| ()).expect("a diagnosis")
+    diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &Context::quiet()).expect("a diagnosis")
 }
 
 #[test]
@@ -76,7 +77,7 @@ fn a_direct_start_does_not_hide_what_is_missing() {
     let ask = |profiles: &[(&str, f64)], effects: &[&str]| {
         let recordings: Vec<Recording> =
             profiles.iter().map(|(p, s)| record(Kind::Universal, p, *s, effects)).collect();
-        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &Context::quiet()).expect("a diagnosis")
     };
     for (profiles, effects) in [
         (&[("start", 6.0)][..], &["saturation"][..]),
@@ -144,7 +145,7 @@ fn what_rests_at_an_end_of_its_range_is_not_named() {
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(8.0).seed(11).noise(5.0);
     let recordings = [setup.effect("eddy_current=60e-6").expect("an effect").run().expect("a run").recording];
     let ask = |exclude: &[&str]| {
-        diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &|_| ()).expect("a diagnosis")
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, exclude), &Context::quiet()).expect("a diagnosis")
     };
     assert_eq!(ask(&[]).verdict.effects, ["eddy_current"]);
     let d = ask(&["eddy_current"]);
@@ -160,7 +161,7 @@ fn a_single_effect_whose_size_may_be_zero_is_not_named_for_sure() {
     let recordings = [setup.effect("brush_drop=1.5").expect("an effect").run().expect("a run").recording];
     let verdict = |withheld: &[&str]| {
         let settings = options(Kind::Universal, Base::Full, withheld);
-        diagnose(&recordings, &settings, &|_| ()).expect("a diagnosis").verdict
+        diagnose(&recordings, &settings, &Context::quiet()).expect("a diagnosis").verdict
     };
     let with = verdict(&[]);
     assert_eq!(with.kind, VerdictKind::MissingEffect, "{}", with.text);
@@ -179,7 +180,7 @@ fn a_loop_as_wide_as_the_noise_of_a_direct_current_is_found_beside_another_effec
             let setup = setup.effect("hysteresis=0.3").and_then(|setup| setup.effect("inductance_saturation=0.3"));
             setup.expect("effects").run().expect("a run").recording
         });
-    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &Context::quiet()).expect("a diagnosis");
     let (kind, mut named) = verdict(&d);
     named.sort_unstable();
     assert_eq!((kind, named), (VerdictKind::MissingEffect, vec!["hysteresis", "inductance_saturation"]));
@@ -213,7 +214,7 @@ fn a_class_is_named_once() {
 fn a_magnet_motor_names_friction_where_the_recording_shows_it() {
     let ask = |profile| {
         let recordings = [record(Kind::PmDc, profile, 8.0, &["coulomb_friction"])];
-        diagnose(&recordings, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis")
+        diagnose(&recordings, &options(Kind::PmDc, Base::Viscous, &[]), &Context::quiet()).expect("a diagnosis")
     };
     assert_eq!(ask("dc-ramp").verdict.effects, ["coulomb_friction"]);
 }
@@ -223,7 +224,7 @@ fn a_square_wave_is_no_brush_drop() {
     // The amplifier reverses ±12 V: the voltage itself looks like sign(i).
     let whole = record(Kind::PmDc, "dc-steps", 16.0, &[]);
     let pieces: Vec<Recording> = [5, 8].into_iter().map(|n| whole.part(n * 10_000..(n + 2) * 10_000)).collect();
-    let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &|_| ()).expect("a diagnosis");
+    let d = diagnose(&pieces, &options(Kind::PmDc, Base::Viscous, &[]), &Context::quiet()).expect("a diagnosis");
     assert!(!d.verdict.effects.contains(&EffectId::BrushDrop), "{}", d.verdict.text);
 }
 
@@ -232,7 +233,7 @@ fn ideal(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagnosis
     let setup = Setup::new(kind).profile(profile).expect("a profile").seconds(seconds).seed(11).ideal();
     let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
     let recordings = [setup.run().expect("a run").recording];
-    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis")
+    diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &Context::quiet()).expect("a diagnosis")
 }
 
 #[test]
@@ -243,7 +244,7 @@ fn hard_edges_of_the_voltage_are_no_effect() {
         let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
         let mut recording = setup.run().expect("a run").recording;
         with_noise(&mut recording, &[(Channel::Voltage, 0.01), (Channel::Current, 4e-3), (Channel::Speed, 0.15)]);
-        let d = diagnose(&[recording], &options(Kind::PmDc, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+        let d = diagnose(&[recording], &options(Kind::PmDc, Base::Full, &[]), &Context::quiet()).expect("a diagnosis");
         let wanted: Vec<&str> = effects.iter().filter_map(|e| e.split('=').next()).collect();
         assert_eq!(d.verdict.effects, wanted, "{}", d.verdict.text);
         assert!(d.clean.is_empty());
@@ -267,7 +268,7 @@ fn with_noise(recording: &mut Recording, sizes: &[(Channel, f64)]) {
 fn turbulent(turbulence: f64, effects: &[&str], options: &Options) -> Diagnosis {
     let setup = Setup { turbulence, ..Setup::new(options.settings.kind) }.seconds(12.0).seed(1);
     let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
-    diagnose(&[setup.run().expect("a run").recording], options, &|_| ()).expect("a diagnosis")
+    diagnose(&[setup.run().expect("a run").recording], options, &Context::quiet()).expect("a diagnosis")
 }
 
 #[test]
@@ -302,7 +303,7 @@ fn what_comes_back_in_a_second_recording_is_not_the_loads() {
     };
     let ask = |turbulence: Option<f64>, effects: &[&str], seeds: &[u64]| {
         let recordings: Vec<Recording> = seeds.iter().map(|seed| record(turbulence, effects, *seed)).collect();
-        diagnose(&recordings, &options(Kind::Universal, Base::Full, &["bearing_warmup"]), &|_| ())
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &["bearing_warmup"]), &Context::quiet())
             .expect("a diagnosis")
             .verdict
     };
@@ -404,7 +405,7 @@ fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
     let on = |seed: u64| {
         let setup = Setup::new(Kind::Universal).profile("dc-ramp").expect("a profile").seconds(20.0).seed(seed);
         let recordings = [setup.run().expect("a run").recording];
-        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+        diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &Context::quiet()).expect("a diagnosis")
     };
     for seed in [501, 507, 509, 510] {
         let d = on(seed);
@@ -478,7 +479,8 @@ fn friction_of_the_run_up_is_not_taken_for_windage() {
     // motors one was called that and four were outside the catalogue; here are three of the five.
     for (torque, speed, seed) in [(0.02, 180.0, 12), (0.035, 200.0, 6), (0.035, 200.0, 8)] {
         let recordings = [with_friction_of_the_run_up(torque, speed, seed)];
-        let d = diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &|_| ()).expect("a diagnosis");
+        let d =
+            diagnose(&recordings, &options(Kind::Universal, Base::Full, &[]), &Context::quiet()).expect("a diagnosis");
         assert_eq!(d.verdict.effects, ["stribeck"], "{}", d.verdict.text);
     }
 }
@@ -488,7 +490,7 @@ fn what_the_base_model_has_is_no_candidate() {
     // A fan's motor has a load that grows with the square of the speed; a servo motor has none, and lacks it.
     let tried = |kind| {
         let recordings = [record(kind, if kind == Kind::Universal { "staircase" } else { "dc-steps" }, 6.0, &[])];
-        let d = diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &|_| ()).expect("a diagnosis");
+        let d = diagnose(&recordings, &options(kind, Base::usual(kind), &[]), &Context::quiet()).expect("a diagnosis");
         d.screening.iter().map(|(id, _)| *id).collect::<Vec<_>>()
     };
     for (kind, load) in [(Kind::Universal, false), (Kind::PmDc, true)] {
@@ -540,7 +542,7 @@ fn unit_of_the_lot(kind: Kind, profile: &str, seed: u64) -> Setup {
 fn diagnosed_alone(setup: Setup) -> Diagnosis {
     let kind = setup.motor.kind;
     let recording = setup.run().expect("a run").recording;
-    diagnose(&[recording], &options(kind, Base::Full, &[]), &|_| ()).expect("a diagnosis")
+    diagnose(&[recording], &options(kind, Base::Full, &[]), &Context::quiet()).expect("a diagnosis")
 }
 
 /// A diagnosis of a motor of the lot with an effect.

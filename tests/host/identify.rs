@@ -2,6 +2,7 @@
 
 use greyrig::effects::EffectId;
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::samples::without_clipped;
 use greyrig_host::identify::flux::swings;
 use greyrig_host::identify::{Estimate, Method, Settings, identify};
@@ -46,7 +47,7 @@ fn covers_the_truth(seconds: f64, noise: f64) {
     for seed in 0..SEEDS {
         let motor = Motor::sample_from_population(&Motor::nominal(Kind::Universal), 0.03, seed);
         let run = universal("staircase", seconds).noise(noise).motor(motor).seed(seed).run().unwrap();
-        let found = identify(&[run.recording], &Settings::new(Kind::Universal)).unwrap();
+        let found = identify(&[run.recording], &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
         for (k, (name, value)) in truth(&motor).into_iter().enumerate() {
             let [low, high] = estimate(&found.parameters, name).ci95.expect("identifiable");
             covered[k] += u32::from((low..=high).contains(&value));
@@ -71,7 +72,7 @@ fn masked_samples_do_not_take_the_intervals_away() {
     let mut recording = universal("staircase", 24.0).effect("windage_exponent=2.7").unwrap().run().unwrap().recording;
     let half = recording.len() / 2;
     recording.exclude((half..recording.len()).step_by(50));
-    let found = identify(&[recording], &Settings::new(Kind::Universal)).unwrap();
+    let found = identify(&[recording], &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     assert!(found.parameters.iter().all(|p| p.ci95.is_some()), "{:?}", found.parameters);
 }
 
@@ -82,7 +83,7 @@ fn a_parameter_that_the_motor_needs_is_not_held() {
     let setup =
         universal("staircase", 24.0).effect("windage_exponent=2.69").unwrap().effect("adc_clipping=5.33").unwrap();
     let recordings = without_clipped(&[setup.run().unwrap().recording]);
-    let found = identify(&recordings, &Settings::new(Kind::Universal)).unwrap();
+    let found = identify(&recordings, &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     assert!(found.parameters.iter().all(|p| p.status == Status::Identified), "{:?}", found.parameters);
     let motor = Motor::nominal(Kind::Universal);
     // A tenth: the model is wrong, but not so wrong.
@@ -99,7 +100,7 @@ fn perfect_data_give_the_truth() {
         .into_iter()
         .map(|s| s.seed(1).ideal().run().unwrap().recording)
         .collect();
-    let found = identify(&runs, &Settings::new(Kind::Universal)).unwrap();
+    let found = identify(&runs, &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     for (name, value) in truth(&Motor::nominal(Kind::Universal)) {
         let found = estimate(&found.parameters, name).value.unwrap();
         assert!((found / value - 1.0).abs() < 1e-3, "{name}: {found} instead of {value}");
@@ -109,7 +110,7 @@ fn perfect_data_give_the_truth() {
 #[test]
 fn magnet_motor_on_dc() {
     let run = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(8.0).seed(3).run().unwrap();
-    let found = identify(&[run.recording], &Settings::new(Kind::PmDc)).unwrap();
+    let found = identify(&[run.recording], &Settings::new(Kind::PmDc), &Context::quiet()).unwrap();
     let motor = Motor::nominal(Kind::PmDc);
     for (name, value) in [("R", motor.r), ("L", motor.l), ("K", motor.k), ("J", motor.j)] {
         let found = estimate(&found.parameters, name).value.unwrap();
@@ -120,7 +121,7 @@ fn magnet_motor_on_dc() {
 #[test]
 fn a_locked_rotor_tells_resistance_and_inductance_only() {
     let run = universal("locked", 4.0).seed(2).run().unwrap();
-    let found = identify(&[run.recording], &Settings::new(Kind::Universal)).unwrap();
+    let found = identify(&[run.recording], &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     for (name, value) in [("R", 2.2), ("L", 0.020)] {
         let found = estimate(&found.parameters, name);
         assert!(found.identifiable && (found.value.unwrap() / value - 1.0).abs() < 0.005, "{found:?}");
@@ -131,7 +132,7 @@ fn a_locked_rotor_tells_resistance_and_inductance_only() {
     }
     assert!(found.notes.iter().any(|n| n.contains("running motor")), "{:?}", found.notes);
     let running = universal("staircase", 4.0).seed(2).run().unwrap().recording;
-    let error = compare(&found.model, &[running]).unwrap_err().to_string();
+    let error = compare(&found.model, &[running], &Context::quiet()).unwrap_err().to_string();
     assert!(error.contains("no K, J"), "{error}");
 }
 
@@ -140,7 +141,8 @@ fn fixed_and_bounded_parameters_are_honoured() {
     let run = universal("staircase", 5.0).seed(4).run().unwrap().recording;
     let fixed = vec![Assignment { name: "J".into(), value: 1.8e-4 }];
     let bounds = vec![("R".to_owned(), 2.0, 2.4), ("L".to_owned(), 0.021, 0.03)];
-    let found = identify(&[run], &Settings { fixed, bounds, ..Settings::new(Kind::Universal) }).unwrap();
+    let found =
+        identify(&[run], &Settings { fixed, bounds, ..Settings::new(Kind::Universal) }, &Context::quiet()).unwrap();
     let inertia = estimate(&found.parameters, "J");
     assert!(inertia.value == Some(1.8e-4) && inertia.status == Status::Fixed && inertia.ci95.is_none());
     assert!((2.0..2.4).contains(&estimate(&found.parameters, "R").value.unwrap()));
@@ -153,7 +155,7 @@ fn missing_channels_and_constant_excitation_are_told() {
     let without = |channels: &[Channel]| {
         let mut r = full.clone();
         channels.iter().for_each(|c| r.remove_channel(*c));
-        identify(&[r], &Settings::new(Kind::Universal)).unwrap_err().to_string()
+        identify(&[r], &Settings::new(Kind::Universal), &Context::quiet()).unwrap_err().to_string()
     };
     assert!(without(&[Channel::Current]).contains("--fix R=VALUE --fix L=VALUE"));
     assert!(without(&[Channel::Speed]).contains("without a speed"));
@@ -164,10 +166,11 @@ fn missing_channels_and_constant_excitation_are_told() {
     for (channel, level) in [(Channel::Voltage, 100.0), (Channel::Current, 3.0), (Channel::Speed, 1500.0)] {
         constant.set_channel(channel, vec![level; full.len()]).unwrap();
     }
-    let error = identify(&[constant], &Settings::new(Kind::Universal)).unwrap_err().to_string();
+    let error = identify(&[constant], &Settings::new(Kind::Universal), &Context::quiet()).unwrap_err().to_string();
     assert!(error.contains("hardly change"), "{error}");
 
-    let error = identify(&[full.part(0..50)], &Settings::new(Kind::Universal)).unwrap_err().to_string();
+    let error =
+        identify(&[full.part(0..50)], &Settings::new(Kind::Universal), &Context::quiet()).unwrap_err().to_string();
     assert!(error.contains("too few"), "{error}");
 }
 
@@ -201,12 +204,13 @@ fn saturation_shows_as_the_papers_error_and_vanishes_when_added() {
 #[test]
 fn the_noise_floor_is_what_the_true_model_shows() {
     let run = universal("staircase", 8.0).seed(6).run().unwrap();
-    let found = identify(std::slice::from_ref(&run.recording), &Settings::new(Kind::Universal)).unwrap();
+    let found =
+        identify(std::slice::from_ref(&run.recording), &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     let mut model = found.model;
     for (name, value) in truth(&Motor::nominal(Kind::Universal)) {
         model.parameters.get_mut(name).unwrap().value = value;
     }
-    let comparison = compare(&model, std::slice::from_ref(&run.recording)).unwrap();
+    let comparison = compare(&model, std::slice::from_ref(&run.recording), &Context::quiet()).unwrap();
     let (esr, floor) = (comparison.esr.current.unwrap(), comparison.noise_floor.current.unwrap());
     // The load's turbulence is an error that the floor does not hold, hence a third more; quantisation is not quite white,
     // hence a quarter less.
@@ -218,8 +222,8 @@ fn the_noise_floor_is_what_the_true_model_shows() {
 fn repeated_runs_are_found() {
     let record = |seed| universal("dc-steps", 4.0).seed(seed).run().unwrap().recording;
     let runs = [record(1), record(2)];
-    let found = identify(&runs, &Settings::new(Kind::Universal)).unwrap();
-    let comparison = compare(&found.model, &runs).unwrap();
+    let found = identify(&runs, &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
+    let comparison = compare(&found.model, &runs, &Context::quiet()).unwrap();
     assert_eq!(comparison.noise_floor_source.as_deref(), Some("repeated runs with the same voltage"));
 }
 
@@ -235,7 +239,7 @@ fn a_shape_gives_way_before_a_parameter_of_the_motor() {
     assert_eq!(estimate(&found.parameters, "mu2").status, Status::Identified);
     // The law is the plant's but for the share of the speed below which it fades, so nothing but noise is left: 1.5 leaves room
     // for the scatter of the floor's estimate.
-    let held_out = compare(&found.model, &[windage("ramp", 10.0, 2)]).unwrap();
+    let held_out = compare(&found.model, &[windage("ramp", 10.0, 2)], &Context::quiet()).unwrap();
     let (error, floor) = (held_out.esr.current.unwrap(), held_out.noise_floor.current.unwrap());
     assert!(error < 1.5 * floor, "held out {error}, noise {floor}");
 }
@@ -244,7 +248,7 @@ fn a_shape_gives_way_before_a_parameter_of_the_motor() {
 fn linkage_at_the_largest_current() {
     // Without effects it is K î with the relative interval of K; a saturated plant tells its own.
     let bare = universal("staircase", 8.0).seed(3);
-    let found = identify(&[bare.run().unwrap().recording], &Settings::new(Kind::Universal)).unwrap();
+    let found = identify(&[bare.run().unwrap().recording], &Settings::new(Kind::Universal), &Context::quiet()).unwrap();
     let k = estimate(&found.parameters, "K");
     let flux = found.flux.expect("a series motor");
     assert!((flux.value / (k.value.unwrap() * flux.current) - 1.0).abs() < 1e-9);

@@ -7,6 +7,7 @@ mod browser;
 mod check;
 mod commands;
 mod conditions;
+mod context;
 mod diagnose;
 mod firmware;
 mod identify;

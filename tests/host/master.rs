@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use greyrig_host::context::Context;
 use greyrig_host::monitor::drift::{Baseline, FEWEST, Point};
 use greyrig_host::monitor::gauge::crossed;
 use greyrig_host::monitor::golden::History;
@@ -173,7 +174,7 @@ mod shift {
     pub fn station(folder: &Path) -> Model {
         let recording = Setup::new(Kind::Universal).profile("staircase").unwrap().seconds(6.0).run().unwrap().recording;
         let settings = greyrig_host::identify::Settings::new(Kind::Universal);
-        let model = greyrig_host::identify::identify(&[recording], &settings).unwrap().model;
+        let model = greyrig_host::identify::identify(&[recording], &settings, &Context::quiet()).unwrap().model;
         let detector = DetectorEntry {
             nominal_voltage: 230.0,
             least_voltage: 0.3,
@@ -203,7 +204,7 @@ mod shift {
         let setup = fault.into_iter().fold(setup, |s, f| s.fault(f).unwrap());
         let mut recording = setup.run().unwrap().recording;
         recording.set_metadata("serial", "GOLD");
-        write(&recording, &folder.join(name), true).unwrap();
+        write(&recording, &folder.join(name), true, &Context::quiet()).unwrap();
     }
 }
 
@@ -250,7 +251,7 @@ fn the_golden_motor_shows_a_rig_that_has_drifted() {
     assert!(told["charts"][0]["chart"]["gauge"]["repeatability"].as_f64().unwrap() > 0.0);
     assert!(std::fs::read_to_string(here.join("shift.html")).unwrap().contains("the rig has drifted"));
 
-    let history = History::open(&here.join("golden.csv")).unwrap();
+    let history = History::open(&here.join("golden.csv"), &Context::quiet()).unwrap();
     assert_eq!((history.runs.len(), &history.torn), (14, &vec![12]));
     assert_eq!(history.runs.last().map(|r| (r.check, r.serial.as_str())), Some((7, "GOLD")));
 }
@@ -281,7 +282,7 @@ fn a_history_is_shared_and_survives_kills_and_full_disks() {
         assert!(child.wait().unwrap().success());
     }
     let numbers = || {
-        let history = History::open(&here.join("golden.csv")).unwrap();
+        let history = History::open(&here.join("golden.csv"), &Context::quiet()).unwrap();
         assert!(history.torn.is_empty(), "{:?}", history.torn);
         history.runs.iter().map(|run| run.check).collect::<Vec<_>>()
     };

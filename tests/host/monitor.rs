@@ -8,6 +8,7 @@ use greyrig::detector::Features;
 use greyrig::effects::EffectId;
 use greyrig_host::anfis::Method;
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
@@ -38,12 +39,11 @@ fn station() -> &'static (Model, Model, Model) {
     static STATION: OnceLock<(Model, Model, Model)> = OnceLock::new();
     STATION.get_or_init(|| {
         let training = [rig("staircase", 12.0, 1).run().unwrap().recording];
-        let bare = identify(&training, &Settings::new(Kind::Universal)).unwrap().model;
+        let bare = identify(&training, &Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
         let settings = hybrid::settings(Method::Varpro, 60);
-        let go_on = &mut |_: &_| std::ops::ControlFlow::Continue(());
-        let corrected = hybrid::train(&bare, &training, 1.0, &settings, go_on).unwrap().0;
+        let corrected = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-        let (detector, _) = calibrate(&corrected, &healthy, BLANKING_S, &mut || ()).unwrap();
+        let (detector, _) = calibrate(&corrected, &healthy, BLANKING_S, &Context::quiet()).unwrap();
         let station = Model { detector: Some(detector), ..corrected.clone() };
         (bare, corrected, station)
     })
@@ -51,7 +51,7 @@ fn station() -> &'static (Model, Model, Model) {
 
 fn verdict(fault: &str) -> Test {
     let model = &station().2;
-    test(model, model.detector.as_ref().unwrap(), &motor(77, Some(fault))).unwrap()
+    test(model, model.detector.as_ref().unwrap(), &motor(77, Some(fault)), &Context::quiet()).unwrap()
 }
 
 #[test]
@@ -60,7 +60,8 @@ fn the_correction_brings_the_error_of_the_current_below_one_percent_on_another_p
     let mut held_out = rig("ramp", 10.0, 2).run().unwrap().recording;
     // The start is judged by nobody: the detector is blanked there.
     held_out.exclude(0..10_000);
-    let error = |m: &Model| compare(m, std::slice::from_ref(&held_out)).unwrap().esr.current.unwrap();
+    let error =
+        |m: &Model| compare(m, std::slice::from_ref(&held_out), &Context::quiet()).unwrap().esr.current.unwrap();
     assert!(error(bare) > 0.05, "without a correction {}", error(bare));
     assert!(error(corrected) < 0.01, "with it {}", error(corrected));
 }
@@ -69,7 +70,7 @@ fn the_correction_brings_the_error_of_the_current_below_one_percent_on_another_p
 fn healthy_motors_that_the_limits_have_not_seen_pass() {
     let model = &station().2;
     for seed in 101..=112 {
-        let t = test(model, model.detector.as_ref().unwrap(), &motor(seed, None)).unwrap();
+        let t = test(model, model.detector.as_ref().unwrap(), &motor(seed, None), &Context::quiet()).unwrap();
         assert_eq!(t.verdict, Outcome::Pass, "motor {seed}: {:?}", t.alarms);
     }
 }
@@ -100,8 +101,8 @@ fn parameters_tell_what_was_wrong_from_the_start() {
     let effects = vec![EffectId::Saturation, EffectId::Hysteresis];
     let model = identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }).unwrap().model;
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();
-    let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault))).unwrap();
+    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
+    let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault)), &Context::quiet()).unwrap();
     // Without the effects saturation passes for resistance, so that a run does not determine it.
     assert!(!station().2.detector.as_ref().unwrap().parameters.contains_key("R"));
     // A scatter of 3 % makes limits of some 15 to 20 % from ten motors; a sensor's gain acts on several parameters at once.
@@ -169,9 +170,9 @@ fn the_command_tells_by_its_exit_code() {
         recording
     };
     let healthy = of_type(201, None);
-    write(&healthy, &folder.path().join("good.csv"), false).unwrap();
-    write(&of_type(202, Some("sparking=0.5@4")), &folder.path().join("bad.csv"), false).unwrap();
-    write(&healthy.part(0..35_000), &folder.path().join("short.csv"), false).unwrap();
+    write(&healthy, &folder.path().join("good.csv"), false, &Context::quiet()).unwrap();
+    write(&of_type(202, Some("sparking=0.5@4")), &folder.path().join("bad.csv"), false, &Context::quiet()).unwrap();
+    write(&healthy.part(0..35_000), &folder.path().join("short.csv"), false, &Context::quiet()).unwrap();
     let run =
         |file: &str| greyrig(folder.path(), &["monitor", file, "--model", "station.toml", "--results", "day.csv"]);
     assert_eq!(run("good.csv").status.code(), Some(0));
@@ -235,7 +236,7 @@ fn a_correction_used_where_it_has_not_been_trained_gives_no_verdict() {
     let [low, high] = correction.input[2].range;
     // As if the training had only seen the slower half of the speeds.
     correction.input[2].range = [low, 0.5 * (low + high)];
-    let t = test(&model, model.detector.as_ref().unwrap(), &motor(301, None)).unwrap();
+    let t = test(&model, model.detector.as_ref().unwrap(), &motor(301, None), &Context::quiet()).unwrap();
     assert_eq!(t.verdict, Outcome::CannotJudge);
     assert!(t.reasons[0].contains("not been trained"), "{:?}", t.reasons);
 }
@@ -244,7 +245,7 @@ fn a_correction_used_where_it_has_not_been_trained_gives_no_verdict() {
 fn limits_need_several_motors() {
     let folder = tempfile::tempdir().unwrap();
     station().1.save(&folder.path().join("model.toml"), false).unwrap();
-    write(&motor(1, None), &folder.path().join("one.csv"), false).unwrap();
+    write(&motor(1, None), &folder.path().join("one.csv"), false, &Context::quiet()).unwrap();
     let out = greyrig(folder.path(), &["calibrate", "one.csv", "--model", "model.toml"]);
     assert_eq!(out.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&out.stderr).contains("at least 4 healthy motors"));

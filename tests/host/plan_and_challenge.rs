@@ -1,11 +1,12 @@
 //! What recordings would have revealed, and which recording would tell more: both against what the physics says.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 
 use greyrig::effects::EffectId;
-use greyrig_host::challenge::{Challenge, MOST_TRIES, challenge};
+use greyrig_host::challenge::{Challenge, challenge};
+use greyrig_host::context::{Context, Progress};
 use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, catalogue, unit};
 use greyrig_host::plan::{Contest, Limits, Plan, plan};
 use greyrig_host::recording::{Motion, Recording};
@@ -44,20 +45,30 @@ fn recorded(profile: &str, effects: &[&str]) -> Vec<Recording> {
 }
 
 fn challenged(recordings: &[Recording], ids: &[&str]) -> Challenge {
-    challenge(recordings, &true_model(Kind::Universal), &names(ids), &|_| ()).unwrap()
+    challenge(recordings, &true_model(Kind::Universal), &names(ids), &Context::quiet()).unwrap()
+}
+
+/// Counts what is told.
+#[derive(Clone, Default)]
+struct Tries(Arc<AtomicUsize>);
+
+impl Progress for Tries {
+    fn at(&self, _: &str, fraction: Option<f64>) {
+        assert!(fraction.is_some_and(|part| part > 0.0 && part <= 1.0), "{fraction:?}");
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 #[test]
 fn what_a_staircase_of_a_healthy_motor_reveals() {
     let ids = ["saturation", "brush_drop", "current_offset", "coulomb_friction", "voltage_gain", "torque_offset"];
-    let tries = AtomicUsize::new(0);
-    let tick = |_: EffectId| {
-        tries.fetch_add(1, Ordering::Relaxed);
-    };
-    let c = challenge(&recorded("staircase", &[]), &true_model(Kind::Universal), &names(&ids), &tick).unwrap();
+    let tries = Tries::default();
+    let ctx = Context::quiet().watched(tries.clone());
+    let c = challenge(&recorded("staircase", &[]), &true_model(Kind::Universal), &names(&ids), &ctx).unwrap();
     assert!(c.found.is_empty() && !c.unexplained, "{:?}", c.found);
     assert_eq!(c.effects.iter().map(|e| e.effect).collect::<Vec<_>>(), ["saturation", "brush_drop", "current_offset"]);
-    assert!(tries.into_inner() as u64 <= 3 * MOST_TRIES);
+    // The typical size, then bisections of a grid of 16 steps, for each of the three that can be challenged.
+    assert!((3..=15).contains(&tries.0.load(Ordering::Relaxed)));
     for e in &c.effects {
         let size = e.revealed_from.unwrap_or_else(|| panic!("{e:?}"));
         // Neighbours on the grid are a factor of √2 apart.
@@ -93,7 +104,7 @@ fn what_diagnosis_finds_anyway_is_taken_in_first() {
 fn an_effect_that_wins_without_a_challenge_does_not_hide_the_others() {
     let run = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(6.0).seed(1).run().unwrap().recording;
     let ids = names(&["brush_drop", "current_offset"]);
-    let c = challenge(&[run], &true_model(Kind::PmDc), &ids, &|_| ()).unwrap();
+    let c = challenge(&[run], &true_model(Kind::PmDc), &ids, &Context::quiet()).unwrap();
     assert!(c.effects.iter().all(|e| e.revealed_from.is_some() && e.mistaken_for != Some(EffectId::SpeedLag)), "{c:?}");
 }
 
@@ -104,7 +115,7 @@ fn effects_that_there_are_not_are_refused() {
 }
 
 fn planned(kind: Kind, rivals: &[&str]) -> Plan {
-    plan(&true_model(kind), &names(rivals), 4.0, Limits::usual(kind), &|| ()).unwrap()
+    plan(&true_model(kind), &names(rivals), 4.0, Limits::usual(kind), &Context::quiet()).unwrap()
 }
 
 static CLASSIC: LazyLock<Plan> = LazyLock::new(|| planned(Kind::Universal, &[]));
@@ -179,7 +190,7 @@ fn magnet_motors_are_planned_for_too() {
 #[test]
 fn rivals_that_nothing_tells_apart_are_refused() {
     let refused = |kind, rivals: &[&str]| {
-        plan(&true_model(kind), &names(rivals), 4.0, Limits::usual(kind), &|| ()).unwrap_err().to_string()
+        plan(&true_model(kind), &names(rivals), 4.0, Limits::usual(kind), &Context::quiet()).unwrap_err().to_string()
     };
     assert!(refused(Kind::Universal, &["saturation", "armature_reaction"]).contains("no recording"));
     assert!(refused(Kind::Universal, &["voltage_gain", "saturation"]).contains("a reference meter for the voltage"));

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use greyrig::effects::EffectId;
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::identify::{Identification, Settings, identify};
 use greyrig_host::model::{Assignment, Base, Kind};
 use greyrig_host::recording::{Mapping, Recording, load};
@@ -23,7 +24,9 @@ fn data(name: &str) -> Option<PathBuf> {
 }
 
 fn read(name: &str, map: &[&str]) -> Option<Recording> {
-    Some(load(&data(name)?, &Mapping::parse(map).expect("a valid mapping")).expect("a readable file"))
+    Some(
+        load(&data(name)?, &Mapping::parse(map).expect("a valid mapping"), &Context::quiet()).expect("a readable file"),
+    )
 }
 
 fn value(identification: &Identification, name: &str) -> f64 {
@@ -49,7 +52,7 @@ fn emps_equals_the_published_parameters() {
         assert!((found / published - 1.0).abs() < 0.005, "{name}: {found} instead of {published}");
     }
     assert!(identification.parameters.iter().all(|p| p.ci95.is_some()));
-    let error = |r: Recording| compare(&identification.model, &[r]).unwrap().esr.torque.unwrap();
+    let error = |r: Recording| compare(&identification.model, &[r], &Context::quiet()).unwrap().esr.torque.unwrap();
     let (on_train, on_pulses) = (error(train), error(pulses));
     assert!(on_train <= 0.041, "force error {on_train} on the training run");
     assert!(on_pulses <= 0.060, "force error {on_pulses} on the pulses run");
@@ -63,8 +66,12 @@ fn emps_climbs_the_ladder_of_friction() {
         let mut settings = magnet_motor(base);
         settings.filter.cutoff_hz = 44.0;
         settings.cutoff_given = true;
-        let identification = identify(std::slice::from_ref(&train), &settings).unwrap();
-        let error = compare(&identification.model, std::slice::from_ref(&train)).unwrap().esr.torque.unwrap();
+        let identification = identify(std::slice::from_ref(&train), &settings, &Context::quiet()).unwrap();
+        let error = compare(&identification.model, std::slice::from_ref(&train), &Context::quiet())
+            .unwrap()
+            .esr
+            .torque
+            .unwrap();
         assert!((error / expected - 1.0).abs() < 0.02, "{base:?}: {error} instead of {expected}");
     }
 }
@@ -82,9 +89,9 @@ fn fra233_needs_dry_friction_on_held_out_repetitions() {
     let errors = |base| {
         let known = |name: &str, value| Assignment { name: name.to_owned(), value };
         let fixed = vec![known("R", 3.3999), known("L", 2.853e-3)];
-        let identification =
-            identify(&training, &Settings { fixed, ..magnet_motor(base) }).expect("FRA233 is identified");
-        let comparison = compare(&identification.model, &held_out).unwrap();
+        let identification = identify(&training, &Settings { fixed, ..magnet_motor(base) }, &Context::quiet())
+            .expect("FRA233 is identified");
+        let comparison = compare(&identification.model, &held_out, &Context::quiet()).unwrap();
         comparison
             .per_recording
             .iter()
@@ -109,7 +116,7 @@ fn fra233_needs_dry_friction_on_held_out_repetitions() {
 fn fra233_step_alone_is_not_enough() {
     let Some(step) = read("FRA233/step_1.csv", &[]) else { return };
     let fixed = [("R", 3.3999), ("L", 2.853e-3)].map(|(n, value)| Assignment { name: n.into(), value }).to_vec();
-    match identify(&[step], &Settings { fixed, ..magnet_motor(Base::DryViscous) }) {
+    match identify(&[step], &Settings { fixed, ..magnet_motor(Base::DryViscous) }, &Context::quiet()) {
         Err(error) => assert!(error.to_string().contains("cannot be"), "{error}"),
         Ok(found) => {
             let dry = found.parameters.iter().find(|p| p.name == "mu0").unwrap();
@@ -125,8 +132,12 @@ fn hsm150_positive_runs_need_dry_friction() {
     {
         let Some(run) = read(file, &["torque_n_m=torque_in_Nm"]) else { return };
         let fit = |base| {
-            let identification = identify(std::slice::from_ref(&run), &magnet_motor(base)).unwrap();
-            let error = compare(&identification.model, std::slice::from_ref(&run)).unwrap().esr.torque.unwrap();
+            let identification = identify(std::slice::from_ref(&run), &magnet_motor(base), &Context::quiet()).unwrap();
+            let error = compare(&identification.model, std::slice::from_ref(&run), &Context::quiet())
+                .unwrap()
+                .esr
+                .torque
+                .unwrap();
             (100.0 * error, identification)
         };
         let (viscous, _) = fit(Base::Viscous);
@@ -147,7 +158,7 @@ fn verdict(name: &str, map: &[&str]) -> Option<greyrig_host::diagnose::Verdict> 
         exclude: Vec::new(),
         candidates_refined: false,
     };
-    Some(greyrig_host::diagnose::diagnose(&[recording], &options, &|_| ()).expect("a diagnosis").verdict)
+    Some(greyrig_host::diagnose::diagnose(&[recording], &options, &Context::quiet()).expect("a diagnosis").verdict)
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use greyrig_host::context::Context;
 use greyrig_host::recording::{self, Channel, Extra, Mapping, Motion, Recording};
 use proptest::prelude::*;
 
@@ -18,7 +19,7 @@ pub fn data() -> Option<PathBuf> {
 
 fn load(path: &Path, map: &[&str]) -> Recording {
     let mapping = Mapping::parse(map).expect("a mapping");
-    recording::load(path, &mapping).unwrap_or_else(|e| panic!("{e}"))
+    recording::load(path, &mapping, &Context::quiet()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn text(name: &str, content: impl AsRef<[u8]>, map: &[&str]) -> Recording {
@@ -342,7 +343,7 @@ proptest! {
         let formats: &[&str] = if cfg!(feature = "parquet") { &["run.csv", "run.parquet"] } else { &["run.csv"] };
         for name in formats {
             let path = folder.path().join(name);
-            recording::write(&original, &path, false).expect("written");
+            recording::write(&original, &path, false, &Context::quiet()).expect("written");
             let back = load(&path, &[]);
             prop_assert_eq!(back.channels(), original.channels());
             prop_assert_eq!(back.metadata(), original.metadata());

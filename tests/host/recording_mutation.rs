@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use greyrig_host::context::Context;
 use greyrig_host::recording::{self, Extra, Mapping, Recording};
 
 /// A fixed sequence (Park and Miller's minimal standard generator, 1988), so that a failure can be repeated.
@@ -18,7 +19,7 @@ impl Sequence {
 /// Loads a file; panics in the readers are fenced by them, so any panic here is one of our own code.
 fn survives(path: &Path, what: &str) {
     let mapping = Mapping::default();
-    let result = catch_unwind(AssertUnwindSafe(|| recording::load(path, &mapping)));
+    let result = catch_unwind(AssertUnwindSafe(|| recording::load(path, &mapping, &Context::quiet())));
     match result {
         Ok(Ok(recording)) => {
             assert!(recording.channels().values().all(|c| c.len() == recording.len()), "{what}");
@@ -94,7 +95,7 @@ fn own_files_damaged() {
             continue;
         }
         let path = folder.path().join(name);
-        recording::write(&original, &path, false).expect("written");
+        recording::write(&original, &path, false, &Context::quiet()).expect("written");
         mutate(name, &std::fs::read(path).expect("readable"), 2000);
     }
 }

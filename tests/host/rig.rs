@@ -4,6 +4,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use clap::Parser;
 use greyrig_host::commands::Cli;
+use greyrig_host::commands::terminal::Terminal;
 use greyrig_host::recording::Channel;
 use greyrig_host::rig::plant::{Contact, Plant, Rotor};
 use greyrig_host::rig::{ChainSetup, EFFECTS, FAULTS, Kind, Motor, PROFILES, Run, Setup};
@@ -661,7 +662,7 @@ fn simulate_writes_a_table_under_the_names_of_the_interface() {
     let name = path.to_str().unwrap();
     let run = |more: &[&str]| {
         let args = ["greyrig", "simulate", "--profile", "locked", "--seconds", "0.5", "--out", name, "--json"];
-        Cli::try_parse_from(args.iter().chain(more)).unwrap().command.run()
+        Cli::try_parse_from(args.iter().chain(more)).unwrap().command.run(&Terminal::default())
     };
     run(&[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();

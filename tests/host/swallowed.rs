@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::{VerdictKind, diagnose};
 use greyrig_host::model::{Base, Kind};
 use greyrig_host::recording::{Channel, Recording};
@@ -87,7 +88,7 @@ fn a_drop_that_the_form_of_a_law_has_swallowed_is_found_by_another_law() {
     // Of twenty such motors armature reaction took the drop along in these. (In the sixteenth the drop is not named even so.)
     for seed in [3, 4, 10, 13, 15] {
         let options = options(Kind::Universal, Base::Full, &[]);
-        let d = diagnose(&[recording(seed)], &options, &|_| ()).expect("a diagnosis");
+        let d = diagnose(&[recording(seed)], &options, &Context::quiet()).expect("a diagnosis");
         assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{seed}: {}", d.verdict.text);
         assert_eq!(d.verdict.effects, ["saturation", "brush_drop"], "{seed}: {}", d.verdict.text);
     }

@@ -1,9 +1,8 @@
 //! `greyrig train`: what it tells and shows beside the model.
 
-use std::ops::ControlFlow;
-
 use greyrig_host::anfis::Method;
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::Kind;
@@ -23,9 +22,13 @@ fn the_report_shows_what_was_learnt_and_a_delay_is_only_compared() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let (staircase, ramp) = (run("staircase", 6.0, 1), run("ramp", 4.0, 2));
-    write(&staircase, &here.join("a.csv"), false).unwrap();
-    write(&ramp, &here.join("b.csv"), false).unwrap();
-    identify(&[staircase], &Settings::new(Kind::Universal)).unwrap().model.save(&here.join("m.toml"), false).unwrap();
+    write(&staircase, &here.join("a.csv"), false, &Context::quiet()).unwrap();
+    write(&ramp, &here.join("b.csv"), false, &Context::quiet()).unwrap();
+    identify(&[staircase], &Settings::new(Kind::Universal), &Context::quiet())
+        .unwrap()
+        .model
+        .save(&here.join("m.toml"), false)
+        .unwrap();
     let train = ["train", "a.csv", "b.csv", "--model", "m.toml", "--epochs", "4"];
     let with = |more: &[&str]| greyrig(here, &[&train[..], more].concat());
 
@@ -67,11 +70,10 @@ fn three_staircases_bring_a_profile_held_out_below_one_percent() {
     let mut ramp = run("ramp", 10.0, 2, None);
     ramp.exclude(0..10_000);
     let ramp = [ramp];
-    let physics = identify(&staircases, &Settings::new(Kind::Universal)).unwrap().model;
+    let physics = identify(&staircases, &Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
     let settings = hybrid::settings(Method::Varpro, 30);
-    let (corrected, _) =
-        hybrid::train(&physics, &staircases, 1.0, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
-    let error = |model| compare(model, &ramp).unwrap().esr.current.unwrap();
+    let (corrected, _) = hybrid::train(&physics, &staircases, 1.0, &settings, &Context::quiet()).unwrap();
+    let error = |model| compare(model, &ramp, &Context::quiet()).unwrap().esr.current.unwrap();
     let (before, after) = (error(&physics), error(&corrected));
     assert!(before > 0.12 && after < 0.01, "{before} {after}");
 }

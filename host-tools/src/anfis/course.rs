@@ -6,9 +6,9 @@ use super::fold::Workers;
 use super::sweep::{Want, sweep};
 use super::table::Table;
 use super::{Epoch, Keep, Stopped};
+use crate::context::Context;
 use crate::error::Result;
 use crate::network::{Net, Scale};
-use crate::output;
 
 /// What is trained on, and how.
 #[derive(Debug)]
@@ -48,12 +48,18 @@ pub struct Course<'a> {
     pub best_checking: Option<Snapshot>,
     limit: usize,
     patience: Option<usize>,
+    ctx: &'a Context,
     progress: &'a mut dyn FnMut(&Epoch) -> ControlFlow<()>,
 }
 
 impl<'a> Course<'a> {
     /// Nothing yet.
-    pub fn new(limit: usize, patience: Option<usize>, progress: &'a mut dyn FnMut(&Epoch) -> ControlFlow<()>) -> Self {
+    pub fn new(
+        limit: usize,
+        patience: Option<usize>,
+        ctx: &'a Context,
+        progress: &'a mut dyn FnMut(&Epoch) -> ControlFlow<()>,
+    ) -> Self {
         Self {
             epochs: Vec::new(),
             errors: Vec::new(),
@@ -61,6 +67,7 @@ impl<'a> Course<'a> {
             best_checking: None,
             limit,
             patience,
+            ctx,
             progress,
         }
     }
@@ -68,6 +75,14 @@ impl<'a> Course<'a> {
     /// Training errors of all epochs.
     pub fn errors(&self) -> &[f64] {
         &self.errors
+    }
+
+    /// Fails once the training is to stop.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn check(&self) -> Result<()> {
+        Ok(self.ctx.check()?)
     }
 
     /// Notes an epoch and says whether it was the last.
@@ -81,7 +96,8 @@ impl<'a> Course<'a> {
         squared_error: f64,
         step: Option<f64>,
     ) -> Result<Option<Stopped>> {
-        output::check_interrupt()?;
+        self.check()?;
+        self.ctx.at("training", self.epochs.len() as f64 / self.limit.max(1) as f64);
         let rms = |squared: f64, table: &Table| (squared / table.rows() as f64).sqrt();
         let rmse_trn = rms(squared_error, problem.table);
         if !rmse_trn.is_finite() {

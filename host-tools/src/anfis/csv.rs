@@ -10,8 +10,8 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::table::{Builder, Table};
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
-use crate::output;
 
 /// A table and the names of its columns.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ const LOOK_EVERY: u64 = 1 << 16;
 /// # Errors
 /// No header, a row with another number of fields, a cell that is no finite number: with line and column (the column
 /// counts the fields of the row, from one).
-pub fn read(path: &Path) -> Result<Named> {
+pub fn read(path: &Path, ctx: &Context) -> Result<Named> {
     let open = || File::open(path).map(|f| BufReader::with_capacity(1 << 18, f)).map_err(|e| Error::io(path, e));
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
@@ -89,7 +89,7 @@ pub fn read(path: &Path) -> Result<Named> {
         builder.push(&values, y)?;
         rows += 1;
         if rows.is_multiple_of(LOOK_EVERY) {
-            output::check_interrupt()?;
+            ctx.check()?;
         }
     }
     if rows == 0 {

@@ -1,13 +1,12 @@
 //! Training of the network whose evaluation is [`greyrig::anfis`]; any number of inputs and membership functions.
 //!
 //! ```
-//! use std::ops::ControlFlow;
-//!
 //! use greyrig_host::anfis::{Method, Settings, Table, train};
+//! use greyrig_host::context::Context;
 //!
 //! let rows = (0..=40).map(|k| f64::from(k) / 10.0).map(|x| ([x], x.sin()));
 //! let table = Table::collect(1, rows)?;
-//! let trained = train(&table, None, &Settings::new(Method::Varpro, 3, 20), &mut |_| ControlFlow::Continue(()))?;
+//! let trained = train(&table, None, &Settings::new(Method::Varpro, 3, 20), &Context::quiet())?;
 //! assert!(trained.rmse_trn < 1e-3);
 //! # Ok::<(), greyrig_host::error::Error>(())
 //! ```
@@ -45,6 +44,7 @@ use serde::Serialize;
 pub use finish::{Reach, Support};
 pub use table::{Builder, CHUNK, Table};
 
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::network::{Net, Scale};
 use course::{Course, Problem};
@@ -193,14 +193,23 @@ pub struct Trained {
     pub reach: Reach,
 }
 
-/// Trains a network; `progress` sees every epoch and may stop.
+/// Trains a network.
 ///
 /// # Errors
 /// Settings that make no sense for the data; data that cannot be read; an interrupt.
-pub fn train(
+pub fn train(table: &Table, check: Option<&Table>, settings: &Settings, ctx: &Context) -> Result<Trained> {
+    train_until(table, check, settings, ctx, &mut |_| ControlFlow::Continue(()))
+}
+
+/// The same; `progress` sees every epoch and may stop, with the best network so far.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_until(
     table: &Table,
     check: Option<&Table>,
     settings: &Settings,
+    ctx: &Context,
     progress: &mut dyn FnMut(&Epoch) -> ControlFlow<()>,
 ) -> Result<Trained> {
     let ranges = validated(table, check, settings)?;
@@ -222,7 +231,7 @@ pub fn train(
     };
     let b = settings.exponent.unwrap_or(2.0);
     let grid = Net::grid(settings.shape, settings.firing, b, settings.functions, &ranges).scaled(&problem.scales);
-    let mut course = Course::new(settings.epochs, settings.patience, progress);
+    let mut course = Course::new(settings.epochs, settings.patience, ctx, progress);
     let stopped = match settings.method {
         Method::Hybrid => hybrid::train(&problem, grid.clone(), settings.step, &mut course)?,
         Method::Varpro => varpro::train(&problem, grid.clone(), &mut course)?,

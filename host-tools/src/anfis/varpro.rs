@@ -114,7 +114,7 @@ pub fn train(problem: &Problem<'_>, net: Net, course: &mut Course<'_>) -> Result
             }
             damping *= growth;
             growth *= 2.0;
-            crate::output::check_interrupt()?;
+            course.check()?;
         }
         let Some(there) = better else { return Ok(Stopped::Converged) };
         let settled = here.cost - there.cost < SETTLED * here.cost;

@@ -7,6 +7,7 @@ use greyrig::effects::{EffectId, Identifiers};
 use serde_json::json;
 
 use super::answer::Answer;
+use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::{Addition, Stage, add_to, stage};
 use crate::check;
@@ -49,7 +50,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used, or a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     for path in args.out.iter().chain(&args.answer.report) {
         output::refuse_overwrite(path, args.answer.force)?;
     }
@@ -66,24 +67,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(id) = effects.iter().find(|id| model.effects.iter().any(|e| e.id == **id)) {
         return Err(Error::usage(format!("the model has {id} already"), "leave it out, or add another effect"));
     }
-    let recordings = input::load(&files, &args.map)?;
+    let recordings = input::load(&files, &args.map, &terminal.context())?;
     let findings = input::question(&recordings, model.kind);
     input::refuse(&findings)?;
     let (training, held_out) = split(&recordings);
     refuse_seen(&training, &held_out)?;
 
-    let mut stages = vec![stage(&model, &[], &[], &training, &held_out)?];
-    for count in 1..=effects.len() {
-        stages.push(stage(&model, &effects[..count], &[], &training, &held_out)?);
-    }
-    for count in 1..=args.term.len() {
-        stages.push(stage(&model, &effects, &args.term[..count], &training, &held_out)?);
-    }
+    let stages = terminal.watching("stages", |ctx| -> Result<Vec<Stage>> {
+        let staged = |effects, terms| stage(&model, effects, terms, &training, &held_out, ctx);
+        let with_effects = (0..=effects.len()).map(|count| staged(&effects[..count], &[]));
+        let with_terms = (1..=args.term.len()).map(|count| staged(&effects, &args.term[..count]));
+        with_effects.chain(with_terms).collect()
+    })?;
     let (first, last) = (&stages[0], &stages[stages.len() - 1]);
-    let judged = last.shows(&model, &held_out)?;
+    let judged = last.shows(&model, &held_out, &terminal.context())?;
     let accepted = judged && first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
-    let Addition { effects: added, identification: mut final_fit } = add_to(&model, &args.term, &recordings, &effects)?;
+    let Addition { effects: added, identification: mut final_fit } =
+        terminal.watching("all data", |ctx| add_to(&model, &args.term, &recordings, &effects, ctx))?;
     if !judged {
         let note = "what was held out shows nothing of what was added, as a coast-down does of what goes with the current: give another \
                     recording";

@@ -1,6 +1,5 @@
 //! `greyrig anfis`: the trainer of the correction on any table.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +8,7 @@ use greyrig::anfis;
 use serde_json::json;
 
 use super::answer::Answer;
+use super::terminal::Terminal;
 use super::words;
 use crate::anfis::csv::{self, Named};
 use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, train};
@@ -116,9 +116,9 @@ fn parse_range(text: &str) -> std::result::Result<(f64, f64), String> {
 ///
 /// # Errors
 /// Tables that cannot be read or trained on, or a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     match &args.command {
-        Command::Fit(args) => fit(args),
+        Command::Fit(args) => fit(args, terminal),
     }
 }
 
@@ -147,12 +147,12 @@ impl Fit {
     }
 }
 
-fn fit(args: &Fit) -> Result<ExitCode> {
+fn fit(args: &Fit, terminal: &Terminal) -> Result<ExitCode> {
     for path in [&args.out, &args.answer.report].into_iter().flatten() {
         output::refuse_overwrite(path, args.answer.force)?;
     }
-    let data = csv::read(&args.train)?;
-    let check = args.check.as_deref().map(csv::read).transpose()?;
+    let data = csv::read(&args.train, &terminal.context())?;
+    let check = args.check.as_deref().map(|path| csv::read(path, &terminal.context())).transpose()?;
     if let Some(other) = check.as_ref().filter(|c| c.inputs != data.inputs || c.target != data.target) {
         return Err(Error::usage(
             format!("the checking table has the columns {}, the training table {}", columns(other), columns(&data)),
@@ -160,13 +160,8 @@ fn fit(args: &Fit) -> Result<ExitCode> {
         ));
     }
     let settings = args.settings(data.inputs.len());
-    let bar = output::progress("training", args.epochs as u64);
-    let trained = train(&data.table, check.as_ref().map(|c| &c.table), &settings, &mut |_| {
-        bar.inc(1);
-        ControlFlow::Continue(())
-    });
-    bar.finish_and_clear();
-    let trained = trained?;
+    let check = check.as_ref().map(|c| &c.table);
+    let trained = terminal.watching("training", |ctx| train(&data.table, check, &settings, ctx))?;
     for note in notes(&trained) {
         eprintln!("greyrig: {note}");
     }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::input::{self, Input};
+use super::terminal::Terminal;
 use super::words;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
@@ -43,17 +44,15 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used, or a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&recordings, model.kind);
-    let bar = output::progress("calibration", recordings.len() as u64);
-    let result = calibrate(&model, &recordings, args.blanking, &mut || bar.inc(1));
-    bar.finish_and_clear();
-    let (detector, shown) = result?;
+    let (detector, shown) =
+        terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
     let calibrated = Model { detector: Some(detector.clone()), ..model };
     if let Some(path) = &args.out {
         calibrated.save(path, args.force)?;

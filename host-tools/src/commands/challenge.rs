@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::input::{self, Answered, Input};
+use super::terminal::Terminal;
 use super::words;
-use crate::challenge::{Challenge, Challenged, MOST_TRIES, challenge, most_effects};
+use crate::challenge::{Challenge, Challenged, challenge};
 use crate::error::Result;
 use crate::model::{Model, catalogue};
 use crate::output;
@@ -33,19 +34,13 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let effects = catalogue::effects(&args.effect)?;
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&recordings, model.kind);
     input::refuse(&findings)?;
-    let bar = output::progress("challenge", MOST_TRIES * most_effects(&model, &effects));
-    let result = challenge(&recordings, &model, &effects, &|effect| {
-        bar.set_message(effect.id());
-        bar.inc(1);
-    });
-    bar.finish_and_clear();
-    let result = result?;
+    let result = terminal.watching("challenge", |ctx| challenge(&recordings, &model, &effects, ctx))?;
     if args.json {
         let answer = Answered { answer: &result, data_findings: &findings };
         output::print_json("challenge", &args.input.names(), answer)?;

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use super::input::Input;
+use super::terminal::Terminal;
 use super::words;
 use crate::check::{check, stop};
 use crate::error::{EXIT_BAD_INPUT, Result};
@@ -34,8 +35,8 @@ pub struct Args {
 ///
 /// # Errors
 /// Recordings that cannot be read.
-pub fn run(args: &Args) -> Result<ExitCode> {
-    let recordings = args.input.load()?;
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
+    let recordings = args.input.load(&terminal.context())?;
     let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata().get("motor")?, false).ok());
     let found = check(&recordings, args.kind.or_else(told));
     if args.json {

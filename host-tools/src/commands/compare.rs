@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
 use crate::compare::compare_along;
@@ -33,15 +34,15 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used, or a report that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = Model::load(&args.model)?;
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&recordings, model.kind);
     input::refuse(&findings)?;
-    let comparison = compare_along(&model, &recordings, args.course)?;
+    let comparison = compare_along(&model, &recordings, args.course, &terminal.context())?;
     if let Some(path) = &args.answer.report {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         let name = model.motor.as_deref().unwrap_or("motor");

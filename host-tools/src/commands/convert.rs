@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
+use super::terminal::Terminal;
 use crate::error::Result;
 use crate::output;
 use crate::recording::{self, Channel, MapArgs, Recording};
@@ -59,13 +60,13 @@ struct Report<'a> {
 ///
 /// # Errors
 /// Whatever reading or writing refuses.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     output::refuse_overwrite(&args.out, args.force)?;
-    let recording = recording::load(&args.input, &args.map.mapping()?)?;
+    let recording = recording::load(&args.input, &args.map.mapping()?, &terminal.context())?;
     for warning in recording.warnings() {
         eprintln!("greyrig: {}: warning: {warning}", args.input.display());
     }
-    recording::write(&recording, &args.out, args.force)?;
+    recording::write(&recording, &args.out, args.force, &terminal.context())?;
     let channels = summaries(&recording);
     if args.json {
         let report = Report {

@@ -10,11 +10,12 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::terminal::Terminal;
 use super::words;
 use crate::check;
-use crate::compare::{Comparison, PerSignal, compare};
+use crate::compare::{PerSignal, compare};
 use crate::diagnose::shape::Shape;
-use crate::diagnose::{Diagnosis, Options, Progress, VerdictKind, diagnose};
+use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
 use crate::error::Result;
 use crate::identify::{self, Settings};
 use crate::model::{Assignment, Base, Kind, Model, Origin, catalogue};
@@ -52,16 +53,16 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used, or a report that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = args.model.as_deref().map(Model::load).transpose()?;
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let mut settings = match &model {
         Some(model) => Settings::of_model(model),
         None => {
-            let kind = input::kind(args.kind, &recordings);
+            let kind = Kind::of(args.kind, &recordings);
             Settings { base: args.base.unwrap_or(Base::usual(kind)), ..Settings::new(kind) }
         }
     };
@@ -72,38 +73,36 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let exclude = catalogue::effects(&args.exclude)?;
     let options = Options { settings: settings.clone(), exclude, candidates_refined: true };
-    let bar = output::progress("diagnosis", 40);
     let (began, ranked) = (Instant::now(), AtomicBool::new(false));
-    let watch = |at: Progress<'_>| match at {
-        Progress::Doing(what) => {
-            bar.set_message(what.to_owned());
-            bar.inc(1);
-        }
-        Progress::Ranking(candidates) if !ranked.swap(true, Ordering::Relaxed) => {
-            bar.println(first_look(candidates, began.elapsed()));
-        }
-        Progress::Ranking(_) => (),
-    };
     // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
     let compared = || {
-        let fitted = identify::identify(&recordings, &settings).ok()?.model;
-        let mut comparison = compare(&fitted, &recordings).ok();
+        let fitted = identify::identify(&recordings, &settings, &terminal.context()).ok()?.model;
+        let mut comparison = compare(&fitted, &recordings, &terminal.context()).ok();
         // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of `compare`.
-        let given = model.as_ref().and_then(|model| compare(model, &recordings).ok());
+        let given = model.as_ref().and_then(|model| compare(model, &recordings, &terminal.context()).ok());
         if let (Some(comparison), Some(given)) = (&mut comparison, given) {
             comparison.noise_floor = given.noise_floor;
             comparison.noise_floor_source = given.noise_floor_source;
         }
         Some((fitted, comparison))
     };
-    let (result, compared) = rayon::join(|| diagnose(&recordings, &options, &watch), compared);
-    bar.finish_and_clear();
+    let diagnosed = || {
+        terminal.watching_with("diagnosis", |ctx, bar| {
+            let first_look = |candidates: &[(EffectId, f64)]| {
+                if !ranked.swap(true, Ordering::Relaxed) {
+                    bar.println(first_look(candidates, began.elapsed()));
+                }
+            };
+            diagnose_telling(&recordings, &options, ctx, &first_look)
+        })
+    };
+    let (result, compared) = rayon::join(diagnosed, compared);
     let d = result?;
     let (fitted, comparison) = compared.unzip();
     let comparison = comparison.flatten();
     if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        let mut report = Report::new("Which effect is missing").lead(headline(&d)).text("Why", d.verdict.text.clone());
+        let mut report = Report::new("Which effect is missing").lead(d.headline()).text("Why", d.verdict.text.clone());
         if let Some(shape) = &d.shape {
             report = report.curves("The shape of what is missing", shape_in_report(shape));
         }
@@ -115,8 +114,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        let answer = Answered { answer: as_json(&d, comparison.as_ref()), data_findings: &findings };
-        output::print_json("diagnose", &args.input.names(), answer)?;
+        let answer = Answered { answer: d.as_json(comparison.as_ref()), data_findings: &findings };
+        stdout::print_json("diagnose", &args.input.names(), answer)?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(comparison) = &comparison {
@@ -128,7 +127,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if !d.candidates.is_empty() {
         output::print_line(&candidates(&d))?;
     }
-    output::print_line(&format!("\nverdict: {}", headline(&d)))?;
+    output::print_line(&format!("\nverdict: {}", d.headline()))?;
     for line in d.verdict.text.lines() {
         output::print_line(&format!("  {line}"))?;
     }
@@ -192,24 +191,6 @@ fn first_look(candidates: &[(EffectId, f64)], after: Duration) -> String {
         .map(|(id, gain)| format!("{id} {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp())))
         .collect();
     format!("first look after {:.1} s, by how much the error might fall: {}", after.as_secs_f64(), foremost.join(", "))
-}
-
-/// The verdict in a line.
-pub fn headline(d: &Diagnosis) -> String {
-    let others = |id: &EffectId| {
-        let class = d.verdict.classes.iter().find(|class| class.contains(id))?;
-        Some(catalogue::joined(&class.iter().copied().filter(|other| other != id).collect::<Vec<_>>(), " or "))
-    };
-    let with_class = |id: &EffectId| others(id).map_or(id.to_string(), |others| format!("{id} (or {others})"));
-    let effects = d.verdict.effects.iter().map(with_class).collect::<Vec<_>>().join(", ");
-    match d.verdict.kind {
-        VerdictKind::MissingEffect => format!("missing: {effects}"),
-        VerdictKind::None => "nothing is missing that these recordings could show".to_owned(),
-        VerdictKind::Ambiguous if d.verdict.effects.len() == 1 => format!("ambiguous: {effects}, or something else"),
-        VerdictKind::Ambiguous => format!("ambiguous: {effects}"),
-        VerdictKind::OutsideCatalogue => "something is missing that the catalogue does not hold".to_owned(),
-        VerdictKind::InsufficientData => "insufficient data".to_owned(),
-    }
 }
 
 const CANDIDATE_COLUMNS: [&str; 7] =
@@ -290,28 +271,4 @@ fn shape_rows(shape: &Shape) -> Vec<Vec<String>> {
             vec![format!("{:.4}", p.at), format!("{:+.3e}", p.missing), drawn]
         })
         .collect()
-}
-
-/// The fields of the answer.
-pub fn as_json(d: &Diagnosis, comparison: Option<&Comparison>) -> serde_json::Value {
-    json!({
-        "esr_before": d.esr_before,
-        "esr_after": d.esr_after,
-        "noise_floor": comparison.map(|c| c.noise_floor),
-        "where": comparison.map(|c| &c.regions),
-        "verdict": {
-            "kind": d.verdict.kind,
-            "effects": d.verdict.effects,
-            "sizes": d.verdict.sizes,
-            "text": d.verdict.text,
-            "next_experiment": d.verdict.next_experiment,
-        },
-        "classes": d.verdict.classes,
-        "candidates": d.candidates,
-        "screening": d.screening.iter().map(|(id, gain)| json!({ "effect": id, "gain": gain })).collect::<Vec<_>>(),
-        "lead": d.lead,
-        "shape": d.shape,
-        "decoy_gain": d.decoy_gain,
-        "dithered": d.clean,
-    })
 }

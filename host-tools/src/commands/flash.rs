@@ -8,6 +8,7 @@ use greyrig::parameters::{Settings, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
+use super::terminal::Terminal;
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
 use crate::error::{Error, Result};
@@ -56,7 +57,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A model that cannot be used, trouble with the link.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
@@ -88,14 +89,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let name = &port.name;
         add("port", json!(name));
         if args.dry_run {
-            let (mut connection, device) = Connection::open(port)?;
+            let (mut connection, device) = Connection::open(port, &terminal.context())?;
             check_layout(&device)?;
             let same = connection.read_parameters()? == payload;
             add("device", json!(device));
             add("already_there", json!(same));
             format!("{} on {name}{}", device.board, if same { ", which has them already" } else { "" })
         } else {
-            let (device, block) = update::write(port, &payload)?;
+            let (device, block) = terminal.watching("writing", |ctx| update::write(port, &payload, ctx))?;
             add("device", json!(device));
             add("slot", json!(block.slot));
             add("sequence", json!(block.sequence));
@@ -166,7 +167,7 @@ fn in_force(port: &Port, calibration: bool) -> Result<Option<Settings>> {
 
 #[cfg(feature = "probe")]
 fn by_probe(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
-    crate::device::probe::write(payload, chip, dry_run)
+    Ok(crate::device::probe::write(payload, chip, dry_run)?)
 }
 
 #[cfg(not(feature = "probe"))]

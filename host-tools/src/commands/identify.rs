@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::input::{self, Input};
+use super::input::Input;
+use super::terminal::Terminal;
 use super::words;
 use crate::compare::compare;
 use crate::error::{Error, Result};
@@ -71,15 +72,15 @@ fn parse_bound(text: &str) -> std::result::Result<(String, f64, f64), String> {
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, or a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         output::refuse_overwrite(path, args.force)?;
     }
     if args.cutoff.is_some_and(|hz| !(hz > 0.0 && hz.is_finite())) {
         return Err(Error::usage("--cutoff must be a positive frequency", "give it in Hz, such as --cutoff 250"));
     }
-    let recordings = args.input.load()?;
-    let kind = input::kind(args.kind, &recordings);
+    let recordings = args.input.load(&terminal.context())?;
+    let kind = Kind::of(args.kind, &recordings);
     let findings = input::question(&recordings, kind);
     input::refuse(&findings)?;
     let mut settings = Settings::new(kind);
@@ -94,9 +95,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         settings.filter.cutoff_hz = cutoff;
         settings.cutoff_given = true;
     }
-    let mut identification = identify::identify(&recordings, &settings)?;
+    let mut identification =
+        terminal.watching("output error", |ctx| identify::identify(&recordings, &settings, ctx))?;
     // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
-    let comparison = compare(&identification.model, &recordings).ok();
+    let comparison = compare(&identification.model, &recordings, &terminal.context()).ok();
     if let Some(c) = &comparison {
         for (name, esr) in [("current", c.esr.current), ("speed", c.esr.speed), ("torque", c.esr.torque)] {
             if let Some(esr) = esr {

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::check;
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::model::Kind;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
@@ -26,8 +26,8 @@ impl Input {
     ///
     /// # Errors
     /// The first recording that cannot be used.
-    pub fn load(&self) -> Result<Vec<Recording>> {
-        load(&self.recordings, &self.map)
+    pub fn load(&self, ctx: &Context) -> Result<Vec<Recording>> {
+        load(&self.recordings, &self.map, ctx)
     }
 
     /// The names of the recordings, as the user gave them.
@@ -40,8 +40,8 @@ impl Input {
 ///
 /// # Errors
 /// The first recording that cannot be used.
-pub fn load(files: &[PathBuf], map: &MapArgs) -> Result<Vec<Recording>> {
-    let recordings = recording::load_all(files, &map.mapping()?)?;
+pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recording>> {
+    let recordings = recording::load_all(files, &map.mapping()?, ctx)?;
     for recording in &recordings {
         for warning in recording.warnings() {
             eprintln!("greyrig: {}: {warning}", recording.path().display());
@@ -87,30 +87,4 @@ pub fn refuse(findings: &[DataFinding]) -> Result<()> {
     let Some(stop) = check::stop(findings) else { return Ok(()) };
     let remedy = stop.remedy.clone().unwrap_or_else(|| "record again; `greyrig check` tells more".to_owned());
     Err(Error::input(Place::file(&stop.recording), &stop.text, remedy))
-}
-
-/// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.
-pub fn kind(given: Option<Kind>, recordings: &[Recording]) -> Kind {
-    let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata().get("motor")?, false).ok());
-    given.or_else(told).unwrap_or_default()
-}
-
-#[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::*;
-
-    #[test]
-    fn a_recording_may_tell_its_kind_of_motor() {
-        let folder = tempfile::tempdir().unwrap();
-        let of = |motor: &str| {
-            let path = folder.path().join(format!("{motor}.csv"));
-            fs::write(&path, format!("# motor: {motor}\nt_s,u_v,i_a,omega_rad_s\n0,1,1,0\n0.001,1,1,1\n")).unwrap();
-            recording::load_all(&[path], &MapArgs::default().mapping().unwrap()).unwrap()
-        };
-        assert_eq!(kind(None, &of("pm-dc")), Kind::PmDc);
-        assert_eq!(kind(Some(Kind::Universal), &of("pm-dc")), Kind::Universal);
-        assert_eq!(kind(None, &of("VR-200")), Kind::Universal);
-    }
 }

@@ -8,7 +8,9 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::terminal::Terminal;
 use super::words;
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::calibrate::by_motor;
@@ -55,14 +57,14 @@ pub struct Args {
 ///
 /// # Errors
 /// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;
     }
     args.history.as_deref().map_or(Ok(()), History::check)?;
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&recordings, model.kind);
     if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata().contains_key("serial"))
     {
@@ -73,15 +75,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut tests = Vec::new();
     for recording in &recordings {
-        output::check_interrupt()?;
         crate::compare::same_type(&model, recording)?;
-        tests.push(test(&model, detector, recording)?);
+        tests.push(test(&model, detector, recording, &terminal.context())?);
     }
     let verdict = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
     let shift = if args.study {
         Shift { study: Some(study(&recordings, &tests, detector)?), ..Shift::default() }
     } else {
-        golden_motor(args, &model, detector, &recordings, &tests)?
+        golden_motor(args, &model, detector, &recordings, &tests, &terminal.context())?
     };
     // Of a motor that does not pass nothing can be said about the rig.
     let drifted = verdict == Outcome::Pass && shift.charts.iter().any(Chart::drifted);
@@ -127,9 +128,10 @@ fn golden_motor(
     detector: &DetectorEntry,
     recordings: &[Recording],
     tests: &[Test],
+    ctx: &Context,
 ) -> Result<Shift> {
     let digest = digest(model);
-    let mut history = args.history.as_deref().map(History::open).transpose()?;
+    let mut history = args.history.as_deref().map(|path| History::open(path, ctx)).transpose()?;
     for (path, line) in args.history.iter().zip(&history).flat_map(|(path, h)| h.torn.iter().map(move |n| (path, n))) {
         eprintln!("greyrig: {}:{line}: not a whole line, left out", path.display());
     }

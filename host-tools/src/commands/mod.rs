@@ -22,7 +22,9 @@ pub mod plan;
 pub mod record;
 pub mod serve;
 pub mod simulate;
+pub mod terminal;
 pub mod train;
+pub mod trouble;
 mod words;
 
 use std::ffi::OsString;
@@ -31,6 +33,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::Result;
+use terminal::Terminal;
 
 /// Grey-box models of electric motors: identify, compare with the measurement, see where the model fails.
 #[derive(Debug, Parser)]
@@ -93,28 +96,28 @@ impl Command {
     ///
     /// # Errors
     /// Whatever the user has to act on.
-    pub fn run(&self) -> Result<ExitCode> {
+    pub fn run(&self, terminal: &Terminal) -> Result<ExitCode> {
         match self {
-            Self::Demo(args) => demo::run(args),
-            Self::Identify(args) => identify::run(args),
-            Self::Check(args) => check::run(args),
-            Self::Compare(args) => compare::run(args),
-            Self::Add(args) => add::run(args),
-            Self::Diagnose(args) => diagnose::run(args),
-            Self::Challenge(args) => challenge::run(args),
-            Self::Plan(args) => plan::run(args),
-            Self::Serve(args) => serve::run(args),
-            Self::Train(args) => train::run(args),
-            Self::Calibrate(args) => calibrate::run(args),
-            Self::Monitor(args) => monitor::run(args),
-            Self::Master(args) => master::run(args),
-            Self::Anfis(args) => anfis::run(args),
+            Self::Demo(args) => demo::run(args, terminal),
+            Self::Identify(args) => identify::run(args, terminal),
+            Self::Check(args) => check::run(args, terminal),
+            Self::Compare(args) => compare::run(args, terminal),
+            Self::Add(args) => add::run(args, terminal),
+            Self::Diagnose(args) => diagnose::run(args, terminal),
+            Self::Challenge(args) => challenge::run(args, terminal),
+            Self::Plan(args) => plan::run(args, terminal),
+            Self::Serve(args) => serve::run(args, terminal),
+            Self::Train(args) => train::run(args, terminal),
+            Self::Calibrate(args) => calibrate::run(args, terminal),
+            Self::Monitor(args) => monitor::run(args, terminal),
+            Self::Master(args) => master::run(args, terminal),
+            Self::Anfis(args) => anfis::run(args, terminal),
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
-            Self::Convert(args) => convert::run(args),
-            Self::Simulate(args) => simulate::run(args),
-            Self::Flash(args) => flash::run(args),
-            Self::Record(args) => record::run(args),
+            Self::Convert(args) => convert::run(args, terminal),
+            Self::Simulate(args) => simulate::run(args, terminal),
+            Self::Flash(args) => flash::run(args, terminal),
+            Self::Record(args) => record::run(args, terminal),
             Self::Board(args) => board::run(args),
         }
     }

@@ -5,11 +5,12 @@ use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
 
+use super::terminal::Terminal;
 use super::words;
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model, catalogue};
 use crate::output;
-use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan, ticks};
+use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan};
 
 /// The recording that would best tell rival effects apart, by simulating them within the limits of the rig.
 #[derive(Debug, clap::Args)]
@@ -40,7 +41,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A model that cannot be run, rivals that nothing tells apart, or impossible limits.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let limit = |given: Option<f64>, usual: f64, option: &str| match given {
         Some(x) if !(x > 0.0 && x.is_finite()) => Err(Error::usage(
             format!("{option} must be positive"),
@@ -55,10 +56,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         voltage_v: limit(args.max_voltage, usual.voltage_v, "--max-voltage")?,
         current_a: limit(args.max_current, usual.current_a, "--max-current")?,
     };
-    let bar = output::progress("simulations", ticks(model.kind));
-    let result = plan(&model, &rivals, args.seconds, limits, &|| bar.inc(1));
-    bar.finish_and_clear();
-    let result = result?;
+    let result = terminal.watching("plan", |ctx| plan(&model, &rivals, args.seconds, limits, ctx))?;
     if args.json {
         output::print_json("plan", &[], &result)?;
     } else {

@@ -10,9 +10,11 @@ use greyrig::parameters::{SAMPLE_RATE_HZ, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
+use super::terminal::Terminal;
+use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
-use crate::device::{Connection, Port, recorded};
+use crate::device::{self, Connection, Port, recorded};
 use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
 use crate::recording::{self, Recording};
@@ -52,7 +54,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Trouble with the link; a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let count = args.seconds * f64::from(SAMPLE_RATE_HZ);
     if !(2.0..=LONGEST_S * f64::from(SAMPLE_RATE_HZ)).contains(&count) {
         return Err(Error::usage(
@@ -62,7 +64,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     output::refuse_overwrite(&args.out, args.force)?;
     let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
-    let (mut connection, device) = Connection::open(&port)?;
+    let (mut connection, device) = Connection::open(&port, &terminal.context())?;
     let payload = connection.read_parameters()?;
     let (calibration, mut metadata) = match section::decode(&payload) {
         Ok(settings) => {
@@ -78,8 +80,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     recorded::describe(&mut metadata, &device);
-    let Ended { capture, early } = capture::record(&port, &device, connection, count as usize)?;
+    let Ended { capture, early } =
+        terminal.watching("recording", |ctx| capture::record(&port, &device, connection, count as usize, ctx))?;
     metadata.insert("first sample".into(), capture.first.to_string());
+    // What there is of it can be written after a Ctrl-C; the next one stops that, too.
+    terminal.cancel_flag().clear();
     let cut = Cut::of(&capture, count as usize, early);
     if let Some(cut) = &cut {
         metadata.insert("incomplete".into(), cut.told.clone());
@@ -87,18 +92,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = recorded::recording(&capture, &calibration, metadata)?;
     let out = match &cut {
         None => {
-            recording::write(&recording, &args.out, args.force)
-                .inspect_err(|_| keep_elsewhere(&recording, &args.out))?;
+            recording::write(&recording, &args.out, args.force, &terminal.context())
+                .inspect_err(|_| keep_elsewhere(&recording, &args.out, &terminal.context()))?;
             args.out.clone()
         }
-        Some(_) => keep(&recording, &args.out, "incomplete")?,
+        Some(_) => keep(&recording, &args.out, "incomplete", &terminal.context())?,
     };
 
     let (lost, missing) = (capture.lost(), capture.missing());
     if missing > 0 {
         eprintln!("greyrig: {missing} samples were lost in {} places and are marked invalid", lost.len());
     }
-    let status = status(&port);
+    let status = status(&port, &terminal.context());
     if args.json {
         let places: Vec<_> = lost.iter().map(|range| [range.start, range.end]).collect();
         output::print_json(
@@ -133,14 +138,13 @@ struct Cut {
 
 impl Cut {
     /// What keeps a recording of `count` samples from being complete, if anything does.
-    fn of(capture: &Capture, count: usize, early: Option<Error>) -> Option<Self> {
+    fn of(capture: &Capture, count: usize, early: Option<device::Error>) -> Option<Self> {
         let seconds = |samples: usize| samples as f64 / f64::from(SAMPLE_RATE_HZ);
-        if let Some(error) = early {
+        if let Some(error) = early.map(Error::from) {
             let told = format!("{} s of {} s were recorded", seconds(capture.samples.len()), seconds(count));
             let exit_code = error.exit_code();
             return Some(match error {
                 Error::Interrupted => {
-                    output::take_interrupt();
                     Self { told: format!("{told}, then interrupted"), remedy: "record again".into(), exit_code }
                 }
                 error => {
@@ -159,9 +163,9 @@ impl Cut {
 }
 
 /// Writes what nobody can make again under a name that nothing has yet: `run.csv` becomes `run.WORD.csv`, `run.WORD-2.csv` …
-fn keep(recording: &Recording, out: &Path, word: &str) -> Result<PathBuf> {
+fn keep(recording: &Recording, out: &Path, word: &str, ctx: &Context) -> Result<PathBuf> {
     if out.exists() && !out.is_file() {
-        recording::write(recording, out, true)?;
+        recording::write(recording, out, true, ctx)?;
         return Ok(out.to_owned());
     }
     let extension = out.extension().unwrap_or_default().to_string_lossy();
@@ -173,7 +177,7 @@ fn keep(recording: &Recording, out: &Path, word: &str) -> Result<PathBuf> {
         if path.exists() {
             continue;
         }
-        match recording::write(recording, &path, false) {
+        match recording::write(recording, &path, false, ctx) {
             Err(_) if path.is_file() => {}
             written => return written.map(|()| path),
         }
@@ -181,17 +185,17 @@ fn keep(recording: &Recording, out: &Path, word: &str) -> Result<PathBuf> {
 }
 
 /// A recording that cannot be written where it was to go, on a full disk say, goes to the folder of temporary files.
-fn keep_elsewhere(recording: &Recording, out: &Path) {
+fn keep_elsewhere(recording: &Recording, out: &Path, ctx: &Context) {
     let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return };
     let folders = [out.with_file_name(""), std::env::temp_dir()];
-    if let Some(path) = folders.iter().find_map(|folder| keep(recording, &folder.join(name), "unsaved").ok()) {
+    if let Some(path) = folders.iter().find_map(|folder| keep(recording, &folder.join(name), "unsaved", ctx).ok()) {
         eprintln!("greyrig: the recording is in {}", path.display());
     }
 }
 
 /// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
-fn status(port: &Port) -> Option<Status> {
-    let (mut connection, _) = Connection::open(port).ok()?;
+fn status(port: &Port, ctx: &Context) -> Option<Status> {
+    let (mut connection, _) = Connection::open(port, ctx).ok()?;
     connection.status().ok()
 }
 

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
+use super::terminal::Terminal;
 use crate::error::{Error, Result};
 use crate::output;
 use crate::recording;
@@ -96,7 +97,7 @@ pub struct Args {
 ///
 /// # Errors
 /// Unknown names, impossible sizes, whatever keeps the file from being written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.list {
         return list(args);
     }
@@ -105,8 +106,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     output::refuse_overwrite(path, args.force)?;
     let setup = setup(args)?;
-    let recording = setup.run()?.recording;
-    recording::write(&recording, path, args.force)?;
+    let recording = terminal.watching("simulation", |ctx| setup.run_in(ctx))?.recording;
+    recording::write(&recording, path, args.force, &terminal.context())?;
     let name = path.display().to_string();
     if args.json {
         let body = json!({

@@ -1,6 +1,5 @@
 //! `greyrig train`: the learned correction of what the physical model leaves over.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +8,7 @@ use serde_json::{Value, json};
 use super::anfis::{Bell, notes, parse_bell};
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Ridge, Settings, Trained};
 use crate::compare::{Comparison, PerSignal, compare};
@@ -69,7 +69,7 @@ pub struct Args {
 ///
 /// # Errors
 /// A model or recordings that cannot be used, or a file that cannot be written.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     for path in args.out.iter().chain(&args.answer.report) {
         output::refuse_overwrite(path, args.answer.force)?;
     }
@@ -77,10 +77,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Err(Error::usage(format!("a delay of {delay} s cannot be"), "choose --delay from 0.0001 to 1"));
     }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
-    let recordings = args.input.load()?;
+    let recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&recordings, bare.kind);
     input::refuse(&findings)?;
-    let outcome = Outcome::of(&bare, &recordings, args)?;
+    let outcome = Outcome::of(&bare, &recordings, args, terminal)?;
     if let Some(path) = &args.out {
         outcome.model.save(path, args.answer.force)?;
     }
@@ -113,7 +113,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn of(bare: &Model, recordings: &[Recording], args: &Args) -> Result<Self> {
+    fn of(bare: &Model, recordings: &[Recording], args: &Args, terminal: &Terminal) -> Result<Self> {
         let (training, held_out) = split(recordings);
         let settings = Settings {
             exponent: args.bell.0,
@@ -122,25 +122,19 @@ impl Outcome {
             ridge: Ridge::Relative(args.ridge),
             ..hybrid::settings(args.method, args.epochs)
         };
-        let bar = output::progress("training", 2 * args.epochs as u64);
-        let result = hybrid::train(bare, &training, args.blanking, &settings, &mut |_| {
-            bar.inc(1);
-            ControlFlow::Continue(())
-        });
-        bar.finish_and_clear();
-        let (model, trained) = result?;
-        let with_delay = |delay| {
-            let watch = &mut |_: &_| ControlFlow::Continue(());
-            hybrid::with_rows_kept_back(bare, &training, args.blanking, Some(delay), &settings, watch)
-        };
+        let (model, trained) =
+            terminal.watching("training", |ctx| hybrid::train(bare, &training, args.blanking, &settings, ctx))?;
+        let ctx = &terminal.context();
+        let with_delay =
+            |delay| hybrid::with_rows_kept_back(bare, &training, args.blanking, Some(delay), &settings, ctx);
         let delayed = args.delay.map(with_delay).transpose()?;
         let judged = |recordings: &[Recording]| -> Vec<Recording> {
-            recordings.iter().map(|r| without_start(r, args.blanking)).collect()
+            recordings.iter().map(|r| hybrid::without_start(r, args.blanking)).collect()
         };
         let data = [judged(&training), judged(&held_out)];
-        let before = [compare(bare, &data[0])?, compare(bare, &data[1])?];
-        let after = [compare(&model, &data[0])?, compare(&model, &data[1])?];
-        let share = correction_share(&before[1], &after[1]);
+        let before = [compare(bare, &data[0], ctx)?, compare(bare, &data[1], ctx)?];
+        let after = [compare(&model, &data[0], ctx)?, compare(&model, &data[1], ctx)?];
+        let share = hybrid::share_of_correction(&before[1], &after[1]);
         Ok(Self { model, trained, delayed, before, after, share })
     }
 
@@ -213,29 +207,6 @@ impl Outcome {
         }
         Ok(())
     }
-}
-
-/// A recording whose begin does not count, though the model runs through it.
-pub(super) fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
-    let mut judged = recording.clone();
-    let blank = ((blanking_s / recording.sample_time_s()) as usize).min(recording.len());
-    judged.exclude(0..blank);
-    judged
-}
-
-/// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box.
-pub(super) fn correction_share(before: &Comparison, after: &Comparison) -> Option<f64> {
-    let (mut added, mut signal) = (0.0, 0.0);
-    for (b, a) in before.per_recording.iter().zip(&after.per_recording) {
-        let pairs = b.traces.modelled_current.iter().zip(&a.traces.modelled_current);
-        for ((x, y), (measured, counted)) in pairs.zip(a.traces.measured_current.iter().zip(&a.traces.counted)) {
-            if *counted {
-                added += (y - x).powi(2);
-                signal += measured.powi(2);
-            }
-        }
-    }
-    (signal > 0.0).then(|| (added / signal).sqrt())
 }
 
 fn learning_curve(trained: &Trained) -> Curves {

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 
 use crate::between::Course;
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::filtering::directions;
@@ -25,16 +26,25 @@ const AT_THE_FLOOR: f64 = 1.3;
 /// Compares a model with recordings.
 ///
 /// # Errors
-/// A model that lacks what these recordings need, or recordings that cannot be compared.
-pub fn compare(model: &Model, recordings: &[Recording]) -> Result<Comparison> {
-    compare_along(model, recordings, None)
+/// A model that lacks what these recordings need, or recordings that cannot be compared; an interrupt.
+pub fn compare(model: &Model, recordings: &[Recording], ctx: &Context) -> Result<Comparison> {
+    compare_along(model, recordings, None, ctx)
 }
 
 /// The same along a course of the voltage between its samples that the user knows.
 ///
 /// # Errors
 /// As [`compare`].
-pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Course>) -> Result<Comparison> {
+pub fn compare_along(
+    model: &Model,
+    recordings: &[Recording],
+    course: Option<Course>,
+    ctx: &Context,
+) -> Result<Comparison> {
+    ctx.install(|| compared(model, recordings, course, ctx))
+}
+
+fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx: &Context) -> Result<Comparison> {
     let mut experiments: Vec<Experiment> =
         recordings.iter().map(|r| Ok(Experiment::new(r, &model.filter)?.with_edges_placed())).collect::<Result<_>>()?;
     for (e, recording) in experiments.iter().zip(recordings) {
@@ -62,6 +72,7 @@ pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Cou
         .zip(&free_runs)
         .enumerate()
         .map(|(k, (e, own))| {
+            ctx.check()?;
             let others = experiments.iter().zip(&free_runs).enumerate().filter(|(j, _)| *j != k);
             let others: Vec<_> = others.map(|(_, other)| other).collect();
             let floor = noise_floor::of_repeats((e, own), &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));

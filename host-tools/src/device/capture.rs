@@ -6,12 +6,11 @@ use std::time::Duration;
 use greyrig::link::message::{Message, Request, Samples};
 use greyrig::link::packing;
 use greyrig::units::Counts;
-use indicatif::ProgressBar;
 
 use super::connection::{Connection, Device, Port};
+use super::error::{Error, Result, Work};
 use super::update::reopen;
-use crate::error::{Error, Result};
-use crate::output;
+use crate::context::Context;
 
 /// Without a sample for so long, something is wrong.
 const SILENCE: Duration = Duration::from_secs(3);
@@ -95,11 +94,9 @@ pub struct Ended {
 ///
 /// # Errors
 /// Whatever comes before the first sample.
-pub fn record(port: &Port, device: &Device, mut connection: Connection, count: usize) -> Result<Ended> {
+pub fn record(port: &Port, device: &Device, mut connection: Connection, count: usize, ctx: &Context) -> Result<Ended> {
     let mut capture = Capture::with_room(count);
-    let bar = output::progress("recording", count as u64);
-    let filled = fill(port, device, &mut connection, &mut capture, count, &bar);
-    bar.finish_and_clear();
+    let filled = fill(port, device, &mut connection, &mut capture, count, ctx);
     // Politeness only: the next one who asks stops it, too.
     let _ = connection.tell(Request::Stop);
     match filled {
@@ -114,7 +111,7 @@ fn fill(
     connection: &mut Connection,
     capture: &mut Capture,
     count: usize,
-    bar: &ProgressBar,
+    ctx: &Context,
 ) -> Result<()> {
     connection.stop()?;
     connection.tell(Request::StartCapture)?;
@@ -123,21 +120,18 @@ fn fill(
         match receive(connection, capture, count) {
             Ok(()) => {
                 fruitless = 0;
-                bar.set_position(capture.samples.len() as u64);
+                ctx.at("recording", capture.samples.len() as f64 / count as f64);
             }
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(stop @ Error::Interrupted(_)) => return Err(stop),
             Err(error) if fruitless == FRUITLESS => return Err(error),
             Err(error) => {
                 fruitless += 1;
-                bar.suspend(|| eprintln!("greyrig: {error}: trying again"));
-                *connection = reopen(port, device)?;
+                ctx.goes_on_after(&error);
+                *connection = reopen(port, device, ctx)?;
                 let now = connection.status()?.samples;
                 let next = capture.first.wrapping_add(capture.samples.len() as u32);
                 if !capture.samples.is_empty() && now.wrapping_sub(next).cast_signed() < 0 {
-                    return Err(Error::link(
-                        "the microcontroller has restarted during the recording",
-                        "check its supply, and record again",
-                    ));
+                    return Err(Error::Restarted(Work::Recording));
                 }
                 connection.tell(Request::StartCapture)?;
                 capture.reconnections += 1;
@@ -156,7 +150,7 @@ fn receive(connection: &mut Connection, capture: &mut Capture, count: usize) -> 
     match full {
         Some(()) => Ok(()),
         None if capture.samples.len() > before => Ok(()),
-        None => Err(Error::link("no samples come", "check that the sampling runs: its fault counters say more")),
+        None => Err(Error::NoSamples),
     }
 }
 

@@ -6,8 +6,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Result};
-use crate::output;
+use super::error::{Error, Result};
+use crate::context::Context;
 
 /// A board whose time has stood still for so long, in real time, has stopped.
 const STANDSTILL: Duration = Duration::from_secs(10);
@@ -43,10 +43,8 @@ pub fn publish(file: &Path, time: Duration) -> std::io::Result<()> {
 }
 
 fn published(file: &Path) -> Result<Duration> {
-    let remedy = "check that the board runs, and that it was started with the same --clock";
-    let wrong = |what: String| Error::link(format!("the board's clock {}: {what}", file.display()), remedy);
-    let text = std::fs::read_to_string(file).map_err(|e| wrong(e.to_string()))?;
-    let time = text.trim_end().parse().map_err(|_| wrong("it holds no number of microseconds".to_owned()))?;
+    let text = std::fs::read_to_string(file).map_err(|source| Error::NoClock { file: file.to_owned(), source })?;
+    let time = text.trim_end().parse().map_err(|_| Error::NoTime(file.to_owned()))?;
     Ok(Duration::from_micros(time))
 }
 
@@ -67,11 +65,11 @@ impl Clock {
     /// Does nothing for so long.
     ///
     /// # Errors
-    /// A board's clock that cannot be read, or has stopped; Ctrl-C.
-    pub fn pause(&self, time: Duration) -> Result<()> {
+    /// A board's clock that cannot be read, or has stopped; an interrupt.
+    pub fn pause(&self, time: Duration, ctx: &Context) -> Result<()> {
         let mut wait = self.wait(time)?;
         while !wait.is_over()? {
-            output::check_interrupt()?;
+            ctx.check()?;
             std::thread::sleep(GLANCE);
         }
         Ok(())
@@ -105,10 +103,7 @@ impl Wait<'_> {
         let passed = match (&mut self.board, shown) {
             (Some((file, before)), Some(now)) => {
                 if now == *before && still >= STANDSTILL {
-                    return Err(Error::link(
-                        format!("the board's clock {} has stood still for {} s", file.display(), still.as_secs()),
-                        "check that the board still runs",
-                    ));
+                    return Err(Error::Standstill { file: file.to_owned(), seconds: still.as_secs() });
                 }
                 if now == *before {
                     return Ok(self.left.is_zero());
@@ -146,8 +141,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("clock");
         let clock = Clock::Board(file.clone());
-        let missing = clock.wait(SECOND).unwrap_err().to_string();
-        assert!(missing.contains("clock: ") && missing.contains("; check that the board runs"), "{missing}");
+        let missing = clock.wait(SECOND).unwrap_err();
+        assert!(matches!(&missing, Error::NoClock { file: told, .. } if *told == file), "{missing}");
         publish(&file, 5 * SECOND).unwrap();
         let mut wait = clock.wait(SECOND).unwrap();
         let begin = wait.real;
@@ -158,7 +153,7 @@ mod tests {
         publish(&file, 6 * SECOND).unwrap();
         assert!(wait.is_over().unwrap());
         std::fs::write(&file, "noon").unwrap();
-        assert!(wait.is_over().unwrap_err().to_string().contains("no number of microseconds"));
+        assert!(matches!(wait.is_over(), Err(Error::NoTime(_))));
     }
 
     /// Nobody waits for ever, and not because a board begins at zero again either.
@@ -173,8 +168,8 @@ mod tests {
         assert!(!wait.pass(begin + 9 * SECOND, Some(5 * SECOND)).unwrap());
         assert!(!wait.pass(begin + 9 * SECOND, Some(SECOND)).unwrap());
         assert!(!wait.pass(begin + 18 * SECOND, Some(SECOND)).unwrap());
-        let stopped = wait.pass(begin + 19 * SECOND, Some(SECOND)).unwrap_err().to_string();
-        assert!(stopped.contains("has stood still for 10 s; check"), "{stopped}");
+        let stopped = wait.pass(begin + 19 * SECOND, Some(SECOND)).unwrap_err();
+        assert!(matches!(stopped, Error::Standstill { seconds: 10, .. }), "{stopped}");
         let mut wait = clock.wait(SECOND).unwrap();
         assert!(!wait.pass(begin, Some(SECOND)).unwrap());
         assert!(wait.pass(begin, Some(2 * SECOND)).unwrap());

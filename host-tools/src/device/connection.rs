@@ -6,13 +6,13 @@ use std::time::Duration;
 
 use greyrig::faults::TABLE;
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
-use greyrig::link::message::{Asked, Message, Mode, PROTOCOL, Refusal, Reply, Request, Status};
+use greyrig::link::message::{Asked, Message, Mode, PROTOCOL, Reply, Request, Status};
 use greyrig::parameters::FINGERPRINT;
 
 use super::clock::Clock;
+use super::error::{Error, Result};
 use super::line::{self, Line};
-use crate::error::{Error, Result};
-use crate::output;
+use crate::context::Context;
 
 /// An answer that has not come after this time is asked for again. The longest takes two pages' erasure, 50 ms.
 const ANSWER: Duration = Duration::from_millis(500);
@@ -55,6 +55,7 @@ pub struct Connection {
     number: u8,
     /// What came unasked while an answer was waited for.
     unheard: VecDeque<Vec<u8>>,
+    ctx: Context,
 }
 
 impl Connection {
@@ -62,12 +63,17 @@ impl Connection {
     ///
     /// # Errors
     /// A port that cannot be opened, nobody there, or firmware that speaks another version.
-    pub fn open(port: &Port) -> Result<(Self, Device)> {
+    pub fn open(port: &Port, ctx: &Context) -> Result<(Self, Device)> {
         let name = &port.name;
-        let line = line::open(name)
-            .map_err(|e| Error::link(format!("the port {name} cannot be opened: {e}"), line::remedy(name, &e)))?;
-        let mut connection =
-            Self { port: port.clone(), line, receiver: Receiver::new(), number: 0, unheard: VecDeque::new() };
+        let line = line::open(name).map_err(|source| Error::Closed { port: name.clone(), source })?;
+        let mut connection = Self {
+            port: port.clone(),
+            line,
+            receiver: Receiver::new(),
+            number: 0,
+            unheard: VecDeque::new(),
+            ctx: ctx.clone(),
+        };
         // Ends whatever the line has carried before.
         connection.write(&[0])?;
         let (protocol, device) = connection.ask(Request::Hello, |reply| match reply {
@@ -85,13 +91,7 @@ impl Connection {
             _ => None,
         })?;
         if protocol != PROTOCOL {
-            return Err(Error::link(
-                format!(
-                    "the firmware {} speaks version {protocol} of the link, this greyrig version {PROTOCOL}",
-                    device.firmware
-                ),
-                "use the greyrig that belongs to the firmware, or flash the firmware again",
-            ));
+            return Err(Error::Protocol { firmware: device.firmware, protocol });
         }
         Ok((connection, device))
     }
@@ -112,13 +112,8 @@ impl Connection {
             let mut unheard = std::mem::take(&mut self.unheard);
             let answer = self.hear(ANSWER, |body, message| match message {
                 Message::Reply { number: of, reply } if *of == number => Some(match reply {
-                    Reply::Refused(why) => Err(refused(*why)),
-                    reply => take(reply).ok_or_else(|| {
-                        Error::link(
-                            "the answer belongs to another question",
-                            "use the greyrig that belongs to the firmware",
-                        )
-                    }),
+                    Reply::Refused(why) => Err(Error::Refused(*why)),
+                    reply => take(reply).ok_or(Error::OtherQuestion),
                 }),
                 Message::Reply { .. } => None,
                 _ => {
@@ -133,10 +128,7 @@ impl Connection {
                 return answer;
             }
         }
-        Err(Error::link(
-            format!("nobody answers on {}", self.port.name),
-            "check that the board has power and runs greyrig's firmware, and that no other program uses the port",
-        ))
+        Err(Error::Silent(self.port.name.clone()))
     }
 
     /// As [`Connection::ask`], for requests that are merely done.
@@ -187,7 +179,7 @@ impl Connection {
     /// Gives messages to `handle` until it makes something of one, or the time is up.
     ///
     /// # Errors
-    /// A link that has gone, or Ctrl-C.
+    /// A link that has gone, or an interrupt.
     pub fn listen<T>(&mut self, within: Duration, mut handle: impl FnMut(&Message) -> Option<T>) -> Result<Option<T>> {
         let mut made = None;
         for body in self.unheard.drain(..) {
@@ -202,8 +194,9 @@ impl Connection {
         let mut bytes = [0; 4096];
         let mut wait = self.port.clock.wait(within)?;
         while !wait.is_over()? {
-            output::check_interrupt()?;
-            let count = line::read(&mut *self.line, &mut bytes).map_err(|e| gone(&self.port.name, &e))?;
+            self.ctx.check()?;
+            let count = line::read(&mut *self.line, &mut bytes)
+                .map_err(|source| Error::Broken { port: self.port.name.clone(), source })?;
             let mut made = None;
             for &byte in &bytes[..count] {
                 // What is no frame has been lost on the way: samples are numbered, answers are asked for again.
@@ -222,18 +215,16 @@ impl Connection {
 
     fn send(&mut self, asked: &Asked) -> Result<()> {
         let mut frame = [0; MAX_FRAME];
-        let length = encode(asked, &mut frame)
-            .map_err(|_| Error::usage("a request is longer than a frame", "report this as a bug"))?;
+        let length = encode(asked, &mut frame).map_err(|_| Error::TooLong)?;
         self.write(&frame[..length])
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        self.line.write_all(bytes).and_then(|()| self.line.flush()).map_err(|e| gone(&self.port.name, &e))
+        self.line
+            .write_all(bytes)
+            .and_then(|()| self.line.flush())
+            .map_err(|source| Error::Broken { port: self.port.name.clone(), source })
     }
-}
-
-fn gone(name: &str, error: &std::io::Error) -> Error {
-    Error::link(format!("the link over {name} has broken: {error}"), line::remedy(name, error))
 }
 
 /// Fails unless parameters of this greyrig mean the same to the device.
@@ -244,13 +235,7 @@ pub fn check_layout(device: &Device) -> Result<()> {
     if device.fingerprint == FINGERPRINT {
         return Ok(());
     }
-    Err(Error::link(
-        format!(
-            "the firmware {} lays parameters out differently ({:08x}, this greyrig {FINGERPRINT:08x})",
-            device.firmware, device.fingerprint
-        ),
-        "flash the firmware of this version (`cargo fw-run`)",
-    ))
+    Err(Error::Layout { firmware: device.firmware.clone(), fingerprint: device.fingerprint })
 }
 
 /// The faults that have occurred, each in a line.
@@ -269,27 +254,4 @@ pub fn mode(mode: Mode) -> &'static str {
         Mode::Safe => "safe mode",
         Mode::Running => "running",
     }
-}
-
-fn refused(why: Refusal) -> Error {
-    let (what, remedy) = match why {
-        Refusal::Range | Refusal::OtherBytes => ("the parameters did not arrive as they were sent", "try again"),
-        Refusal::OtherLayout => {
-            ("the firmware lays parameters out differently", "flash the firmware of this version (`cargo fw-run`)")
-        }
-        Refusal::Parameters => {
-            ("the firmware does not accept the parameters", "flash the firmware of this version (`cargo fw-run`)")
-        }
-        Refusal::Capturing => ("the microcontroller is recording", "end the other recording first"),
-        Refusal::NotConfigured => ("the microcontroller has no parameters", "write them with `greyrig flash`"),
-        Refusal::NoLimits => (
-            "the microcontroller's parameters hold no limits of the detector",
-            "write a model that has some: greyrig calibrate, then greyrig flash",
-        ),
-        Refusal::Fault(fault) => TABLE
-            .iter()
-            .find(|description| description.fault == fault)
-            .map_or(("a fault", "see docs/firmware.md"), |description| (description.what, description.remedy)),
-    };
-    Error::link(what, remedy)
 }

@@ -3,6 +3,7 @@
 pub mod capture;
 pub mod clock;
 pub mod connection;
+mod error;
 pub mod image;
 pub mod line;
 pub mod parameters;
@@ -12,3 +13,4 @@ pub mod recorded;
 pub mod update;
 
 pub use connection::{Connection, Device, Port};
+pub use error::{Error, Result, Work};

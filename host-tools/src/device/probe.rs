@@ -6,8 +6,8 @@ use probe_rs::config::Registry;
 use probe_rs::flashing::DownloadOptions;
 use probe_rs::probe::list::Lister;
 
+use super::error::{Error, Result};
 use super::image;
-use crate::error::{Error, Result};
 
 /// Erases both slots, writes the block to the first, and lets the probe verify it; then restarts the processor. A dry run
 /// checks the place against the chip's memory map and looks for no probe. Not run on silicon.
@@ -22,9 +22,7 @@ pub fn write(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
         return Ok(());
     }
     let probes = Lister::new().list_all();
-    let first = probes.first().ok_or_else(|| {
-        Error::link("no debug probe was found", "connect one, and check that you may use it (udev rules on Linux)")
-    })?;
+    let first = probes.first().ok_or(Error::NoProbe)?;
     let mut session = first.open().map_err(trouble)?.attach(target, Permissions::default()).map_err(trouble)?;
     let mut options = DownloadOptions::default();
     options.verify = true;
@@ -41,5 +39,5 @@ fn trouble(error: impl std::error::Error) -> Error {
         what += &format!(": {error}");
         cause = error.source();
     }
-    Error::link(what.replace('\n', " "), "check the probe, the cable and the name of the chip")
+    Error::Probe(what.replace('\n', " "))
 }

@@ -7,7 +7,7 @@ use greyrig::units::CalibrationSettings;
 
 use super::Device;
 use super::capture::Capture;
-use crate::error::{Error, Result};
+use super::error::Result;
 use crate::recording::{Channel, Recording};
 
 /// Adds who has recorded.
@@ -32,8 +32,7 @@ pub fn recording(
     calibration: &CalibrationSettings,
     metadata: BTreeMap<String, String>,
 ) -> Result<Recording> {
-    let wrong = |e: greyrig::units::CalibrationError| Error::link(e.to_string(), "write the parameters again");
-    let calibration = calibration.build().map_err(wrong)?;
+    let calibration = calibration.build()?;
     let valid = capture.samples.iter().map(Option::is_some).collect();
     let mut columns = [const { Vec::new() }; 3];
     for sample in &capture.samples {
@@ -44,12 +43,11 @@ pub fn recording(
         }
     }
     let [u, i, omega] = columns;
-    Recording::builder(1.0 / f64::from(SAMPLE_RATE_HZ))
+    Ok(Recording::builder(1.0 / f64::from(SAMPLE_RATE_HZ))
         .channel(Channel::Voltage, u)
         .channel(Channel::Current, i)
         .channel(Channel::Speed, omega)
         .valid(valid)
         .metadata(metadata)
-        .build()
-        .map_err(|e| Error::link(e.to_string(), "check the supply and the wiring, and record again"))
+        .build()?)
 }

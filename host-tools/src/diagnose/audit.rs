@@ -15,6 +15,7 @@ use super::fit::Fit;
 use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
+use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::intervals_of_fit;
@@ -55,6 +56,8 @@ pub struct Audit<'a> {
     time_constant_s: f64,
     /// Recordings of the same excitation, two by two.
     repeats: Vec<[usize; 2]>,
+    /// Of the fits.
+    ctx: Context,
 }
 
 impl<'a> Audit<'a> {
@@ -62,7 +65,7 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// Data without a single usable row.
-    pub fn new(experiments: &'a [Experiment], space: &Space) -> Result<Self> {
+    pub fn new(experiments: &'a [Experiment], space: &Space, ctx: &Context) -> Result<Self> {
         let substeps = |e: &Experiment| space.motor().ok().and_then(|m| e.substeps(&m).ok()).unwrap_or(1);
         let rows = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
         let problem = OutputError::new(rows)?;
@@ -70,7 +73,8 @@ impl<'a> Audit<'a> {
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let time_constant_s = time_constant_s(&problem, space).max(period_s);
         let repeats = repeats::of_experiments(experiments);
-        Ok(Self { blocks: blocks::blocks(&times), times, problem, period_s, time_constant_s, repeats })
+        let (blocks, ctx) = (blocks::blocks(&times), ctx.quietly());
+        Ok(Self { blocks, times, problem, period_s, time_constant_s, repeats, ctx })
     }
 
     /// Fits a model by output error.
@@ -86,7 +90,7 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, None, &mut || ()).map(Fit::from)
+        minimise(space, &self.problem, effort, None, &self.ctx).map(Fit::from)
     }
 
     /// Goes on from a rough fit.
@@ -102,7 +106,7 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Fit> {
-        resume(rough, &self.problem, effort).map(Fit::from)
+        resume(rough, &self.problem, effort, &self.ctx).map(Fit::from)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current, or is no
@@ -239,7 +243,7 @@ impl<'a> Audit<'a> {
 
     /// The errors of a fit on blocks of time held out.
     pub fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
-        fit.held_out(|fit| held_out_refitted(fit, &self.problem, &self.blocks))
+        fit.held_out(|fit| held_out_refitted(fit, &self.problem, &self.blocks, &self.ctx))
     }
 
     /// p-value of what a fit gains on another one by `parameters` more.

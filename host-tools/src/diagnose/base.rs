@@ -5,7 +5,8 @@ use greyrig::effects::EffectId;
 use super::audit::Audit;
 use super::climb::Climb;
 use super::fit::Fit;
-use crate::error::Result;
+use crate::context::Context;
+use crate::error::{Insufficient, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression};
@@ -15,12 +16,12 @@ use crate::recording::Recording;
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
-pub fn error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> {
+pub fn error(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<[f64; 2]> {
     let full = identify::prepare(recordings, &settings.filter)?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = identify::build_space(settings)?;
     start(&mut space, &full, &coarse)?;
-    let audit = Audit::new(&coarse, &space)?;
+    let audit = Audit::new(&coarse, &space, ctx)?;
     let esr = audit.ratio(audit.fit(&space)?.rms);
     Ok([esr.current.unwrap_or(0.0), esr.speed.unwrap_or(0.0)])
 }
@@ -58,17 +59,11 @@ pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> R
 const VISIBLE_FRICTION: f64 = 0.05;
 
 /// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot acquit.
-pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Option<String> {
+pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Option<Insufficient> {
     if space.get("mu0").is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;
     }
     let d = EffectId::CoulombFriction.description();
     let own = climb.independence(base, d).unwrap_or(0.0);
-    (own < VISIBLE_FRICTION).then(|| {
-        format!(
-            "the model has no dry friction, and only {:.1} % of what dry friction would do here is not what the back-EMF and the \
-             inertia do already",
-            100.0 * own
-        )
-    })
+    (own < VISIBLE_FRICTION).then_some(Insufficient::HiddenDryFriction(own))
 }

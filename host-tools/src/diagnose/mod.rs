@@ -10,6 +10,7 @@
 //! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals ([`second_look`]).
 //! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
+mod answer;
 pub mod audit;
 pub mod base;
 pub mod blocks;
@@ -37,7 +38,8 @@ mod verdict;
 use greyrig::effects::{EffectId, MAX_EFFECTS};
 
 use crate::compare::PerSignal;
-use crate::error::Result;
+use crate::context::Context;
+use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
 use crate::identify::{self, Settings, identifiability};
 use crate::model::Kind;
@@ -103,17 +105,9 @@ pub struct Options {
     pub candidates_refined: bool,
 }
 
-/// What a diagnosis is at.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progress<'a> {
-    /// A step, in a word or two.
-    Doing(&'a str),
-    /// A screening has ranked the candidates: by how much each promises to lower the error, best first.
-    Ranking(&'a [(EffectId, f64)]),
-}
-
-/// Who is told what a diagnosis is at, from several threads.
-pub type Watch<'a> = dyn Fn(Progress<'_>) + Sync + 'a;
+/// Who is told how a screening ranks the candidates, from several threads: by how much each promises to lower the error,
+/// best first.
+pub type Ranked<'a> = dyn Fn(&[(EffectId, f64)]) + Sync + 'a;
 
 impl Options {
     fn excludes(&self, id: EffectId) -> bool {
@@ -125,8 +119,25 @@ impl Options {
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
-pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_>) -> Result<Diagnosis> {
-    progress(Progress::Doing("reading"));
+pub fn diagnose(recordings: &[Recording], options: &Options, ctx: &Context) -> Result<Diagnosis> {
+    diagnose_telling(recordings, options, ctx, &|_| ())
+}
+
+/// The same, with somebody who is told how the screenings rank the candidates, long before the verdict.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_telling(
+    recordings: &[Recording],
+    options: &Options,
+    ctx: &Context,
+    ranked: &Ranked<'_>,
+) -> Result<Diagnosis> {
+    ctx.install(|| diagnosed(recordings, options, ctx, ranked))
+}
+
+fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked: &Ranked<'_>) -> Result<Diagnosis> {
+    ctx.doing("reading");
     let recordings = &samples::without_clipped(recordings);
     let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter)?;
     let mut settings = options.settings.clone();
@@ -143,8 +154,9 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = identify::build_space(settings)?;
-    if let Err(error) = identifiability::check_excitation(&full) {
-        return Ok(insufficient(&error.to_string()));
+    match identifiability::check_excitation(&full) {
+        Err(Error::Insufficient { cause, .. }) => return Ok(insufficient(&cause)),
+        other => other?,
     }
     base::start(&mut space, &full, &coarse)?;
 
@@ -153,13 +165,12 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     let left_out = |id: EffectId| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
     let candidates = screening::candidates(settings.kind, holds, left_out);
     let most = MOST_EFFECTS.min(MAX_EFFECTS - known.len());
-    let Some(climb) = Climb::new(&coarse, candidates, most) else {
-        return Ok(insufficient("these recordings hold neither voltage and current nor torque and motion"));
+    let Some(climb) = Climb::new(&coarse, candidates, most, ctx).map(|climb| climb.ranked_to(ranked)) else {
+        return Ok(insufficient(&Insufficient::NeitherSide));
     };
     let base = climb.fit(&space)?;
-    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space).ok() } else { None };
-    let Searched { ladder, esr, fitted, wandering, errors } =
-        search(&climb, free_run.as_ref(), &base, options, progress)?;
+    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space, ctx).ok() } else { None };
+    let Searched { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
@@ -175,7 +186,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         (Some(audit), Some(fit)) => sizes(&ladder.found, &fit.space, &audit.intervals(fit), settings, recordings),
         _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
     };
-    progress(Progress::Doing("candidates"));
+    ctx.doing("candidates");
     let errors = match &free_run {
         Some(audit) => errors_in_free_run(&ladder.steps, audit, options, &errors)?,
         None => errors,
@@ -194,6 +205,8 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
+    // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
+    ctx.check()?;
     Ok(Diagnosis {
         verdict,
         esr_before,
@@ -223,21 +236,13 @@ struct Searched {
 }
 
 /// Looks for effects beside the base model, by the balances and then by the free run.
-fn search(
-    climb: &Climb<'_>,
-    free_run: Option<&Audit<'_>>,
-    base: &Fit,
-    options: &Options,
-    progress: &Watch<'_>,
-) -> Result<Searched> {
-    let (ladder, look) = rayon::join(
-        || climb.climb(base, progress),
-        || free_run.map(|audit| SecondLook::new(climb, audit, base)).transpose(),
-    );
+fn search(climb: &Climb<'_>, free_run: Option<&Audit<'_>>, base: &Fit, options: &Options) -> Result<Searched> {
+    let (ladder, look) =
+        rayon::join(|| climb.climb(base), || free_run.map(|audit| SecondLook::new(climb, audit, base)).transpose());
     let (mut ladder, look) = (ladder?, look?);
-    progress(Progress::Doing("free run"));
+    climb.context().doing("free run");
     let (Some(audit), Some(look)) = (free_run, &look) else {
-        climb.find_rivals(&mut ladder, progress)?;
+        climb.find_rivals(&mut ladder)?;
         return Ok(Searched {
             ladder,
             esr: [PerSignal::default(); 2],
@@ -248,8 +253,7 @@ fn search(
     };
     // Fits for the report fill the pauses of the search, which goes step by step.
     let tried = ladder.steps.clone();
-    let (judged, errors) =
-        rayon::join(|| look.at(ladder, progress), || errors_in_free_run(&tried, audit, options, &[]));
+    let (judged, errors) = rayon::join(|| look.at(ladder), || errors_in_free_run(&tried, audit, options, &[]));
     let (ladder, kept) = judged?;
     let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
     let wandering = Some(Wandering { times: audit.wandering(&kept), comes_back: audit.comes_back(&kept) });
@@ -257,7 +261,7 @@ fn search(
     Ok(Searched { ladder, esr, fitted, wandering, errors: errors? })
 }
 
-fn insufficient(reason: &str) -> Diagnosis {
+fn insufficient(reason: &Insufficient) -> Diagnosis {
     Diagnosis {
         verdict: Verdict::insufficient(reason),
         esr_before: PerSignal::default(),

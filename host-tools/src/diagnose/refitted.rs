@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::blocks::{HeldOut, held_out, squares_of};
+use crate::context::Context;
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals, resume};
 use crate::identify::space::Space;
@@ -18,10 +19,10 @@ const MUCH: f64 = 0.1;
 
 /// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is many times the
 /// fit's.
-pub fn held_out_refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize]) -> HeldOut {
+pub fn held_out_refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize], ctx: &Context) -> HeldOut {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
-    let anew = |block: usize| (block, refitted(fit, problem, blocks, block));
+    let anew = |block: usize| (block, refitted(fit, problem, blocks, block, ctx));
     let anew: Vec<_> = far_off(&held_out.squares, &inside).into_par_iter().map(anew).collect();
     for (block, squares) in anew {
         // An interrupt is reported by the next step of whoever called.
@@ -45,12 +46,18 @@ fn far_off(held_out: &[[f64; 2]], inside: &[[f64; 2]]) -> Vec<usize> {
 }
 
 /// Squares of a block by the parameters that all others lead to.
-fn refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize], block: usize) -> Result<[f64; 2]> {
+fn refitted(
+    fit: &Refined,
+    problem: &impl Residuals,
+    blocks: &[usize],
+    block: usize,
+    ctx: &Context,
+) -> Result<[f64; 2]> {
     let others = Others { problem, blocks, block };
     let mut start = fit.clone();
     others.clear(&mut start.residuals);
     start.jacobian.column_iter_mut().for_each(|mut column| others.clear_rows(column.iter_mut()));
-    let elsewhere = resume(&start, &others, Effort::ESTIMATE)?.space;
+    let elsewhere = resume(&start, &others, Effort::ESTIMATE, ctx)?.space;
     let residuals = problem.at(&elsewhere, &elsewhere.coordinates());
     Ok(squares_of(&residuals, [1.0; 2], problem.groups(), blocks)[block])
 }
@@ -138,13 +145,13 @@ mod tests {
         let space = Space::new(Kind::PmDc, Base::Full, &[]);
         let (currents, blocks) = recording();
         let whole = Curve::of(currents.clone());
-        let fit = minimise(&space, &whole, Effort::FULL, None, &mut || ()).unwrap();
+        let fit = minimise(&space, &whole, Effort::FULL, None, &Context::quiet()).unwrap();
         let by_a_step = held_out(&fit, whole.groups(), &blocks);
-        let refitted = held_out_refitted(&fit, &whole, &blocks);
+        let refitted = held_out_refitted(&fit, &whole, &blocks, &Context::quiet());
 
         // The same by hand: a fit that has never had those rows.
         let others = Curve::of(currents[40..].to_vec());
-        let without = minimise(&space, &others, Effort::FULL, None, &mut || ()).unwrap().space;
+        let without = minimise(&space, &others, Effort::FULL, None, &Context::quiet()).unwrap().space;
         let inrush = Curve::of(currents[..40].to_vec()).at(&without, &without.coordinates()).norm_squared();
 
         let off = |held_out: &HeldOut| (held_out.squares[0][0] / inrush - 1.0).abs();

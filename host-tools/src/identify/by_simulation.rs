@@ -10,9 +10,9 @@ use super::output_error::{OutputError, Rows};
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
 use super::{identifiability, regression, slow_sampling};
-use crate::error::{Error, Result};
+use crate::context::Context;
+use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
-use crate::output;
 
 /// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a model
 /// lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
@@ -36,6 +36,7 @@ pub fn fit(
     method: Method,
     out_of_reach: Option<Weakness>,
     notes: &mut Vec<String>,
+    ctx: &Context,
 ) -> Result<Outcome> {
     let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
     weaknesses.extend(out_of_reach);
@@ -48,12 +49,8 @@ pub fn fit(
     let mut earlier: Option<Earlier> = None;
     loop {
         if space.free().next().is_none() {
-            let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
-            return Err(Error::input(
-                experiments[0].place(),
-                format!("nothing is left that these recordings determine ({})", reasons.join("; ")),
-                "record more excitation, or give what you know with --fix",
-            ));
+            let reasons = weaknesses.into_iter().map(|w| w.text).collect();
+            return Err(Error::insufficient(experiments[0].place(), Insufficient::NothingDetermined(reasons)));
         }
         let mut bare = without_effects(&space);
         if slow {
@@ -67,9 +64,9 @@ pub fn fit(
         let refined = match method {
             Method::OutputError => {
                 if space.entries.iter().any(Entry::of_effect) {
-                    space = with_effects_started(&space, &bare, experiments)?;
+                    space = with_effects_started(&space, &bare, experiments, &ctx.quietly())?;
                 }
-                refine(&space, &problem)?
+                minimise(&space, &problem, Effort::FULL, None, ctx)?
             }
             Method::LeastSquares => as_it_is(&space, &problem),
         };
@@ -125,32 +122,24 @@ pub fn fit(
     }
 }
 
-/// The output-error fit, with a progress bar.
-fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
-    let bar = output::progress("output-error fit", Effort::FULL.steps as u64);
-    let refined = minimise(space, problem, Effort::FULL, None, &mut || bar.inc(1));
-    bar.finish_and_clear();
-    refined
-}
-
 /// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
 /// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
 /// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from zero,
 /// and another effect no way down.
-fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment]) -> Result<Space> {
+fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment], ctx: &Context) -> Result<Space> {
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
     let mut typical = space.clone();
     let Some(balances) = EquationError::new(&coarse) else {
         typical.take_scales(&typical.scales(experiments));
         return Ok(typical);
     };
-    let bare = minimise(bare, &balances, Effort::ROUGH, None, &mut || ())?.space;
+    let bare = minimise(bare, &balances, Effort::ROUGH, None, ctx)?.space;
     typical.take_values(&bare);
     typical.take_scales(&typical.scales(experiments));
     let mut absent = typical.clone();
     absent.remove_sizes();
     let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
-    let fit = |from: &Space| minimise(from, &balances, effort, None, &mut || ());
+    let fit = |from: &Space| minimise(from, &balances, effort, None, ctx);
     let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
     let error = |fit: &Refined| fit.log_error(balances.groups());
     let (from_absent, from_typical) = (from_absent?, from_typical?);

@@ -9,7 +9,7 @@ use super::intervals::of_fit::numbered;
 use super::intervals::{block_length_s, covariance, slowest_correlation_time_s};
 use super::space::Space;
 use super::{identifiability, inverse_dynamics};
-use crate::error::{Error, Result};
+use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
 
 /// The cut-off that the motion of all recordings allows, Hz.
@@ -29,12 +29,7 @@ pub fn cutoff_hz(experiments: &[Experiment]) -> f64 {
 /// # Errors
 /// Recordings that are too short, or move too little.
 pub fn fit(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Result<Outcome> {
-    let few = || {
-        Error::usage(
-            "these recordings are too short or hold too little motion to fit the mechanical side",
-            "record a longer motion with changes of speed in both directions",
-        )
-    };
+    let few = || Error::insufficient(experiments[0].place(), Insufficient::TooLittleMotion);
     let mut weaknesses = Vec::new();
     loop {
         let columns = inverse_dynamics::columns(&space, experiments, cutoff_hz).ok_or_else(few)?;

@@ -6,7 +6,7 @@ use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
 use super::minimise::Refined;
 use super::space::{Entry, Freedom, Space};
-use crate::error::{Error, Result};
+use crate::error::{Error, Insufficient, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Kind;
 
@@ -51,35 +51,20 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
     let has_current = experiments.iter().any(|e| e.current.is_some());
     let moves = experiments.iter().any(|e| e.speed.is_some());
     if !has_current {
-        let open: Vec<&str> = ["R", "L"]
+        let open: Vec<&'static str> = ["R", "L"]
             .into_iter()
             .filter(|n| space.get(n).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))))
             .collect();
         if !open.is_empty() {
-            return Err(Error::input(
-                experiments[0].place(),
-                format!("without a current (i_a), {} cannot be identified", open.join(" and ")),
-                format!(
-                    "record the current, or give what you know with {}",
-                    open.iter().map(|n| format!("--fix {n}=VALUE")).collect::<Vec<_>>().join(" ")
-                ),
-            ));
+            return Err(Error::insufficient(experiments[0].place(), Insufficient::NoCurrent(open)));
         }
         if space.kind() == Kind::Universal {
-            return Err(Error::input(
-                experiments[0].place(),
-                "without a current (i_a), a universal motor cannot be identified: its flux is the current",
-                "record the current, or use --kind pm-dc if the motor has magnets",
-            ));
+            return Err(Error::insufficient(experiments[0].place(), Insufficient::NoFlux));
         }
     }
     if !moves {
         if let Some(e) = experiments.iter().find(|e| !(0..e.len()).all(|n| e.is_locked(n))) {
-            return Err(Error::input(
-                e.place(),
-                "without a speed (omega_rad_s), K, J and the friction cannot be identified",
-                "record the speed; if the rotor was held, say so with a line '# rotor: locked' or a column rotor_locked",
-            ));
+            return Err(Error::insufficient(e.place(), Insufficient::NoSpeed));
         }
         for name in ["K", "J", "mu0", "mu1", "mu2"] {
             if let Some(entry) = space.get_mut(name)
@@ -99,8 +84,16 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
 /// Refuses recordings that together hold a single constant operating point.
 ///
 /// # Errors
-/// When voltage, current and speed hardly vary in any recording and are alike in all.
+/// [`Insufficient::OneOperatingPoint`].
 pub fn check_excitation(experiments: &[Experiment]) -> Result<()> {
+    match rests(experiments) {
+        true => Err(Error::insufficient(experiments[0].place(), Insufficient::OneOperatingPoint)),
+        false => Ok(()),
+    }
+}
+
+/// Whether voltage, current and speed hardly vary in any recording and are alike in all.
+fn rests(experiments: &[Experiment]) -> bool {
     let varies = |signal: &Option<Vec<f64>>, e: &Experiment| {
         signal.as_ref().is_some_and(|s| {
             let filtered = e.filtered(s);
@@ -112,18 +105,11 @@ pub fn check_excitation(experiments: &[Experiment]) -> Result<()> {
         !varies(&input, e) && !varies(&e.current, e) && !varies(&e.speed, e)
     };
     if !experiments.iter().all(constant) {
-        return Ok(());
+        return false;
     }
     let level = |e: &Experiment| e.input.iter().sum::<f64>() / e.len() as f64;
     let first = level(&experiments[0]);
-    if experiments.iter().all(|e| (level(e) - first).abs() <= CONSTANT * first.abs()) {
-        return Err(Error::input(
-            experiments[0].place(),
-            "voltage, current and speed hardly change: one operating point fits any motor",
-            "record a run-up, a staircase or a ramp of the voltage, and a coast-down for the friction",
-        ));
-    }
-    Ok(())
+    experiments.iter().all(|e| (level(e) - first).abs() <= CONSTANT * first.abs())
 }
 
 fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {

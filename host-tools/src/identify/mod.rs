@@ -24,6 +24,7 @@ mod settings;
 pub mod slow_sampling;
 pub mod space;
 
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Filter;
@@ -39,7 +40,11 @@ pub use settings::{Method, Settings, build_space};
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
-pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identification> {
+pub fn identify(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
+    ctx.install(|| identified(recordings, settings, ctx))
+}
+
+fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
     let mut filter = settings.filter;
     let mut experiments = prepare(recordings, &filter)?;
     let mut space = build_space(settings)?;
@@ -61,7 +66,7 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
         }
         Drive::Voltage => {
             let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments)?;
-            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes)?
+            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes, ctx)?
         }
     };
     // Of slow recordings the filter passes what they can carry.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::minimise::{Refined, Residuals, rms_of};
 use super::regression::stride;
 use super::space::Space;
-use crate::error::{Error, Result};
+use crate::error::{Error, Insufficient, Place, Result};
 use crate::experiment::{Experiment, Imposed, Stepped};
 use crate::lockstep::{self, LANES, Lanes, Lockstep};
 
@@ -203,10 +203,8 @@ impl<'a> OutputError<'a> {
     pub fn new(rows: Vec<Rows<'a>>) -> Result<Self> {
         let groups: Vec<u8> = rows.iter().flat_map(Rows::speed_rows).map(u8::from).collect();
         if groups.is_empty() {
-            return Err(Error::usage(
-                "no sample of these recordings can be used",
-                "look at the warnings about gaps and clipping",
-            ));
+            let place = rows.first().map_or_else(Place::default, |rows| rows.experiment.place());
+            return Err(Error::insufficient(place, Insufficient::NoUsableSample));
         }
         let measured = DVector::from_iterator(groups.len(), rows.iter().flat_map(Rows::measured).map(|(m, _)| m));
         let sizes = rms_of(&measured, &groups).map(|rms| if rms > 0.0 { rms } else { 1.0 });

@@ -5,6 +5,8 @@ use std::fmt;
 use greyrig::motor::FluxLaw;
 use serde::{Deserialize, Serialize};
 
+use crate::recording::Recording;
+
 /// Kind of motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -23,6 +25,12 @@ impl Kind {
             Self::Universal => "universal",
             Self::PmDc => "pm-dc",
         }
+    }
+
+    /// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.
+    pub fn of(given: Option<Self>, recordings: &[Recording]) -> Self {
+        let told = |r: &Recording| <Self as clap::ValueEnum>::from_str(r.metadata().get("motor")?, false).ok();
+        given.or_else(|| recordings.iter().find_map(told)).unwrap_or_default()
     }
 
     /// The core's flux law.
@@ -73,5 +81,24 @@ impl Base {
             "mu2" => matches!(self, Self::Full),
             _ => true,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::recording::Channel;
+
+    #[test]
+    fn a_recording_may_tell_its_kind_of_motor() {
+        let of = |motor: &str| {
+            let metadata = BTreeMap::from([("motor".to_owned(), motor.to_owned())]);
+            [Recording::builder(1e-3).channel(Channel::Voltage, vec![0.0, 1.0]).metadata(metadata).build().unwrap()]
+        };
+        assert_eq!(Kind::of(None, &of("pm-dc")), Kind::PmDc);
+        assert_eq!(Kind::of(Some(Kind::Universal), &of("pm-dc")), Kind::Universal);
+        assert_eq!(Kind::of(None, &of("VR-200")), Kind::Universal);
     }
 }

@@ -14,9 +14,9 @@ use serde::Serialize;
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
 use super::{air, parameters};
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model};
-use crate::output;
 use crate::recording::Recording;
 
 /// Share of healthy motors that all limits together are to hold.
@@ -104,7 +104,7 @@ pub fn calibrate(
     model: &Model,
     recordings: &[Recording],
     blanking_s: f64,
-    progress: &mut dyn FnMut(),
+    ctx: &Context,
 ) -> Result<(DetectorEntry, Vec<Shown>)> {
     let motors = by_motor(recordings);
     if motors.len() < FEWEST {
@@ -137,16 +137,16 @@ pub fn calibrate(
     entry.air_kg_m3 = range(&air);
     let look = |entry: &DetectorEntry, r: &Recording| {
         let model = air::compensated(model, entry, r)?;
-        replay(&model, r, &|interval| entry.settings(interval))
+        replay(&model, r, &|interval| entry.settings(interval), ctx)
     };
     let first: Vec<Replay> = recordings.iter().map(|r| look(&entry, r)).collect::<Result<_>>()?;
     let rows = || first.iter().flat_map(|r| &r.rows);
     entry.nominal_voltage = rows().map(|r| f64::from(r.features.voltage_rms)).fold(0.0, f64::max);
     entry.most_voltage = MOST_VOLTAGE;
     entry.least_speed = LEAST_SPEED * rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
+    let steps = ctx.steps("calibration", recordings.len() as u64);
     let (mut all, mut mains) = (Vec::new(), Vec::new());
     for recording in recordings {
-        output::check_interrupt()?;
         let run = look(&entry, recording)?;
         mains.extend(run.highest_voltage());
         let values = shown(&run).ok_or_else(|| {
@@ -156,8 +156,8 @@ pub fn calibrate(
             )
         })?;
         let own = air::compensated(model, &entry, recording)?;
-        all.push(Shown { parameters: parameters::changes(&own, recording)?, ..values });
-        progress();
+        all.push(Shown { parameters: parameters::changes(&own, recording, ctx)?, ..values });
+        steps.next();
     }
     let upper_of = |values: &[f64], logarithmic, watched: f64| {
         let of_motors: Vec<Vec<f64>> = motors.iter().map(|runs| runs.iter().map(|k| values[*k]).collect()).collect();

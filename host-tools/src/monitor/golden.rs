@@ -13,6 +13,7 @@ pub use super::drift::Point;
 use super::drift::{Baseline, FALSE_ALARMS, FEWEST};
 use super::gauge::{Gauge, crossed};
 use super::test::{Outcome, Test};
+use crate::context::Context;
 use crate::error::Result;
 use crate::journal::{self, Journal};
 use crate::model::DetectorEntry;
@@ -102,8 +103,8 @@ impl History {
     ///
     /// # Errors
     /// As [`Journal::open`].
-    pub fn open(path: &Path) -> Result<Self> {
-        let journal = Journal::open(path, HEADER)?;
+    pub fn open(path: &Path, ctx: &Context) -> Result<Self> {
+        let journal = Journal::open(path, HEADER, ctx)?;
         let (runs, torn) = parse(journal.text());
         Ok(Self { journal, runs, torn })
     }

@@ -12,10 +12,10 @@ use greyrig::link::message::{Judged, Message, Request, Status};
 use greyrig::parameters::SAMPLE_RATE_HZ;
 
 use super::replay::{Replay, Row};
+use crate::context::Context;
 use crate::device::capture::Capture;
 use crate::device::update::reopen;
-use crate::device::{Connection, Device, Port};
-use crate::error::{Error, Result};
+use crate::device::{Connection, Device, Error, Port, Result, Work};
 
 /// Longest test, s.
 pub const LONGEST_S: f64 = 1000.0;
@@ -68,15 +68,17 @@ pub struct Finished {
 /// Tests a motor.
 ///
 /// # Errors
-/// A microcontroller without limits, one that has restarted, a link that does not come back, Ctrl-C.
+/// A microcontroller without limits, one that has restarted, a link that does not come back, an interrupt.
 pub fn run(
     port: &Port,
     device: &Device,
     connection: Connection,
     plan: &Plan,
+    ctx: &Context,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Finished> {
-    let mut session = Session { port, device, connection, test: 0, judged: Vec::new(), capture: Capture::with_room(0) };
+    let capture = Capture::with_room(0);
+    let mut session = Session { port, device, connection, test: 0, judged: Vec::new(), capture, ctx };
     let finished = session.run(plan, tell);
     // Politeness only: the next one who asks stops it, too.
     let _ = session.connection.tell(Request::Stop);
@@ -90,6 +92,7 @@ struct Session<'a> {
     test: u32,
     judged: Vec<Judged>,
     capture: Capture,
+    ctx: &'a Context,
 }
 
 impl Session<'_> {
@@ -141,17 +144,14 @@ impl Session<'_> {
     fn receive(&mut self, tell: &mut dyn FnMut(Event)) -> Result<()> {
         let error = match self.listen() {
             Ok(()) => return Ok(()),
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(stop @ Error::Interrupted(_)) => return Err(stop),
             Err(error) => error,
         };
         tell(Event::Broken(&error));
         let before = self.judged.last().map(|j| j.index);
-        self.connection = reopen(self.port, self.device)?;
+        self.connection = reopen(self.port, self.device, self.ctx)?;
         if self.connection.status()?.test != self.test {
-            return Err(Error::link(
-                "the microcontroller has restarted during the test",
-                "check its supply, and test the motor again",
-            ));
+            return Err(Error::Restarted(Work::Test));
         }
         self.connection.tell(Request::StartCapture)?;
         // The same number: the test goes on.
@@ -178,7 +178,7 @@ impl Session<'_> {
             }
             _ => None,
         })?;
-        came.ok_or_else(|| Error::link("nothing comes", "check that the sampling runs: its fault counters say more"))
+        came.ok_or(Error::NothingComes)
     }
 
     /// The samples of the last period may be in a frame that is not full yet.
@@ -199,10 +199,10 @@ impl Session<'_> {
         self.wait_for_samples()?;
         let status = self.connection.status()?;
         if status.test != self.test {
-            return Err(Error::link("another test has been begun meanwhile", "connect one program only to the port"));
+            return Err(Error::OtherTest);
         }
         let (Some(first), Some(last)) = (self.judged.first(), self.judged.last()) else {
-            return Err(Error::link("no period of the mains has come", "check that the sampling runs"));
+            return Err(Error::NoPeriod);
         };
         let unseen = (last.index + 1).saturating_sub(self.judged.len() as u32);
         // The status is newer than the last period that was counted in; what has called until then counts.

@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 
 use super::suspect::{self, Suspect};
+use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::minimise::{Effort, minimise};
@@ -109,7 +110,7 @@ pub fn suspects(kind: Kind, limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<
 ///
 /// # Errors
 /// A recording that cannot be used, an interrupt.
-pub fn changes(model: &Model, recording: &Recording) -> Result<BTreeMap<String, f64>> {
+pub fn changes(model: &Model, recording: &Recording, ctx: &Context) -> Result<BTreeMap<String, f64>> {
     let full = prepare(std::slice::from_ref(recording), &model.filter)?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = build_space(&Settings::of_model(model))?;
@@ -128,7 +129,7 @@ pub fn changes(model: &Model, recording: &Recording) -> Result<BTreeMap<String, 
     let Ok(motor) = space.motor() else { return Ok(BTreeMap::new()) };
     let rows = coarse.iter().map(|e| Rows::new(e, e.substeps(&motor).unwrap_or(1))).collect();
     let problem = OutputError::new(rows)?;
-    let fit = minimise(&space, &problem, Effort::USUAL, None, &mut || ())?;
+    let fit = minimise(&space, &problem, Effort::USUAL, None, &ctx.quietly())?;
     let determined = intervals_of_fit(&problem, &fit).into_iter().filter_map(|(name, [low, high])| {
         let (value, of_type) = (fit.space.value(&name), model.value(&name));
         (0.5 * (high - low) < PRECISION * of_type && value > 0.0).then(|| (name, (value / of_type).ln()))

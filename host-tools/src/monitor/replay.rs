@@ -5,10 +5,14 @@ use greyrig::motor::{Constraints, State, Stepper};
 use greyrig::tick::Tick;
 use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
 
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Model;
 use crate::recording::Recording;
+
+/// Samples after which it is looked whether the work is to stop.
+const LOOK_EVERY: usize = 1 << 16;
 
 /// A period of the mains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,8 +55,13 @@ impl Replay {
 /// Runs a recording through the tick and a detector.
 ///
 /// # Errors
-/// A recording without voltage, current and speed, or a model that cannot be run at its sampling rate.
-pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> detector::Settings) -> Result<Replay> {
+/// A recording without voltage, current and speed, or a model that cannot be run at its sampling rate; an interrupt.
+pub fn replay(
+    model: &Model,
+    recording: &Recording,
+    settings: &dyn Fn(f64) -> detector::Settings,
+    ctx: &Context,
+) -> Result<Replay> {
     let e = Experiment::new(recording, &model.filter)?;
     let (Drive::Voltage, Some(current), Some(speed)) = (e.drive, &e.current, &e.speed) else {
         return Err(Error::input(
@@ -70,6 +79,9 @@ pub fn replay(model: &Model, recording: &Recording, settings: &dyn Fn(f64) -> de
     let mut detector: Detector = settings(e.interval_s).build().map_err(|x| refused(&x))?;
     let mut rows = Vec::new();
     for n in 0..e.len() {
+        if n % LOOK_EVERY == 0 {
+            ctx.check()?;
+        }
         let sample = Sample {
             voltage: Volts(e.input[n] as f32),
             current: Amperes(current[n] as f32),

@@ -12,6 +12,7 @@ use greyrig::motor::{Constraints, State, Stepper};
 use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 use crate::model::{DetectorEntry, Model};
@@ -84,6 +85,7 @@ pub fn suspects(
     recording: &Recording,
     run: &Replay,
     alarm_s: f64,
+    ctx: &Context,
 ) -> Result<Vec<Suspect>> {
     let judged: Vec<usize> = (0..run.rows.len()).filter(|k| run.rows[*k].judged).collect();
     let Some(called) = judged.iter().position(|k| run.rows[*k].t_s >= alarm_s) else { return Ok(Vec::new()) };
@@ -130,12 +132,12 @@ pub fn suspects(
     };
     let mut all = Vec::new();
     for cause in CAUSES {
-        crate::output::check_interrupt()?;
+        ctx.check()?;
         let mut size = 0.0;
         let mut made: Deviations = vec![[0.0; 2]; measured.len()];
         for step in 0..STEPS {
             let trial = if step == 0 { FIRST } else { size };
-            let Some(there) = response(&station, cause, trial, begin)? else { break };
+            let Some(there) = response(&station, cause, trial, begin, ctx)? else { break };
             made = deviations(&there.rows, [0.0; 2]);
             let product: f64 = measured.iter().zip(&made).map(|(m, d)| m[0] * d[0] + m[1] * d[1]).sum();
             let length = square(&made);
@@ -193,7 +195,7 @@ struct Station<'a> {
 
 /// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is nothing to
 /// this motor.
-fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Result<Option<Replay>> {
+fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64, ctx: &Context) -> Result<Option<Replay>> {
     let Station { model, detector, recording, experiment: e, correction } = station;
     let onset = (0..e.len()).find(|n| recording.start_s() + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
     let mut changed: Model = (*model).clone();
@@ -246,5 +248,5 @@ fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Re
     if made.set_channel(Channel::Current, current).and(made.set_channel(Channel::Speed, speed)).is_err() {
         return Ok(None);
     }
-    replay(model, &made, &|interval| detector.settings(interval)).map(Some)
+    replay(model, &made, &|interval| detector.settings(interval), ctx).map(Some)
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::replay::{Replay, Row, replay};
 use super::suspect::{self, Suspect};
 use super::{air, parameters};
+use crate::context::Context;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
@@ -99,10 +100,10 @@ pub struct Test {
 ///
 /// # Errors
 /// A recording that cannot be replayed, an interrupt.
-pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> Result<Test> {
+pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording, ctx: &Context) -> Result<Test> {
     let model = air::compensated(model, detector, recording)?;
-    let run = replay(&model, recording, &|interval| detector.settings(interval))?;
-    judge(&model, detector, recording, run, true)
+    let run = replay(&model, recording, &|interval| detector.settings(interval), ctx)?;
+    judge(&model, detector, recording, run, true, ctx)
 }
 
 /// Makes a test of a run that the detector has seen, in a replay or on the microcontroller. Causes can be put into the
@@ -110,19 +111,26 @@ pub fn test(model: &Model, detector: &DetectorEntry, recording: &Recording) -> R
 ///
 /// # Errors
 /// As [`test()`].
-pub fn judge(model: &Model, detector: &DetectorEntry, recording: &Recording, run: Replay, whole: bool) -> Result<Test> {
+pub fn judge(
+    model: &Model,
+    detector: &DetectorEntry,
+    recording: &Recording,
+    run: Replay,
+    whole: bool,
+    ctx: &Context,
+) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let (mut suspects, mut own) = (Vec::new(), BTreeMap::new());
     if whole {
         if let Some(first) = alarms.first() {
-            suspects = suspect::suspects(model, detector, recording, &run, first.t_s)?;
+            suspects = suspect::suspects(model, detector, recording, &run, first.t_s, ctx)?;
             if alarms.iter().any(|a| !a.suspect.is_empty()) {
                 suspects.retain(|s| s.kind != Kind::Electrical.name() && s.explains > BESIDE_SPARKS);
             }
         }
         let unexplained = alarms.is_empty() || suspects.first().is_some_and(|s| s.explains < EXPLAINED);
         if unexplained && run.verdict != Verdict::CannotJudge && !detector.parameters.is_empty() {
-            own = parameters::changes(model, recording)?;
+            own = parameters::changes(model, recording, ctx)?;
             let ratio = parameters::farthest(&detector.parameters, &own);
             if ratio > 1.0 {
                 suspects = parameters::suspects(model.kind, &detector.parameters, &own);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::trial::{Drawn, SIGNALS, Trial, draw};
 use super::{Contest, Limits, Proposal, Set, Take, USUAL};
+use crate::context::Context;
 use crate::diagnose::screening::Complement;
 use crate::error::{Error, Result};
 use crate::identify::minimise::{Residuals, jacobian_at};
@@ -18,7 +19,6 @@ use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 use crate::identify::{self, Settings};
 use crate::model::{Filter, Kind, Model};
-use crate::output;
 use crate::rig::motor::Nameplate;
 use crate::rig::{ChainSetup, Profile, SAMPLE_RATE_HZ};
 
@@ -65,7 +65,13 @@ impl Bench {
     ///
     /// # Errors
     /// A model that cannot be run within the limits.
-    pub fn new(model: &Model, pairs: &[[&'static Description; 2]], seconds: f64, limits: Limits) -> Result<Self> {
+    pub fn new(
+        model: &Model,
+        pairs: &[[&'static Description; 2]],
+        seconds: f64,
+        limits: Limits,
+        ctx: &Context,
+    ) -> Result<Self> {
         let missing: Vec<&str> =
             ["R", "L", "K", "J"].into_iter().filter(|n| !model.parameters.contains_key(*n)).collect();
         if !missing.is_empty() {
@@ -94,16 +100,17 @@ impl Bench {
         let noise = ChainSetup::for_motor(&nominal, false).channels.map(|c| FILTERED * c.noise);
         let mut bench =
             Self { space, kind: model.kind, limits, filter: model.filter, noise, scales, effects: Vec::new() };
-        bench.size(model, pairs, seconds)?;
+        bench.size(model, pairs, seconds, ctx)?;
         Ok(bench)
     }
 
     /// Gives each effect the size at which it changes the current of the usual staircase by 1 %.
-    fn size(&mut self, model: &Model, pairs: &[[&'static Description; 2]], seconds: f64) -> Result<()> {
+    fn size(&mut self, model: &Model, pairs: &[[&'static Description; 2]], seconds: f64, ctx: &Context) -> Result<()> {
         let usual = Profile::find(USUAL)?;
         let refused =
             |what: &str| Error::usage(format!("the model cannot be run on a {USUAL}: {what}"), "check its parameters");
-        let waveform = self.waveform(usual, seconds)?.ok_or_else(|| refused("it does not stay within the limits"))?;
+        let waveform =
+            self.waveform(usual, seconds, ctx)?.ok_or_else(|| refused("it does not stay within the limits"))?;
         self.scales.speed = waveform.peak_speed.max(1e-9);
         take(&mut self.space, model, &self.scales);
         let trial = self.trial(waveform, &self.space)?;
@@ -140,8 +147,8 @@ impl Bench {
     }
 
     /// Simulates a profile with all that may happen; `None` if no voltage keeps the current within its limit.
-    pub fn piece(&self, profile: &'static Profile, seconds: f64) -> Result<Option<Piece>> {
-        let Some(waveform) = self.waveform(profile, seconds)? else { return Ok(None) };
+    pub fn piece(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Piece>> {
+        let Some(waveform) = self.waveform(profile, seconds, ctx)? else { return Ok(None) };
         let take = Take {
             profile: profile.id,
             seconds,
@@ -198,14 +205,14 @@ impl Bench {
     }
 
     /// The voltage of a profile, scaled down until the limits are kept.
-    fn waveform(&self, profile: &'static Profile, seconds: f64) -> Result<Option<Drawn>> {
+    fn waveform(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Drawn>> {
         let refused = |e: greyrig::motor::ParameterError| {
             Error::usage(format!("the model cannot be run: {e}"), "check its parameters")
         };
         let motor = self.space.motor().map_err(refused)?;
         let mut scale = 1.0;
         for _ in 0..SCALINGS {
-            output::check_interrupt()?;
+            ctx.check()?;
             let segments = profile.segments(&self.nameplate(scale), MAINS_HZ, seconds)?;
             let stepper = Stepper::build(motor.clone(), 1.0 / SAMPLE_RATE_HZ).map_err(refused)?;
             let drawn = draw(stepper, &segments);

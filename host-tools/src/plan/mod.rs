@@ -25,9 +25,9 @@ use greyrig::effects::EffectId;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model};
-use crate::output;
 use crate::rig::{PROFILES, Profile};
 use bench::{Bench, Piece};
 
@@ -103,17 +103,15 @@ pub struct Plan {
     pub best: Vec<Take>,
 }
 
-/// Plans the recording that tells rivals apart; without rivals, the classic pairs. `tick` is called after each simulation.
+/// Plans the recording that tells rivals apart; without rivals, the classic pairs.
 ///
 /// # Errors
 /// A model that cannot be run, rivals that nothing tells apart, an impossible length, an interrupt.
-pub fn plan(
-    model: &Model,
-    rivals: &[EffectId],
-    seconds: f64,
-    limits: Limits,
-    tick: &(dyn Fn() + Sync),
-) -> Result<Plan> {
+pub fn plan(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx: &Context) -> Result<Plan> {
+    ctx.install(|| planned(model, rivals, seconds, limits, ctx))
+}
+
+fn planned(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx: &Context) -> Result<Plan> {
     if !(SECONDS.0..=SECONDS.1).contains(&seconds) {
         return Err(Error::usage(
             format!("a recording of {seconds} s is not possible"),
@@ -121,18 +119,18 @@ pub fn plan(
         ));
     }
     let pairs = if rivals.is_empty() { rivals::classic(model.kind) } else { rivals::pairs(model.kind, rivals)? };
-    let bench = Bench::new(model, &pairs, seconds, limits)?;
-    tick();
+    let bench = Bench::new(model, &pairs, seconds, limits, ctx)?;
     let mut lengths: Vec<(&'static Profile, f64)> = Vec::new();
     for profile in PROFILES.iter().filter(|p| p.pm_dc || model.kind == Kind::Universal) {
         lengths.extend([(profile, seconds), (profile, 0.5 * seconds)]);
     }
+    let steps = ctx.steps("simulations", lengths.len() as u64);
     let pieces: Vec<Option<Piece>> = lengths
         .par_iter()
         .map(|(profile, seconds)| {
-            output::check_interrupt()?;
-            let piece = bench.piece(profile, *seconds)?;
-            tick();
+            ctx.check()?;
+            let piece = bench.piece(profile, *seconds, ctx)?;
+            steps.next();
             Ok(piece)
         })
         .collect::<Result<_>>()?;
@@ -140,11 +138,6 @@ pub fn plan(
     let contests: Vec<Contest> = pairs.iter().map(|pair| bench.contest(*pair, &sets)).collect();
     let best = overall(&contests, &sets);
     Ok(Plan { limits, contests, best })
-}
-
-/// How often `tick` is called for a kind of motor.
-pub fn ticks(kind: Kind) -> u64 {
-    1 + 2 * PROFILES.iter().filter(|p| p.pm_dc || kind == Kind::Universal).count() as u64
 }
 
 /// One or two pieces, and what they stand for.

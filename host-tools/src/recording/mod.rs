@@ -40,7 +40,7 @@ use std::path::{Path, PathBuf};
 pub use build::{Builder, InvalidRecording};
 pub use channel::{Channel, Motion};
 pub use mapping::{MapArgs, Mapping};
-pub use read::{load, load_all};
+pub use read::{is_decoding, load, load_all};
 pub use source::SourceColumn;
 pub use write::write;
 

@@ -5,7 +5,6 @@ use std::fs::File;
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Once;
 
 use sha2::{Digest, Sha256};
 
@@ -13,8 +12,8 @@ use super::damage::too_large;
 use super::mapping::Mapping;
 use super::table::{MAX_VALUES, Table};
 use super::{Recording, assemble};
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
-use crate::output;
 
 /// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator each.
 const MAX_BYTES: u64 = 2 << 30;
@@ -75,7 +74,7 @@ fn unknown(path: &Path, extension: &str) -> Error {
 ///
 /// # Errors
 /// Whatever keeps the file from being one run of one motor, uniformly sampled; each error says where and what to do.
-pub fn load(path: &Path, mapping: &Mapping) -> Result<Recording> {
+pub fn load(path: &Path, mapping: &Mapping, ctx: &Context) -> Result<Recording> {
     let about = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     if about.is_dir() {
         return Err(Error::io(path, std::io::Error::from(std::io::ErrorKind::IsADirectory)));
@@ -91,12 +90,12 @@ pub fn load(path: &Path, mapping: &Mapping) -> Result<Recording> {
     if about.len() > MAX_BYTES {
         return Err(too_large(path, &format!("{:.1} GB", about.len() as f64 / 1e9)));
     }
-    let table = fence(path, || read(path, format))?;
+    let table = fence(path, || read(path, format, ctx))?;
     let values: usize = table.columns.iter().map(|c| c.values.len()).sum();
     if values > MAX_VALUES {
         return Err(too_large(path, &format!("{values} numbers")));
     }
-    let sha256 = checksum(path)?;
+    let sha256 = checksum(path, ctx)?;
     assemble::assemble(path, &table, mapping, sha256)
 }
 
@@ -104,13 +103,13 @@ pub fn load(path: &Path, mapping: &Mapping) -> Result<Recording> {
 ///
 /// # Errors
 /// As [`load`], for the first file that fails.
-pub fn load_all(paths: &[PathBuf], mapping: &Mapping) -> Result<Vec<Recording>> {
-    paths.iter().map(|path| load(path, mapping)).collect()
+pub fn load_all(paths: &[PathBuf], mapping: &Mapping, ctx: &Context) -> Result<Vec<Recording>> {
+    paths.iter().map(|path| load(path, mapping, ctx)).collect()
 }
 
-fn read(path: &Path, format: Format) -> Result<Table> {
+fn read(path: &Path, format: Format, ctx: &Context) -> Result<Table> {
     match format {
-        Format::Text { gzip } => super::text::read(path, gzip),
+        Format::Text { gzip } => super::text::read(path, gzip, ctx),
         #[cfg(feature = "parquet")]
         Format::Parquet => super::parquet::read(path),
         #[cfg(not(feature = "parquet"))]
@@ -147,12 +146,12 @@ fn starts_with(path: &Path, magic: &[u8]) -> bool {
     File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && head == magic
 }
 
-fn checksum(path: &Path) -> Result<String> {
+fn checksum(path: &Path, ctx: &Context) -> Result<String> {
     let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
     let mut hash = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
     loop {
-        output::check_interrupt()?;
+        ctx.check()?;
         match file.read(&mut buffer).map_err(|e| Error::io(path, e))? {
             0 => break,
             n => hash.update(&buffer[..n]),
@@ -165,19 +164,14 @@ thread_local! {
     static FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
+/// Whether this thread is within a decoder whose panic becomes an error: a program's panic hook need not tell of it, too.
+pub fn is_decoding() -> bool {
+    FENCED.get()
+}
+
 /// Turns a panic of a decoder into an error. The decoders of binary formats are other people's crates; a damaged file
 /// must not take the program down with them, whatever they assume.
 fn fence<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
-    static QUIET: Once = Once::new();
-    QUIET.call_once(|| {
-        // The message of a fenced panic would be a second, unhelpful line on stderr.
-        let usual = std::panic::take_hook();
-        std::panic::set_hook(Box::new(move |info| {
-            if !FENCED.get() {
-                usual(info);
-            }
-        }));
-    });
     FENCED.set(true);
     let result = catch_unwind(AssertUnwindSafe(work));
     FENCED.set(false);

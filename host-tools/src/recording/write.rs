@@ -6,22 +6,28 @@ use std::path::Path;
 
 use super::names::Role;
 use super::{Channel, Motion, Recording};
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::output;
+
+/// Rows after which it is looked whether the work is to stop.
+const LOOK_EVERY: usize = 4096;
 
 type Columns = Vec<(String, Vec<f64>, Option<&'static str>)>;
 
 /// Writes a recording, as CSV or Parquet by the extension. Numbers get as many digits as bring back the same value.
 ///
 /// # Errors
-/// An extension without a writer, an existing file without `force`, whatever the system refuses.
-pub fn write(recording: &Recording, path: &Path, force: bool) -> Result<()> {
+/// An extension without a writer, an existing file without `force`, whatever the system refuses; an interrupt.
+pub fn write(recording: &Recording, path: &Path, force: bool, ctx: &Context) -> Result<()> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let (columns, metadata) = (columns(recording), metadata(recording));
-    match extension.as_str() {
-        "csv" => output::write_file(path, force, |out| csv(&columns, &metadata, out)),
+    let written = match extension.as_str() {
+        "csv" => output::write_file(path, force, |out| csv(&columns, &metadata, out, ctx)),
         #[cfg(feature = "parquet")]
-        "parquet" | "pq" => output::write_file(path, force, |out| super::parquet::write(&columns, &metadata, out)),
+        "parquet" | "pq" => output::write_file(path, force, |out| {
+            super::parquet::write(&columns, &metadata, out).and_then(|()| check(ctx))
+        }),
         #[cfg(not(feature = "parquet"))]
         "parquet" | "pq" => Err(super::read::not_built(path, "Parquet")),
         _ if !path.exists() || path.is_file() || path.is_dir() => Err(Error::input(
@@ -34,8 +40,18 @@ pub fn write(recording: &Recording, path: &Path, force: bool) -> Result<()> {
             "name the output .csv or .parquet",
         )),
         // A device such as /dev/stdout has no extension and gets text.
-        _ => output::write_file(path, force, |out| csv(&columns, &metadata, out)),
+        _ => output::write_file(path, force, |out| csv(&columns, &metadata, out, ctx)),
+    };
+    // The writing was given up, and nothing was put under the name.
+    if written.is_err() {
+        ctx.check()?;
     }
+    written
+}
+
+/// Gives a file up whose writing is to stop.
+fn check(ctx: &Context) -> std::io::Result<()> {
+    ctx.check().map_err(std::io::Error::other)
 }
 
 fn columns(recording: &Recording) -> Columns {
@@ -92,7 +108,12 @@ fn key(text: &str) -> String {
     one_line(&text.replace([':', '=', '#'], " "))
 }
 
-fn csv(columns: &Columns, metadata: &BTreeMap<String, String>, out: &mut dyn Write) -> std::io::Result<()> {
+fn csv(
+    columns: &Columns,
+    metadata: &BTreeMap<String, String>,
+    out: &mut dyn Write,
+    ctx: &Context,
+) -> std::io::Result<()> {
     for (key, value) in metadata {
         writeln!(out, "# {key}: {value}")?;
     }
@@ -102,6 +123,9 @@ fn csv(columns: &Columns, metadata: &BTreeMap<String, String>, out: &mut dyn Wri
     let mut line = String::new();
     for row in 0..rows {
         line.clear();
+        if row.is_multiple_of(LOOK_EVERY) {
+            check(ctx)?;
+        }
         for (k, (_, values, _)) in columns.iter().enumerate() {
             use std::fmt::Write as _;
             if k > 0 {
@@ -122,7 +146,7 @@ fn csv(columns: &Columns, metadata: &BTreeMap<String, String>, out: &mut dyn Wri
         line.push('\n');
         out.write_all(line.as_bytes())?;
     }
-    Ok(())
+    check(ctx)
 }
 
 fn quoted(name: &str) -> String {

@@ -30,8 +30,8 @@ use std::collections::BTreeMap;
 use rand::RngExt;
 use serde::Serialize;
 
+use crate::context::Context;
 use crate::error::{Error, Result};
-use crate::output;
 use crate::recording::{Channel, Recording};
 
 pub use chain::ChainSetup;
@@ -290,13 +290,21 @@ impl Setup {
     /// Runs the profile.
     ///
     /// # Errors
-    /// A profile that this motor cannot run, an impossible length or figure, an interrupt.
+    /// A profile that this motor cannot run, an impossible length or figure.
     pub fn run(&self) -> Result<Run> {
+        self.run_in(&Context::quiet())
+    }
+
+    /// The same as a job that can be stopped.
+    ///
+    /// # Errors
+    /// As [`Setup::run`]; an interrupt.
+    pub fn run_in(&self, ctx: &Context) -> Result<Run> {
         let mut running = self.start()?;
         let mut log = Log::with_capacity((running.seconds * SAMPLE_RATE_HZ) as usize + 1);
         while let Some(sample) = running.next_sample() {
             if log.locked.len().is_multiple_of(4096) {
-                output::check_interrupt()?;
+                ctx.check()?;
             }
             log.push(&sample);
         }

@@ -1,6 +1,7 @@
 //! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is judged by.
 
 use greyrig::effects::EffectId;
+use greyrig_host::context::Context;
 use greyrig_host::error::Result;
 use greyrig_host::identify::equation_error::{Balance, EquationError};
 use greyrig_host::identify::minimise::{Residuals, rms_of};
@@ -22,7 +23,7 @@ pub fn left(case: &Case, outcome: &Outcome) -> Result<(Left, Left)> {
     let training = case.recordings()?;
     let with = |effects: Vec<EffectId>| -> Result<Left> {
         let settings = Settings { effects, ..Settings::new(case.excitation.kind()) };
-        of(&identify(&training, &settings)?.model, case)
+        of(&identify(&training, &settings, &Context::quiet())?.model, case)
     };
     Ok((with(Vec::new())?, with(outcome.named.clone())?))
 }

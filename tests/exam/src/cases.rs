@@ -6,6 +6,7 @@
 //! on (`greyrig simulate --list`).
 
 use greyrig::effects::EffectId;
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::base;
 use greyrig_host::diagnose::classes::{class_of, same};
 use greyrig_host::identify::Settings;
@@ -343,7 +344,7 @@ impl Case {
             let alone = Self { effects, ..self.clone() };
             let recordings = alone.recordings().ok()?;
             let settings = Settings { filter: Filter::default(), ..Settings::new(self.excitation.kind()) };
-            let base = base::error(&recordings, &settings).ok()?;
+            let base = base::error(&recordings, &settings, &Context::quiet()).ok()?;
             Some(base)
         };
         if effect.starts_with("adc_clipping") {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::base;
 use greyrig_host::error::{Error, Place, Result};
 use greyrig_host::identify::Settings;
@@ -23,10 +24,10 @@ pub fn export(case: &Case, folder: &Path) -> Result<()> {
     for ((profile, _), recording) in case.excitation.profiles().iter().zip(&recordings) {
         let once = format!("{profile}.csv");
         let name = if names.contains(&once) { format!("{profile}-again.csv") } else { once };
-        write(recording, &folder.join(&name), true)?;
+        write(recording, &folder.join(&name), true, &Context::quiet())?;
         names.push(name);
     }
-    write(&case.held_out()?, &folder.join("held-out.csv"), true)?;
+    write(&case.held_out()?, &folder.join("held-out.csv"), true, &Context::quiet())?;
     let truth = serde_json::json!({
         "seed": case.seed,
         "truth": case.truth,
@@ -34,7 +35,7 @@ pub fn export(case: &Case, folder: &Path) -> Result<()> {
         "withheld": case.exclude,
         "excitation": case.excitation.name(),
         "noise": case.noise,
-        "base_error": base::error(&recordings, &Settings::new(case.excitation.kind()))?,
+        "base_error": base::error(&recordings, &Settings::new(case.excitation.kind()), &Context::quiet())?,
         "recordings": names,
         "held_out": "held-out.csv",
     });

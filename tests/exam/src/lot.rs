@@ -3,11 +3,10 @@
 //! Ten motors teach the limits; others, which nobody has seen, are judged. The type's model is identified on one motor, in three
 //! stages: physics alone, with the learned correction, and with the physical effects added before the correction.
 
-use std::ops::ControlFlow;
-
 use greyrig::detector::{Features, Verdict};
 use greyrig::effects::EffectId;
 use greyrig_host::anfis::Method;
+use greyrig_host::context::Context;
 use greyrig_host::error::Result;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
@@ -140,11 +139,12 @@ impl MotorType {
             .map(|seed| Ok(self.motor(1_000_000 + seed, None, Onset::During)?.0))
             .collect::<Result<_>>()?;
         let named = |effects: &[EffectId]| Settings { effects: effects.to_vec(), ..Settings::new(Kind::Universal) };
-        let bare = identify(&training, &named(&[]))?.model;
-        let physics = identify(&training, &named(&[EffectId::Saturation, EffectId::Hysteresis]))?.model;
+        let bare = identify(&training, &named(&[]), &Context::quiet())?.model;
+        let physics =
+            identify(&training, &named(&[EffectId::Saturation, EffectId::Hysteresis]), &Context::quiet())?.model;
         let corrected = |model: &Model| -> Result<Model> {
             let settings = hybrid::settings(Method::Varpro, 60);
-            Ok(hybrid::train(model, &training, 1.0, &settings, &mut |_| ControlFlow::Continue(()))?.0)
+            Ok(hybrid::train(model, &training, 1.0, &settings, &Context::quiet())?.0)
         };
         let stages = [
             ("physical model alone", bare.clone()),
@@ -154,7 +154,7 @@ impl MotorType {
         stages
             .into_iter()
             .map(|(name, model)| {
-                let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &mut || ())?;
+                let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &Context::quiet())?;
                 Ok(Station { name, model, detector })
             })
             .collect()
@@ -187,7 +187,7 @@ impl Station {
     /// # Errors
     /// An interrupt.
     pub fn test(&self, recording: &Recording) -> Result<Test> {
-        test(&self.model, &self.detector, recording)
+        test(&self.model, &self.detector, recording, &Context::quiet())
     }
 
     /// Looks at a run as the microcontroller does.
@@ -196,7 +196,7 @@ impl Station {
     /// An interrupt.
     pub fn glance(&self, recording: &Recording) -> Result<Glance> {
         let detector = &self.detector;
-        let run = replay(&self.model, recording, &|interval| detector.settings(interval))?;
+        let run = replay(&self.model, recording, &|interval| detector.settings(interval), &Context::quiet())?;
         let score = shown(&run).map_or(0.0, |s| {
             let over = [
                 (s.current, detector.current),

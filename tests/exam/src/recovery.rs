@@ -3,6 +3,7 @@
 
 use greyrig_host::addition::identify_with;
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::error::Result;
 use greyrig_host::identify::flux::swings;
 use greyrig_host::identify::{Settings, identify};
@@ -36,9 +37,11 @@ impl Recovery {
 pub fn add(case: &Case, outcome: &Outcome) -> Result<Recovery> {
     let training = case.recordings()?;
     let held_out = [case.held_out()?];
-    let before = identify(&training, &Settings::new(case.excitation.kind()))?;
-    let after = identify_with(&training, &Settings::new(case.excitation.kind()), &outcome.named)?.identification;
-    let (worse, better) = (compare(&before.model, &held_out)?, compare(&after.model, &held_out)?);
+    let before = identify(&training, &Settings::new(case.excitation.kind()), &Context::quiet())?;
+    let after = identify_with(&training, &Settings::new(case.excitation.kind()), &outcome.named, &Context::quiet())?
+        .identification;
+    let (worse, better) =
+        (compare(&before.model, &held_out, &Context::quiet())?, compare(&after.model, &held_out, &Context::quiet())?);
     let current = |c: &greyrig_host::compare::Comparison| c.esr.current.unwrap_or(0.0);
     let floor = better.noise_floor.current.unwrap_or(0.0);
     let motor = case.motor();

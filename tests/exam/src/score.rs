@@ -1,6 +1,7 @@
 //! What one case says, and what all say together.
 
 use greyrig::effects::{Description, EffectId};
+use greyrig_host::context::Context;
 use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::error::Result;
@@ -47,7 +48,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
     let settings = Settings::new(case.excitation.kind());
     let options = Options { settings, exclude: case.exclude.clone(), candidates_refined: false };
     let start = std::time::Instant::now();
-    let d: Diagnosis = diagnose(&recordings, &options, &|_| ())?;
+    let d: Diagnosis = diagnose(&recordings, &options, &Context::quiet())?;
     let pair = |p: greyrig_host::compare::PerSignal| [p.current.unwrap_or(0.0), p.speed.unwrap_or(0.0)];
     Ok(Outcome {
         seed: case.seed,

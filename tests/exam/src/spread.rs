@@ -1,6 +1,7 @@
 //! The type's model on other motors of the type: how far the correction brings it to what the scatter of the motors leaves.
 
 use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
 use greyrig_host::error::Result;
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::Motor;
@@ -44,7 +45,7 @@ pub fn held(of: &MotorType, seed: u64, stations: &[Station]) -> Result<Held> {
     let recordings = [recording];
     let errors = stations
         .iter()
-        .map(|s| Ok(compare(&s.model, &recordings)?.esr.current.unwrap_or(f64::NAN)))
+        .map(|s| Ok(compare(&s.model, &recordings, &Context::quiet())?.esr.current.unwrap_or(f64::NAN)))
         .collect::<Result<_>>()?;
     Ok(Held { floor: (off / all).sqrt(), errors })
 }

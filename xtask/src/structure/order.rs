@@ -32,6 +32,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
     (
         "greyrig_host",
         &[
+            "context",
             "error",
             "output",
             "journal",
@@ -63,6 +64,8 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "plan",
             "challenge",
             "addition",
+            "demo",
+            "serve",
             "commands",
         ],
     ),

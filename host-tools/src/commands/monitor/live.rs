@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Args, Judged, note};
+use crate::context::Context;
 use crate::device::connection::{check_layout, faults};
 use crate::device::{Connection, Port, parameters, recorded};
 use crate::error::{Error, Result};
@@ -28,7 +29,7 @@ const QUIET_S: f64 = 0.5;
 const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
-pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ctx: &Context) -> Result<Judged> {
     if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
         return Err(Error::usage(
             format!("a test of {seconds} s cannot be"),
@@ -36,12 +37,12 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
         ));
     }
     let port = Port { name: name.to_owned(), clock: args.clock.clone().into() };
-    let (mut connection, device) = Connection::open(&port)?;
+    let (mut connection, device) = Connection::open(&port, ctx)?;
     check_layout(&device)?;
     let settings = in_force(&mut connection, model, &args.model, name)?;
     let plan = Plan { seconds: args.seconds, nominal_voltage: detector.nominal_voltage };
     let mut talk = Talk::new(args.answer.json);
-    let result = live::run(&port, &device, connection, &plan, &mut |event| talk.event(event));
+    let result = live::run(&port, &device, connection, &plan, ctx, &mut |event| talk.event(event));
     talk.end();
     let finished = result?;
 
@@ -64,7 +65,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
     }
     super::circumstances(args, &mut recording)?;
     let replay = Replay { temperature: args.temp_c, ..finished.replay };
-    let mut test = judge(model, detector, &recording, replay, lost == 0)?;
+    let mut test = judge(model, detector, &recording, replay, lost == 0, ctx)?;
     if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)
         && !((1.0 - WEATHER) * low..=(1.0 + WEATHER) * high).contains(&density)
     {
@@ -74,9 +75,9 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry) -> 
              the test with --out and judge that"
         ));
     }
-    note(args.results.as_deref(), &test)?;
+    note(args.results.as_deref(), &test, ctx)?;
     if let Some(path) = &args.out {
-        recording::write(&recording, path, args.answer.force)?;
+        recording::write(&recording, path, args.answer.force, ctx)?;
     }
     let more = json!({
         "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,

@@ -10,6 +10,8 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::input;
+use super::terminal::Terminal;
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -79,7 +81,7 @@ pub struct Args {
 /// # Errors
 /// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble with the
 /// link.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     for path in args.answer.report.iter().chain(&args.out) {
         output::refuse_overwrite(path, args.answer.force)?;
     }
@@ -95,8 +97,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let detector = model.limits(&args.model)?;
     let mut judged = match &args.port {
-        Some(port) => live::run(args, port, &model, detector)?,
-        None => replayed(args, &model, detector)?,
+        Some(port) => live::run(args, port, &model, detector, &terminal.context())?,
+        None => replayed(args, &model, detector, &terminal.context())?,
     };
     let tests = &judged.tests;
     let worst = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
@@ -132,9 +134,9 @@ struct Judged {
     more: serde_json::Value,
 }
 
-fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judged> {
+fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, ctx: &Context) -> Result<Judged> {
     only_over_the_link(args)?;
-    let mut recordings = input::load(&args.recordings, &args.map)?;
+    let mut recordings = input::load(&args.recordings, &args.map, ctx)?;
     recordings.iter_mut().try_for_each(|r| circumstances(args, r))?;
     if let Some(serial) = &args.serial {
         let [recording] = recordings.as_mut_slice() else {
@@ -152,10 +154,9 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry) -> Result<Judg
     }
     let mut tests = Vec::new();
     for recording in &recordings {
-        output::check_interrupt()?;
         crate::compare::same_type(model, recording)?;
-        let test = test(model, detector, recording)?;
-        note(args.results.as_deref(), &test)?;
+        let test = test(model, detector, recording, ctx)?;
+        note(args.results.as_deref(), &test, ctx)?;
         tests.push(test);
     }
     Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
@@ -188,7 +189,7 @@ fn circumstances(args: &Args, recording: &mut Recording) -> Result<()> {
 }
 
 /// Adds a line to the results, if they are kept, and has it on the disk before the next motor.
-fn note(results: Option<&Path>, test: &Test) -> Result<()> {
+fn note(results: Option<&Path>, test: &Test, ctx: &Context) -> Result<()> {
     let Some(path) = results else { return Ok(()) };
     let first = test.alarms.first();
     let line = [
@@ -201,7 +202,7 @@ fn note(results: Option<&Path>, test: &Test) -> Result<()> {
         first.map_or_else(String::new, |a| format!("{:.3}", a.ratio)),
         journal::cell(&test.reasons.join("; ")),
     ];
-    Journal::open(path, RESULTS)?.append(&[line.join(",")])
+    Journal::open(path, RESULTS, ctx)?.append(&[line.join(",")])
 }
 
 fn print(test: &Test) -> Result<()> {

@@ -6,7 +6,7 @@ use super::{Climb, THOROUGH};
 use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::screening::Promise;
-use crate::diagnose::{Progress, Watch, classes, screening};
+use crate::diagnose::{classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::space::Space;
@@ -27,15 +27,9 @@ type Fitted<'p> = (&'p Promise, Fit);
 
 impl Climb<'_> {
     /// Fits the candidates that are worth it.
-    pub(super) fn fits<'p>(
-        &self,
-        fit: &Fit,
-        worthy: &[&'p Promise],
-        smallest: f64,
-        progress: &Watch<'_>,
-    ) -> Result<Vec<Fitted<'p>>> {
+    pub(super) fn fits<'p>(&self, fit: &Fit, worthy: &[&'p Promise], smallest: f64) -> Result<Vec<Fitted<'p>>> {
         let begin = |promise: &&'p Promise| {
-            progress(Progress::Doing(promise.id.id()));
+            self.ctx.doing(promise.id.id());
             let (refined, gain) = self.begin(fit, promise, smallest)?;
             Ok((*promise, refined, gain))
         };

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use greyrig::effects::{Description, EffectId};
 use rayon::prelude::*;
 
+use super::Ranked;
 use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
@@ -19,7 +20,7 @@ use super::lead::{self, Lead};
 use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use super::shape::{self, Shape};
-use super::{Progress, Watch};
+use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
@@ -54,16 +55,37 @@ pub struct Climb<'a> {
     repeats: Vec<[usize; 2]>,
     candidates: Vec<&'static Description>,
     most: usize,
+    ctx: Context,
+    /// Of the fits, of which nobody is told.
+    fits: Context,
+    ranked: &'a Ranked<'a>,
 }
 
 impl<'a> Climb<'a> {
     /// `candidates` are tried at each step, `most` effects are added at most. `None` if no balance can be formed.
-    pub fn new(experiments: &'a [Experiment], candidates: Vec<&'static Description>, most: usize) -> Option<Self> {
+    pub fn new(
+        experiments: &'a [Experiment],
+        candidates: Vec<&'static Description>,
+        most: usize,
+        ctx: &Context,
+    ) -> Option<Self> {
         let problem = EquationError::new(experiments)?;
         let blocks = blocks::blocks(problem.times());
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let repeats = repeats::of_experiments(experiments);
-        Some(Self { experiments, problem, blocks, period_s, repeats, candidates, most })
+        let (ctx, fits, ranked) = (ctx.clone(), ctx.quietly(), &|_: &[_]| ());
+        Some(Self { experiments, problem, blocks, period_s, repeats, candidates, most, ctx, fits, ranked })
+    }
+
+    /// The same, with somebody who is told how each screening ranks the candidates.
+    #[must_use]
+    pub fn ranked_to(self, ranked: &'a Ranked<'a>) -> Self {
+        Self { ranked, ..self }
+    }
+
+    /// Whom the work is done for.
+    pub fn context(&self) -> &Context {
+        &self.ctx
     }
 
     /// Fits a model as it is.
@@ -76,17 +98,17 @@ impl<'a> Climb<'a> {
 
     /// Fits a model, from the weights that another fit has ended on.
     fn fit_from(&self, weights: Option<[f64; 2]>, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, weights, &mut || ()).map(Fit::from)
+        minimise(space, &self.problem, effort, weights, &self.fits).map(Fit::from)
     }
 
     /// Fits a model that is that of a fit and a few parameters more.
     fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise_beside(fit, space, &self.problem, effort).map(Fit::from)
+        minimise_beside(fit, space, &self.problem, effort, &self.fits).map(Fit::from)
     }
 
     /// Goes on from where a fit has ended.
     fn go_on(&self, fit: &Refined, effort: Effort) -> Result<Fit> {
-        resume(fit, &self.problem, effort).map(Fit::from)
+        resume(fit, &self.problem, effort, &self.fits).map(Fit::from)
     }
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
@@ -110,27 +132,27 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn first_step(&self, fit: &Fit) -> Result<Step> {
-        let mut step = self.step(fit, &[], 0.0, SHOWN, &|_| ())?;
+        let mut step = self.step(fit, &[], 0.0, SHOWN)?;
         step.winners = winner(&step.tried).map(|t| t.id).into_iter().collect();
         Ok(step)
     }
 
-    /// Climbs from a fitted model. `progress` is told the steps done.
+    /// Climbs from a fitted model.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Fit, progress: &Watch<'_>) -> Result<Ladder> {
-        self.climb_on(base, Way { fit: base.clone(), found: Vec::new(), steps: Vec::new() }, progress)
+    pub fn climb(&self, base: &Fit) -> Result<Ladder> {
+        self.climb_on(base, Way { fit: base.clone(), found: Vec::new(), steps: Vec::new() })
     }
 
     /// Climbs on from where earlier steps have led, without what has been dropped since.
-    pub(super) fn climb_on(&self, base: &Fit, mut way: Way, progress: &Watch<'_>) -> Result<Ladder> {
-        while self.add_the_next(base, &mut way, progress)?.is_some() {}
-        self.ended(base, way, progress)
+    pub(super) fn climb_on(&self, base: &Fit, mut way: Way) -> Result<Ladder> {
+        while self.add_the_next(base, &mut way)?.is_some() {}
+        self.ended(base, way)
     }
 
     /// Adds the effect of the next step to what a climb has found, and tells it; none, if nothing is left to add.
-    fn add_the_next(&self, base: &Fit, way: &mut Way, progress: &Watch<'_>) -> Result<Option<EffectId>> {
+    fn add_the_next(&self, base: &Fit, way: &mut Way) -> Result<Option<EffectId>> {
         if way.found.len() >= self.most {
             return Ok(None);
         }
@@ -138,7 +160,7 @@ impl<'a> Climb<'a> {
         let left_out = left_out(base.space.kind(), steps, found);
         let gained = self.gain(base, fit);
         let shown = if steps.is_empty() { SHOWN } else { 0 };
-        let mut step = self.step(fit, &left_out, gained, shown, progress)?;
+        let mut step = self.step(fit, &left_out, gained, shown)?;
         let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
         step.winners = winner.iter().map(|w| w.0).collect();
         steps.push(step);
@@ -147,16 +169,16 @@ impl<'a> Climb<'a> {
         // To its end, or the next candidates would be praised for what more steps alone bring.
         *fit = self.go_on(&next, THOROUGH)?;
         if found.len() > 1 {
-            self.better_forms(fit, found, steps, progress)?;
+            self.better_forms(fit, found, steps)?;
         }
         Ok(Some(id))
     }
 
     /// Looks back at the end of a climb.
-    fn ended(&self, base: &Fit, way: Way, progress: &Watch<'_>) -> Result<Ladder> {
+    fn ended(&self, base: &Fit, way: Way) -> Result<Ladder> {
         let Way { mut fit, mut found, mut steps } = way;
-        self.look_back(&mut fit, &mut found, progress)?;
-        self.one_for_two(&mut fit, &mut found, &mut steps, progress)?;
+        self.look_back(&mut fit, &mut found)?;
+        self.one_for_two(&mut fit, &mut found, &mut steps)?;
         let floor = if self.problem.is_of_whole_motor() { self.floor(&fit) } else { Floor::UNKNOWN };
         let (before, after) = (Completeness::of(base, &floor), Completeness::of(&fit, &floor));
         Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })
@@ -167,7 +189,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_by_loop(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+    pub fn climb_by_loop(&self, base: &Fit, earlier: &Ladder) -> Result<Option<Ladder>> {
         let scales = base.space.scales(self.experiments);
         let candidates = self.candidates_beside(&base.space, &[]);
         let promises = screening::screen(base, &self.problem, &scales, &candidates, Loops::HiddenByNoise);
@@ -176,12 +198,12 @@ impl<'a> Climb<'a> {
             !promised && !earlier.has_added(p.id)
         };
         let Some(first) = promises.first().filter(hidden) else { return Ok(None) };
-        progress(Progress::Doing(first.id.id()));
+        self.ctx.doing(first.id.id());
         let begun = self.fit_beside(base, &first.space, Effort::USUAL)?;
         if self.held_out(&begun).log_error() >= self.held_out(&earlier.fit).log_error() {
             return Ok(None);
         }
-        self.climb_from(base, begun, vec![first.id], &promises, progress).map(Some)
+        self.climb_from(base, begun, vec![first.id], &promises).map(Some)
     }
 
     /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
@@ -189,13 +211,13 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_by_two(&self, base: &Fit, earlier: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+    pub fn climb_by_two(&self, base: &Fit, earlier: &Ladder) -> Result<Option<Ladder>> {
         let promises = self.screen(base, &[]);
         let scales = base.space.scales(self.experiments);
         let mut pairs = screening::pairs(base, &self.problem, &scales, &promises);
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
-            progress(Progress::Doing(pair.ids[0].id()));
+            self.ctx.doing(pair.ids[0].id());
             Ok((pair.ids, self.fit_beside(base, &pair.space, Effort::USUAL)?))
         };
         let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
@@ -206,18 +228,11 @@ impl<'a> Climb<'a> {
         if winners.iter().all(|id| earlier.has_added(*id)) {
             return Ok(None);
         }
-        self.climb_from(base, fit, winners.to_vec(), &promises, progress).map(Some)
+        self.climb_from(base, fit, winners.to_vec(), &promises).map(Some)
     }
 
     /// Climbs on from a fit with one effect or two, as the first step.
-    fn climb_from(
-        &self,
-        base: &Fit,
-        begun: Fit,
-        winners: Vec<EffectId>,
-        promises: &[Promise],
-        progress: &Watch<'_>,
-    ) -> Result<Ladder> {
+    fn climb_from(&self, base: &Fit, begun: Fit, winners: Vec<EffectId>, promises: &[Promise]) -> Result<Ladder> {
         let gain = self.gain(base, &begun);
         let parameters = begun.space.free().count() - base.space.free().count();
         let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
@@ -241,7 +256,7 @@ impl<'a> Climb<'a> {
             decoys: [0, 0],
         };
         let fit = self.go_on(&begun, THOROUGH)?;
-        self.climb_on(base, Way { fit, found: winners, steps: vec![step] }, progress)
+        self.climb_on(base, Way { fit, found: winners, steps: vec![step] })
     }
 
     /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
@@ -333,7 +348,7 @@ impl<'a> Climb<'a> {
 
     fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
         fit.held_out(|fit| match self.may_hold_an_inrush() {
-            true => held_out_refitted(fit, &self.problem, &self.blocks),
+            true => held_out_refitted(fit, &self.problem, &self.blocks, &self.fits),
             false => held_out(fit, self.problem.groups(), &self.blocks),
         })
     }

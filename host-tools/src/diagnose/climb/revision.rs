@@ -8,7 +8,7 @@ use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::{parameters_of, size_of};
-use crate::diagnose::{Progress, Watch, classes, screening};
+use crate::diagnose::{classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals};
 use crate::identify::space::{Freedom, Space};
@@ -40,13 +40,7 @@ pub struct Exchange {
 impl Climb<'_> {
     /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
     /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
-    pub(super) fn better_forms(
-        &self,
-        fit: &mut Fit,
-        found: &mut [EffectId],
-        steps: &mut [Step],
-        progress: &Watch<'_>,
-    ) -> Result<()> {
+    pub(super) fn better_forms(&self, fit: &mut Fit, found: &mut [EffectId], steps: &mut [Step]) -> Result<()> {
         for present in found {
             for other in classes::class_of(fit.space.kind(), *present).unwrap_or(&[]).iter().copied() {
                 if other == *present {
@@ -54,7 +48,7 @@ impl Climb<'_> {
                 }
                 let Some(step) = steps.iter_mut().find(|s| s.winners.contains(present)) else { continue };
                 let Some(tried) = step.tried.iter().find(|t| t.id == other) else { continue };
-                progress(Progress::Doing(other.id()));
+                self.ctx.doing(other.id());
                 let scales = fit.space.scales(self.experiments);
                 let mut space = fit.space.without_effect(*present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
@@ -76,10 +70,10 @@ impl Climb<'_> {
     }
 
     /// Drops effects that the later ones have made superfluous.
-    pub(super) fn look_back(&self, fit: &mut Fit, found: &mut Vec<EffectId>, progress: &Watch<'_>) -> Result<()> {
+    pub(super) fn look_back(&self, fit: &mut Fit, found: &mut Vec<EffectId>) -> Result<()> {
         let mut k = 0;
         while found.len() > 1 && k + 1 < found.len() {
-            progress(Progress::Doing(found[k].id()));
+            self.ctx.doing(found[k].id());
             // The linearisation knows the worth of what is far from superfluous.
             if screening::worth(fit, self.problem.groups(), found[k]) > BEYOND_QUESTION {
                 k += 1;
@@ -97,19 +91,13 @@ impl Climb<'_> {
     }
 
     /// Gives two effects for the one that is both of them together, where it does as well.
-    pub(super) fn one_for_two(
-        &self,
-        fit: &mut Fit,
-        found: &mut Vec<EffectId>,
-        steps: &mut [Step],
-        progress: &Watch<'_>,
-    ) -> Result<()> {
+    pub(super) fn one_for_two(&self, fit: &mut Fit, found: &mut Vec<EffectId>, steps: &mut [Step]) -> Result<()> {
         let is_tried = |id: EffectId| self.candidates.iter().any(|d| d.id == id);
         let fits = |sum: &classes::Sum| {
             sum.two.iter().all(|id| found.contains(id)) && !found.contains(&sum.one) && is_tried(sum.one)
         };
         let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
-        progress(Progress::Doing(sum.one.id()));
+        self.ctx.doing(sum.one.id());
         let scales = fit.space.scales(self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(*id));
         let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
@@ -130,7 +118,7 @@ impl Climb<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn find_rivals(&self, ladder: &mut Ladder, progress: &Watch<'_>) -> Result<()> {
+    pub fn find_rivals(&self, ladder: &mut Ladder) -> Result<()> {
         let (fit, found) = (&ladder.fit, &ladder.found);
         let error = self.held_out(fit).log_error();
         let mut all = Vec::new();
@@ -143,7 +131,7 @@ impl Climb<'_> {
             let rivals_here = tried.iter().filter(|t| t.gain > RIVAL_SHARE * gain && !found.contains(&t.id));
             let others: Vec<&Tried> = rivals_here.filter(|r| !classes::same(fit.space.kind(), *id, r.id)).collect();
             let does_as_well = |rival: &&Tried| {
-                progress(Progress::Doing(rival.id.id()));
+                self.ctx.doing(rival.id.id());
                 // With more parameters it is one only in its usual shape: a law can be bent to look like another one.
                 let bends = parameters_of(rival.id) > parameters_of(*id);
                 let swapped = match found.len() {
@@ -165,11 +153,11 @@ impl Climb<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn exchanges(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Vec<Exchange>> {
+    pub fn exchanges(&self, ladder: &Ladder) -> Result<Vec<Exchange>> {
         let pairs = to_exchange(ladder);
-        let pairs = if pairs.len() > CLOSEST { self.closest(&ladder.fit, pairs, progress)? } else { pairs };
+        let pairs = if pairs.len() > CLOSEST { self.closest(&ladder.fit, pairs)? } else { pairs };
         let fit = |(given, other): Pair<'_>| {
-            progress(Progress::Doing(other.id.id()));
+            self.ctx.doing(other.id.id());
             let fit = self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?;
             Ok((self.held_out(&fit).log_error(), Exchange { given, taken: other.id, fit }))
         };
@@ -179,9 +167,9 @@ impl Climb<'_> {
     }
 
     /// The exchanges that come closest after a few steps.
-    fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>, progress: &Watch<'_>) -> Result<Vec<Pair<'t>>> {
+    fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>) -> Result<Vec<Pair<'t>>> {
         let look = |(given, other): Pair<'t>| {
-            progress(Progress::Doing(other.id.id()));
+            self.ctx.doing(other.id.id());
             let begun = self.fit_beside(fit, &self.space_swapped(fit, given, other), FIRST_LOOK)?;
             Ok((self.error(&begun), (given, other)))
         };
@@ -226,34 +214,22 @@ impl Climb<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_on_from(
-        &self,
-        exchange: &Exchange,
-        base: &Fit,
-        ladder: &Ladder,
-        progress: &Watch<'_>,
-    ) -> Result<Ladder> {
-        self.climb_on(base, self.exchanged(exchange, ladder)?, progress)
+    pub fn climb_on_from(&self, exchange: &Exchange, base: &Fit, ladder: &Ladder) -> Result<Ladder> {
+        self.climb_on(base, self.exchanged(exchange, ladder)?)
     }
 
     /// The same, unless the climb takes back what was given, and comes no closer by having both.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb_away_from(
-        &self,
-        exchange: &Exchange,
-        base: &Fit,
-        ladder: &Ladder,
-        progress: &Watch<'_>,
-    ) -> Result<Option<Ladder>> {
+    pub fn climb_away_from(&self, exchange: &Exchange, base: &Fit, ladder: &Ladder) -> Result<Option<Ladder>> {
         let mut way = self.exchanged(exchange, ladder)?;
-        while let Some(added) = self.add_the_next(base, &mut way, progress)? {
+        while let Some(added) = self.add_the_next(base, &mut way)? {
             if added == exchange.given && self.gain(&ladder.fit, &way.fit) < SMALLEST_GAIN {
                 return Ok(None);
             }
         }
-        self.ended(base, way, progress).map(Some)
+        self.ended(base, way).map(Some)
     }
 
     /// What was found, with an effect given for another one.
@@ -298,6 +274,7 @@ fn to_exchange(ladder: &Ladder) -> Vec<Pair<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::context::Context;
     use crate::diagnose::base;
     use crate::diagnose::holds::Holds;
     use crate::experiment::Experiment;
@@ -317,9 +294,9 @@ mod tests {
         let mut space = identify::build_space(&settings).unwrap();
         base::start(&mut space, &full, &coarse).unwrap();
         let candidates = screening::candidates(Kind::Universal, Holds::of(&full), |_| false);
-        let climb = Climb::new(&coarse, candidates, 6).unwrap();
+        let climb = Climb::new(&coarse, candidates, 6, &Context::quiet()).unwrap();
         let base = climb.fit(&space).unwrap();
-        let ladder = climb.climb(&base, &|_| ()).unwrap();
+        let ladder = climb.climb(&base).unwrap();
         assert_eq!(ladder.found.len(), 3, "{:?}", ladder.found);
         look(&climb, &base, &ladder);
     }
@@ -336,7 +313,7 @@ mod tests {
                 [(EffectId::BrushDrop, EffectId::WindingTemperature), (EffectId::Hysteresis, EffectId::StrayLoadTorque)]
             {
                 let exchange = climb.exchange(ladder, given, tried(ladder, taken)).unwrap();
-                let away = climb.climb_away_from(&exchange, base, ladder, &|_| ()).unwrap();
+                let away = climb.climb_away_from(&exchange, base, ladder).unwrap();
                 assert!(away.is_none(), "{taken} is not there: {:?}", away.map(|other| other.found));
             }
         });
@@ -354,7 +331,7 @@ mod tests {
                 ..ladder.clone()
             };
             let exchange = climb.exchange(&ladder, EffectId::Saturation, tried(&ladder, EffectId::BrushDrop)).unwrap();
-            let away = climb.climb_away_from(&exchange, base, &ladder, &|_| ()).unwrap().expect("a climb");
+            let away = climb.climb_away_from(&exchange, base, &ladder).unwrap().expect("a climb");
             let all = [EffectId::Saturation, EffectId::Hysteresis, EffectId::BrushDrop];
             assert!(all.iter().all(|id| away.found.contains(id)), "{:?}", away.found);
         });
@@ -372,7 +349,7 @@ mod tests {
             let mut all: Vec<_> = pairs.into_iter().map(to_its_end).collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
             let best: Vec<_> = all.iter().map(|(_, pair)| *pair).take(EXCHANGES).collect();
-            let exchanges = climb.exchanges(ladder, &|_| ()).unwrap();
+            let exchanges = climb.exchanges(ladder).unwrap();
             assert_eq!(exchanges.iter().map(|e| [e.given, e.taken]).collect::<Vec<_>>(), best);
         });
     }

@@ -13,7 +13,6 @@ use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::sizes::parameters_of;
-use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
 use crate::identify::minimise::Residuals;
 use crate::identify::space::Space;
@@ -46,19 +45,13 @@ const SMALLEST_SHARE: f64 = 0.02;
 impl Climb<'_> {
     /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little. The first
     /// few are `shown`, however little they promise.
-    pub(super) fn step(
-        &self,
-        fit: &Fit,
-        left_out: &[EffectId],
-        gained: f64,
-        shown: usize,
-        progress: &Watch<'_>,
-    ) -> Result<Step> {
+    pub(super) fn step(&self, fit: &Fit, left_out: &[EffectId], gained: f64, shown: usize) -> Result<Step> {
         let before = self.held_out(fit);
-        progress(Progress::Doing("screening"));
+        self.ctx.check()?;
+        self.ctx.doing("screening");
         let promises = self.screen(fit, left_out);
         let ranking: Vec<(EffectId, f64)> = promises.iter().map(|p| (p.id, p.gain)).collect();
-        progress(Progress::Ranking(&ranking));
+        (self.ranked)(&ranking);
         let columns: Vec<_> = promises.iter().map(|p| p.column.clone()).collect();
         let decoys = decoys::tried(
             fit,
@@ -83,7 +76,7 @@ impl Climb<'_> {
             .map(|(_, promise)| promise)
             .take(FITTED)
             .collect();
-        let fits = self.fits(fit, &worthy, smallest, progress)?;
+        let fits = self.fits(fit, &worthy, smallest)?;
         let judge = |(promise, refined): (&Promise, Fit)| {
             let held_out = self.held_out(&refined);
             let gain = before.log_error() - held_out.log_error();

@@ -8,14 +8,14 @@ use greyrig::effects::EffectId;
 
 use super::more::WORTH_LOOKING;
 use super::{Judged, SecondLook};
+use crate::diagnose::classes;
 use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::ladder::Tried;
-use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
 
 impl SecondLook<'_> {
     /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which takes most of that.
-    pub(super) fn in_another_form(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+    pub(super) fn in_another_form(&self, judged: Judged) -> Result<Judged> {
         if self.audit.excess(&judged.1, &judged.1).iter().sum::<f64>() <= WORTH_LOOKING {
             return Ok(judged);
         }
@@ -27,12 +27,12 @@ impl SecondLook<'_> {
             others.filter_map(|other| tried(*other)).map(|t| (*id, t)).collect()
         };
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
-            progress(Progress::Doing(other.id.id()));
+            self.climb.context().doing(other.id.id());
             let exchange = self.climb.exchange(ladder, id, other)?;
             if !self.climb.may_come_closer_by(&exchange, ladder) {
                 continue;
             }
-            let more = self.climb.climb_on_from(&exchange, self.base, ladder, progress)?;
+            let more = self.climb.climb_on_from(&exchange, self.base, ladder)?;
             // An inductance is what two laws of the flux differ by, and nothing besides.
             let differs = |id: &EffectId| !ladder.found.contains(id) && classes::bends_with(*id, &more.found);
             if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {

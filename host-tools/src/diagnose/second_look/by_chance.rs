@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use super::{Judged, SecondLook};
 use crate::diagnose::audit::LEAST_SHARE_OF_A_LAW;
 use crate::diagnose::blocks::HeldOut;
+use crate::diagnose::classes;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Tried};
 use crate::diagnose::sizes::parameters_of;
-use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
 use crate::identify::space::{Freedom, Space};
 
@@ -30,7 +30,7 @@ impl SecondLook<'_> {
     ///
     /// # Errors
     /// An interrupt.
-    pub(super) fn behind_by_chance(&self, judged: &Judged, progress: &Watch<'_>) -> Result<Vec<EffectId>> {
+    pub(super) fn behind_by_chance(&self, judged: &Judged) -> Result<Vec<EffectId>> {
         let (ladder, kept) = judged;
         let Some((own, tried)) = of_first_step(ladder) else { return Ok(Vec::new()) };
         let kind = kept.space.kind();
@@ -40,7 +40,7 @@ impl SecondLook<'_> {
         let near: Vec<&Tried> = tried.iter().filter(counts).filter(is_near).collect();
         let all = self.audit.fall(&self.free, kept);
         let may_be = |t: &&Tried| {
-            progress(Progress::Doing(t.id.id()));
+            self.climb.context().doing(t.id.id());
             let fit = self.audit.fit(&self.in_its_place(own.id, t, kept))?;
             let as_far = self.audit.fall(&fit, kept) < LEAST_SHARE_OF_A_LAW * all;
             Ok((as_far && self.is_behind_by_chance(kept, &fit)).then_some(t.id))

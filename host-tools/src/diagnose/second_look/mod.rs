@@ -21,7 +21,6 @@ use super::climb::{Climb, Way};
 use super::completeness::Completeness;
 use super::fit::Fit;
 use super::ladder::Ladder;
-use super::{Progress, Watch};
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
@@ -60,33 +59,33 @@ impl<'a> SecondLook<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn at(&self, ladder: Ladder, progress: &Watch<'_>) -> Result<Judged> {
-        let mut judged = self.reconsidered(self.judged(ladder)?, progress)?;
+    pub fn at(&self, ladder: Ladder) -> Result<Judged> {
+        let mut judged = self.reconsidered(self.judged(ladder)?)?;
         // If forward selection found something and structure remains, hysteresis comes first: the effects found may be proxies for it. If it
         // found nothing, the search on the simulation error comes first, because it may find hysteresis itself.
         let has_begun = judged.0.steps.first().is_some_and(|step| !step.winners.is_empty());
         if has_begun && !judged.0.is_explained() {
-            let other = self.by_loop(&judged.0, progress)?;
+            let other = self.by_loop(&judged.0)?;
             self.take_if_better(&mut judged, other)?;
         }
         // Beside a wrong choice there is more to look for, and in vain.
-        let judged = self.exchanged(judged, progress)?;
+        let judged = self.exchanged(judged)?;
         let settled = judged.0.found.clone();
-        let judged = self.with_more(judged, progress)?;
-        let mut best = self.in_another_form(judged, progress)?;
+        let judged = self.with_more(judged)?;
+        let mut best = self.in_another_form(judged)?;
         for look in [Self::by_loop, Self::again, Self::by_two].into_iter().skip(usize::from(has_begun)) {
             if best.0.is_explained() {
                 break;
             }
-            let other = look(self, &best.0, progress)?;
+            let other = look(self, &best.0)?;
             self.take_if_better(&mut best, other)?;
         }
         if best.0.found != settled {
-            best = self.exchanged(best, progress)?;
+            best = self.exchanged(best)?;
         }
-        self.climb.find_rivals(&mut best.0, progress)?;
-        self.confirm_rivals(&mut best, progress)?;
-        let by_chance = self.behind_by_chance(&best, progress)?;
+        self.climb.find_rivals(&mut best.0)?;
+        self.confirm_rivals(&mut best)?;
+        let by_chance = self.behind_by_chance(&best)?;
         if let Some(rivals) = best.0.rivals.first_mut() {
             let others: Vec<_> = by_chance.into_iter().filter(|id| !rivals.contains(id)).collect();
             rivals.extend(others);
@@ -160,13 +159,13 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
-    fn confirm_rivals(&self, judged: &mut Judged, progress: &Watch<'_>) -> Result<()> {
+    fn confirm_rivals(&self, judged: &mut Judged) -> Result<()> {
         let (ladder, kept) = judged;
         let scales = kept.space.scales(self.climb.experiments());
         for (found, rivals) in ladder.found.iter().zip(&mut ladder.rivals) {
             rivals.retain(|id| !ladder.found.contains(id));
             let confirm = |rival: &EffectId| {
-                progress(Progress::Doing(rival.id()));
+                self.climb.context().doing(rival.id());
                 let swapped = self.audit.fit(&kept.space.without_effect(*found).with_effect(*rival, &scales))?;
                 Ok((self.error(&swapped) - self.error(kept) < SAME_ERROR).then_some(*rival))
             };
@@ -181,23 +180,23 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Climbs on from what is left, if anything is, of a climb that began with a wrong effect, which the free run has dropped.
-    fn again(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
+    fn again(&self, ladder: &Ladder) -> Result<Option<Ladder>> {
         if !ladder.has_dropped() {
             return Ok(None);
         }
         let way = Way { fit: ladder.fit.clone(), found: ladder.found.clone(), steps: ladder.steps.clone() };
-        let again = self.climb.climb_on(self.base, way, progress)?;
+        let again = self.climb.climb_on(self.base, way)?;
         Ok((again.found != ladder.found).then_some(again))
     }
 
     /// Exchanges an effect for another one that was passed over, where the free run comes clearly closer by that: the first effects of
     /// several are chosen while the others are missing, and a later one may be named for what a wrong one of them leaves.
-    fn exchanged(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+    fn exchanged(&self, judged: Judged) -> Result<Judged> {
         if !judged.0.may_have_chosen_too_early(&self.audit.over_floor(&judged.1, &judged.1)) {
             return Ok(judged);
         }
-        for exchange in self.climb.exchanges(&judged.0, progress)? {
-            let Some(other) = self.climb.climb_away_from(&exchange, self.base, &judged.0, progress)? else { continue };
+        for exchange in self.climb.exchanges(&judged.0)? {
+            let Some(other) = self.climb.climb_away_from(&exchange, self.base, &judged.0)? else { continue };
             // Where the balances cannot tell, the free run may.
             let farther = self.climb.gain(&other.fit, &judged.0.fit);
             let leads_back = other.has_found_the_same_as(&judged.0) && farther > -SAME_ERROR;
@@ -234,12 +233,12 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Climbs once more, from an effect whose loop the noise hides.
-    fn by_loop(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
-        self.climb.climb_by_loop(self.base, ladder, progress)
+    fn by_loop(&self, ladder: &Ladder) -> Result<Option<Ladder>> {
+        self.climb.climb_by_loop(self.base, ladder)
     }
 
     /// Climbs once more, by two effects at first.
-    fn by_two(&self, ladder: &Ladder, progress: &Watch<'_>) -> Result<Option<Ladder>> {
-        self.climb.climb_by_two(self.base, ladder, progress)
+    fn by_two(&self, ladder: &Ladder) -> Result<Option<Ladder>> {
+        self.climb.climb_by_two(self.base, ladder)
     }
 }

@@ -6,11 +6,11 @@ use greyrig::effects::{Description, EffectId};
 use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
+use crate::diagnose::classes;
 use crate::diagnose::criteria::{LEAST_INDEPENDENT, SAME_ERROR};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
-use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined};
 use crate::identify::scales::Scales;
@@ -43,13 +43,13 @@ type WithRivals = (Vec<EffectId>, Fit, Vec<EffectId>);
 
 impl SecondLook<'_> {
     /// Adds what the free run needs and the balances do not show: one effect, or two that gain nothing one at a time.
-    pub(super) fn with_more(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+    pub(super) fn with_more(&self, judged: Judged) -> Result<Judged> {
         let (mut ladder, mut kept) = judged;
         for _ in 0..ADDED {
             if self.audit.excess(&kept, &kept).iter().sum::<f64>() <= WORTH_LOOKING {
                 break;
             }
-            progress(Progress::Doing("free run"));
+            self.climb.context().doing("free run");
             let scales = kept.space.scales(self.climb.experiments());
             let objection = |id: EffectId| {
                 let last = ladder.steps.last().and_then(|s| s.tried.iter().find(|t| t.id == id));
@@ -63,13 +63,13 @@ impl SecondLook<'_> {
             let promises = self.promises(&kept, &scales, &candidates);
             let singles = promises.iter().filter(|p| p.gain > WORTH_FITTING).take(FITTED);
             let singles = singles.map(|p| (vec![p.id], p.space.clone())).collect();
-            let singles = self.fitted(singles, progress)?;
+            let singles = self.fitted(singles)?;
             let mut found = self.sufficient(&kept, &singles)?;
             if found.is_none() {
                 let pairs = self.audit.pairs(&kept, &scales, &promises).into_iter();
                 let pairs = pairs.filter(|p| p.gain > WORTH_FITTING).take(FITTED).map(|p| (p.ids.to_vec(), p.space));
                 let partners = self.partners(&kept, &singles, &scales, &candidates);
-                found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect(), progress)?)?;
+                found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect())?)?;
             }
             let Some((ids, fit, mut as_well)) = found else { break };
             let before = ladder.found.clone();
@@ -143,9 +143,9 @@ impl SecondLook<'_> {
 
     /// Fits models with more effects roughly, the one with the smallest error on data held out first; of those with the same
     /// effects only that.
-    fn fitted(&self, attempts: Vec<Attempt>, progress: &Watch<'_>) -> Result<Vec<Model>> {
+    fn fitted(&self, attempts: Vec<Attempt>) -> Result<Vec<Model>> {
         let fit = |(ids, space): Attempt| {
-            progress(Progress::Doing(ids[0].id()));
+            self.climb.context().doing(ids[0].id());
             let fit = self.audit.fit_with(&space, Effort::ROUGH)?;
             Ok((self.error(&fit), (ids, fit)))
         };

@@ -10,20 +10,19 @@ use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::Tried;
-use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
 
 impl SecondLook<'_> {
     /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.
-    pub(super) fn reconsidered(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
+    pub(super) fn reconsidered(&self, judged: Judged) -> Result<Judged> {
         for [own, other] in self.climb.passed_over(&judged.0) {
-            progress(Progress::Doing(other.id.id()));
+            self.climb.context().doing(other.id.id());
             let gain = self.audit.log_error_at(&own.fit.space) - self.audit.log_error_at(&other.fit.space);
             if gain < SMALLEST_GAIN || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?) {
                 continue;
             }
             let exchange = self.climb.exchange(&judged.0, own.id, other)?;
-            let anew = self.judged(self.climb.climb_on_from(&exchange, self.base, &judged.0, progress)?)?;
+            let anew = self.judged(self.climb.climb_on_from(&exchange, self.base, &judged.0)?)?;
             if self.is_closer(&judged.1, &anew.1) && (anew.0.is_explained() || !judged.0.is_explained()) {
                 return Ok(anew);
             }

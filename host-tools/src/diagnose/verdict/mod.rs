@@ -15,6 +15,7 @@ use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
 use super::samples::Finding;
 use super::sizes::Size;
+use crate::error::Insufficient;
 use crate::model::Kind;
 use doubt::Doubt;
 use words::name;
@@ -56,7 +57,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The recordings do not hold what it takes.
-    pub fn insufficient(reason: &str) -> Self {
+    pub fn insufficient(reason: &Insufficient) -> Self {
         Self {
             text: format!("these recordings cannot tell: {reason}"),
             next_experiment: Some(

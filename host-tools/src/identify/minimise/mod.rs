@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use damping::{ALIKE, Coordinate, Trial, bounded_step, descend};
 
 use super::space::{Entry, Freedom, Space};
+use crate::context::Context;
 use crate::error::Result;
-use crate::output;
 
 /// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error of
 /// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
@@ -43,6 +43,9 @@ const SHORTEST: f64 = 1e-3 * DIFFERENCE;
 
 /// Steps over which derivatives are carried on where a fit is one of dozens.
 pub const CARRIED_ON: usize = 3;
+
+/// What a fit is called where its progress is shown.
+const FITTING: &str = "fit";
 
 /// Number of samples that the prior on a shape counts as.
 pub const PRIOR: f64 = 10.0;
@@ -129,8 +132,8 @@ pub fn have_rows(groups: &[u8]) -> [bool; 2] {
     [0u8, 1].map(|g| groups.contains(&g))
 }
 
-/// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known, and
-/// `step` is called after each step.
+/// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known. The
+/// context is told which part of the steps allowed is done.
 ///
 /// # Errors
 /// An interrupt.
@@ -139,7 +142,7 @@ pub fn minimise(
     problem: &impl Residuals,
     effort: Effort,
     weights: Option<[f64; 2]>,
-    step: &mut dyn FnMut(),
+    ctx: &Context,
 ) -> Result<Refined> {
     let theta = within_limits(space);
     let start = Point {
@@ -148,7 +151,7 @@ pub fn minimise(
         weights: weights.unwrap_or_else(|| problem.sizes()),
         known: None,
     };
-    search(space, problem, effort, start, step)
+    search(space, problem, effort, start, ctx)
 }
 
 /// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin with, its
@@ -157,7 +160,13 @@ pub fn minimise(
 ///
 /// # Errors
 /// An interrupt.
-pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+pub fn minimise_beside(
+    fit: &Refined,
+    space: &Space,
+    problem: &impl Residuals,
+    effort: Effort,
+    ctx: &Context,
+) -> Result<Refined> {
     let theta = within_limits(space);
     let residuals = problem.at(space, &theta);
     let mut known = fit.jacobian.clone();
@@ -169,7 +178,7 @@ pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, e
     let known_or_computed = |entry| place(entry).map(|j| known.column(j).into_owned()).or_else(|| computed.next());
     let columns: Vec<DVector<f64>> = space.free().filter_map(known_or_computed).collect();
     let known = Some((from_columns(&columns, residuals.len()), 1));
-    search(space, problem, effort, Point { theta, residuals, weights: fit.rms, known }, &mut || ())
+    search(space, problem, effort, Point { theta, residuals, weights: fit.rms, known }, ctx)
 }
 
 /// The coordinates of a space's values, as far as the limits let them be.
@@ -185,12 +194,12 @@ fn within_limits(space: &Space) -> Vec<f64> {
 ///
 /// # Errors
 /// An interrupt.
-pub fn resume(fit: &Refined, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+pub fn resume(fit: &Refined, problem: &impl Residuals, effort: Effort, ctx: &Context) -> Result<Refined> {
     let mut residuals = fit.residuals.clone();
     let mut jacobian = fit.jacobian.clone();
     weigh(&mut residuals, &mut jacobian, problem.groups(), fit.rms);
     let start = Point { theta: fit.space.coordinates(), residuals, weights: fit.rms, known: Some((jacobian, 1)) };
-    search(&fit.space, problem, effort, start, &mut || ())
+    search(&fit.space, problem, effort, start, ctx)
 }
 
 /// Where a search is.
@@ -204,13 +213,7 @@ struct Point {
     known: Option<(DMatrix<f64>, usize)>,
 }
 
-fn search(
-    space: &Space,
-    problem: &impl Residuals,
-    effort: Effort,
-    start: Point,
-    step: &mut dyn FnMut(),
-) -> Result<Refined> {
+fn search(space: &Space, problem: &impl Residuals, effort: Effort, start: Point, ctx: &Context) -> Result<Refined> {
     let Point { mut theta, mut residuals, mut weights, mut known } = start;
     let groups = problem.groups();
     let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
@@ -218,9 +221,9 @@ fn search(
     let coordinates: Vec<Coordinate> = space.free().map(coordinate).collect();
     let mut damping = 1e-6;
     let mut ended_on = None;
-    for _ in 0..effort.steps {
-        output::check_interrupt()?;
-        step();
+    for step in 0..effort.steps {
+        ctx.check()?;
+        ctx.at(FITTING, step as f64 / effort.steps as f64);
         let (mut jacobian, age) =
             known.take().unwrap_or_else(|| (jacobian_at(space, problem, &theta, &residuals, DIFFERENCE), 0));
         let scale: Vec<f64> = groups.iter().map(|g| 1.0 / weights[usize::from(*g)]).collect();
@@ -496,10 +499,10 @@ mod tests {
         let space = Space::new(Kind::PmDc, Base::Full, &[]);
         let problem = Decay::above(0.0);
         let begun = Effort { steps: 2, tolerance: 1e-2, carried_on: 2, confirmed: false };
-        let begun = minimise(&space, &problem, begun, None, &mut || ()).unwrap();
+        let begun = minimise(&space, &problem, begun, None, &Context::quiet()).unwrap();
         let [amplitude, rate] = [2.0f64.ln(), 3.0f64.ln()];
         assert!((begun.space.coordinates()[1] - rate).abs() > 1e-3, "two steps do not suffice");
-        let ended = resume(&begun, &problem, Effort::FULL).unwrap().space.coordinates();
+        let ended = resume(&begun, &problem, Effort::FULL, &Context::quiet()).unwrap().space.coordinates();
         // Without noise the minimum is the truth; forward differences and the tolerance leave some 1e-6.
         assert!((ended[0] - amplitude).abs() < 1e-5 && (ended[1] - rate).abs() < 1e-5, "{ended:?}");
     }
@@ -507,9 +510,11 @@ mod tests {
     #[test]
     fn a_fit_beside_another_one_takes_its_derivatives_and_ends_where_one_from_scratch_does() {
         let problem = Decay::above(0.5);
-        let fit = minimise(&Space::new(Kind::PmDc, Base::Full, &[]), &problem, Effort::FULL, None, &mut || ()).unwrap();
+        let fit = minimise(&Space::new(Kind::PmDc, Base::Full, &[]), &problem, Effort::FULL, None, &Context::quiet())
+            .unwrap();
         let more = Space::new(Kind::PmDc, Base::Full, &[EffectId::TorqueOffset]);
-        let ended = minimise_beside(&fit, &more, &problem, Effort::FULL).unwrap().space.coordinates();
+        let ended =
+            minimise_beside(&fit, &more, &problem, Effort::FULL, &Context::quiet()).unwrap().space.coordinates();
         // As above. From the values of the wider space, the first of which is one: its logarithm is not that of two.
         let expected = [2.0f64.ln(), 3.0f64.ln(), 0.5];
         for (k, value) in [0, 1, 7].into_iter().zip(expected) {
@@ -522,7 +527,7 @@ mod tests {
             problem.evaluations.load(Ordering::Relaxed) - before
         };
         // Where it starts, one new parameter, and the trials of one step, which are made in pairs.
-        let beside = evaluations(&|| drop(minimise_beside(&fit, &more, &problem, one)));
+        let beside = evaluations(&|| drop(minimise_beside(&fit, &more, &problem, one, &Context::quiet())));
         assert!((3..=2 + RUNGS).contains(&beside), "{beside}");
     }
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::cell::{Cell, cell, comment, split};
 use super::dialect::Dialect;
 use super::lines::Lines;
+use crate::context::Context;
 use crate::error::{Error, Place, Result};
-use crate::output;
 use crate::recording::damage::too_large;
 use crate::recording::names::{self, Role};
 use crate::recording::table::{Column, MAX_VALUES, Table};
@@ -68,7 +68,7 @@ impl<'a> Body<'a> {
     ///
     /// # Errors
     /// A row with another number of fields, a cell that is no number: with line and column.
-    pub fn read(mut self, window: Vec<(u32, String)>, mut lines: Lines<'_>) -> Result<Table> {
+    pub fn read(mut self, window: Vec<(u32, String)>, mut lines: Lines<'_>, ctx: &Context) -> Result<Table> {
         let first = self.dialect.first_row;
         for (number, line) in window.into_iter().skip(first) {
             self.row(number, &line)?;
@@ -76,7 +76,7 @@ impl<'a> Body<'a> {
         while let Some((number, line)) = lines.next()? {
             self.row(number, &line)?;
             if number & 0xffff == 0 {
-                output::check_interrupt()?;
+                ctx.check()?;
             }
         }
         self.finish()

@@ -11,6 +11,7 @@ mod lines;
 use std::path::Path;
 
 use super::table::Table;
+use crate::context::Context;
 use crate::error::Result;
 use body::Body;
 use dialect::Dialect;
@@ -24,7 +25,7 @@ const SNIFFED_LINES: usize = 400;
 /// # Errors
 /// No header, a row with another number of fields, a cell that is no number: with line and column (the column counts
 /// the fields of the row, from one).
-pub fn read(path: &Path, gzip: bool) -> Result<Table> {
+pub fn read(path: &Path, gzip: bool, ctx: &Context) -> Result<Table> {
     let mut lines = Lines::open(path, gzip)?;
     let mut window: Vec<(u32, String)> = Vec::new();
     while window.len() < SNIFFED_LINES {
@@ -34,5 +35,5 @@ pub fn read(path: &Path, gzip: bool) -> Result<Table> {
         }
     }
     let dialect = Dialect::sniff(path, &window)?;
-    Body::new(path, dialect, &window).read(window, lines)
+    Body::new(path, dialect, &window).read(window, lines, ctx)
 }

@@ -1,11 +1,11 @@
 //! A motor type with its model, correction and limits, as a test station has them.
 
-use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use greyrig_board::analog::Analog;
 use greyrig_board::rig::Rig;
 use greyrig_host::anfis::Method;
+use greyrig_host::context::Context;
 use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
@@ -45,12 +45,12 @@ pub fn station() -> &'static Station {
     static STATION: OnceLock<Station> = OnceLock::new();
     STATION.get_or_init(|| {
         let training = [setup("staircase", 12.0, 1).run().unwrap().recording];
-        let bare = identify(&training, &Settings::new(Kind::Universal)).unwrap().model;
+        let bare = identify(&training, &Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
         let settings = hybrid::settings(Method::Varpro, 60);
-        let model = hybrid::train(&bare, &training, 1.0, &settings, &mut |_: &_| ControlFlow::Continue(())).unwrap().0;
+        let model = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> =
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
-        let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &mut || ()).unwrap();
+        let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
         let model = Model { detector: Some(detector), ..model };
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");

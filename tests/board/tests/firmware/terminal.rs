@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use greyrig_host::context::Context;
 use greyrig_host::device::clock::Clock;
 use greyrig_host::device::{Connection, Port, capture, update};
 
@@ -41,11 +42,11 @@ fn start(arguments: &[&str]) -> Program {
 fn the_hosts_commands_work_on_it() {
     let board = start(&["--profile", "steady"]);
     let payload = crate::payload("VC-1400");
-    let (device, block) = update::write(&board.port, &payload).unwrap();
+    let (device, block) = update::write(&board.port, &payload, &Context::quiet()).unwrap();
     assert_eq!((device.board.as_str(), block.sequence), ("NUCLEO-G474RE", 1));
 
-    let (connection, device) = Connection::open(&board.port).unwrap();
-    let capture = capture::record(&board.port, &device, connection, 10_000).unwrap().capture;
+    let (connection, device) = Connection::open(&board.port, &Context::quiet()).unwrap();
+    let capture = capture::record(&board.port, &device, connection, 10_000, &Context::quiet()).unwrap().capture;
     assert_eq!((capture.samples.len(), capture.lost().len(), capture.reconnections), (10_000, 0, 0));
     // The amplitude rises from a tenth of nominal within 15 % of 10 s (rig/profiles.rs): the motor turns.
     let highest = capture.samples.iter().flatten().map(|counts| counts.speed).max();
@@ -56,13 +57,13 @@ fn the_hosts_commands_work_on_it() {
 #[test]
 fn what_a_killed_program_has_left_is_in_no_recording() {
     let board = start(&["--profile", "steady"]);
-    let (mut killed, device) = Connection::open(&board.port).unwrap();
+    let (mut killed, device) = Connection::open(&board.port, &Context::quiet()).unwrap();
     killed.tell(Request::StartCapture).unwrap();
     std::thread::sleep(Duration::from_millis(300));
     drop(killed);
     std::thread::sleep(Duration::from_millis(700));
-    let (connection, _) = Connection::open(&board.port).unwrap();
-    let ended = capture::record(&board.port, &device, connection, 5_000).unwrap();
+    let (connection, _) = Connection::open(&board.port, &Context::quiet()).unwrap();
+    let ended = capture::record(&board.port, &device, connection, 5_000, &Context::quiet()).unwrap();
     assert!(ended.early.is_none(), "{:?}", ended.early);
     assert_eq!((ended.capture.samples.len(), ended.capture.missing()), (5_000, 0));
 }
@@ -74,16 +75,16 @@ fn time_outs_follow_the_boards_clock() {
     let file = folder.path().join("clock");
     let board = start(&["--speed", "0.01", "--clock", file.to_str().unwrap()]);
     // The firmware does not listen yet; what it misses is asked again after half a second, which here is a long time.
-    board.port.clock.pause(Duration::from_millis(20)).unwrap();
+    board.port.clock.pause(Duration::from_millis(20), &Context::quiet()).unwrap();
     let payload = crate::payload("VC-1400");
-    let (_, block) = update::write(&board.port, &payload).unwrap();
+    let (_, block) = update::write(&board.port, &payload, &Context::quiet()).unwrap();
     assert_eq!(block.sequence, 1);
-    let (connection, device) = Connection::open(&board.port).unwrap();
-    let capture = capture::record(&board.port, &device, connection, 100).unwrap().capture;
+    let (connection, device) = Connection::open(&board.port, &Context::quiet()).unwrap();
+    let capture = capture::record(&board.port, &device, connection, 100, &Context::quiet()).unwrap().capture;
     assert_eq!((capture.samples.len(), capture.lost().len(), capture.reconnections), (100, 0, 0));
 
     let impatient = Port { clock: Clock::System, ..board.port.clone() };
-    let error = update::write(&impatient, &crate::payload("another")).unwrap_err().to_string();
+    let error = update::write(&impatient, &crate::payload("another"), &Context::quiet()).unwrap_err().to_string();
     assert!(error.starts_with("nobody answers on /dev/"), "{error}");
 }
 

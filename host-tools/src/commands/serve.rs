@@ -1,21 +1,17 @@
 //! `greyrig serve`: the loop in the browser.
 
-mod page;
-mod server;
-mod session;
-mod task;
-
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use serde_json::json;
 
 use super::input;
+use super::terminal::Terminal;
 use crate::error::{Error, Result};
 use crate::model::Kind;
 use crate::output;
 use crate::recording::MapArgs;
-use session::Session;
+use crate::serve::{Session, serve};
 
 /// The same loop in the browser, on 127.0.0.1: identify, compare, see where the model fails, diagnose, add, watch the error fall.
 #[derive(Debug, clap::Args)]
@@ -42,8 +38,8 @@ pub struct Args {
 ///
 /// # Errors
 /// Recordings that cannot be used, or a port that is taken.
-pub fn run(args: &Args) -> Result<ExitCode> {
-    let recordings = input::load(&args.recordings, &args.map)?;
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
+    let recordings = input::load(&args.recordings, &args.map, &terminal.context())?;
     let session = Session::new(recordings, args.map.mapping()?, args.kind)?;
     let names: Vec<String> = args.recordings.iter().map(|p| p.display().to_string()).collect();
     let listening = |address: std::net::SocketAddr| {
@@ -57,6 +53,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         .enable_all()
         .build()
         .map_err(|e| Error::usage(format!("the page cannot be served: {e}"), "free some memory and try again"))?;
-    runtime.block_on(server::serve(session, args.port, listening))?;
+    runtime.block_on(serve(session, args.port, terminal.cancel_flag(), listening))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,39 +1,22 @@
 //! `greyrig demo`: the whole story on built-in data, without hardware.
 
-mod attempts;
-mod correction;
-mod paper;
-mod station;
-
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
+use super::terminal::Terminal;
 use super::words;
-use crate::diagnose::{Diagnosis, Options, Progress, diagnose};
+use crate::compare::PerSignal;
+use crate::demo::{Attempts, Corrected, Data, Station, figures, hidden};
+use crate::diagnose::{Diagnosis, Options, diagnose};
 use crate::error::Result;
 use crate::identify::Settings;
 use crate::model::{Kind, Origin};
 use crate::output;
 use crate::recording::Recording;
-use crate::report::Report;
 use crate::report::figures::error_falling;
-use attempts::{Attempts, Data};
-use correction::Corrected;
-use station::Station;
-
-/// What the motor hides; the seed chooses. The first is a motor whose physical model alone is off by the paper's 20 %.
-const HIDDEN: [&[&str]; 8] = [
-    &["saturation=0.42", "hysteresis"],
-    &["saturation:langevin=0.4", "brush_drop=4"],
-    &["inductance_saturation=0.6"],
-    &["hysteresis=0.4", "channel_delay=150e-6"],
-    &["saturation=0.3", "eddy_current=150e-6"],
-    &["current_compression=0.07", "brush_drop=3"],
-    &["windage_exponent=2.8", "remanence=0.15"],
-    &["channel_delay=120e-6"],
-];
+use crate::report::{Report, Table};
 
 /// The whole story on built-in data: simulate a motor that hides something, identify, compare,
 /// see where it fails, learn what is missing, add it, watch the error fall, and judge motors by it.
@@ -61,11 +44,11 @@ pub struct Args {
 ///
 /// # Errors
 /// A report that cannot be written, or an interrupt.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let report = args.report.clone().unwrap_or_else(unused_name);
     output::refuse_overwrite(&report, args.force)?;
     let say = |text: &str| if args.json { Ok(()) } else { output::print_line(text) };
-    let story = Story::tell(args.seed, &say)?;
+    let story = Story::tell(args.seed, terminal, &say)?;
     if let Some(path) = &args.figure {
         let figure = error_falling(&story.attempts.steps(), story.attempts.noise_floor());
         output::write_file(path, args.force, |out| out.write_all(figure.as_bytes()))?;
@@ -77,6 +60,54 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         output::print_json("demo", &files, story.in_json(&report))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Columns of the ways to a model.
+const WAYS: [&str; 3] = ["model", "current", "speed"];
+/// Columns of the corrections.
+const CORRECTIONS: [&str; 4] = ["model", "current", "with correction", "black box"];
+/// Columns of the motors that are judged.
+const MOTORS: [&str; 3] = ["motor", "verdict", "why"];
+
+fn in_terminal<const N: usize>(columns: &[&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
+    let mut table = words::table(columns);
+    table.add_rows(rows);
+    table.to_string()
+}
+
+fn in_report<const N: usize>(caption: &str, columns: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Table {
+    let rows = rows.map(|row| row.to_vec()).collect();
+    Table { caption: caption.to_owned(), columns: columns.map(str::to_owned).to_vec(), rows }
+}
+
+fn attempts_rows(attempts: &Attempts) -> Vec<[String; 3]> {
+    let row = |label: &str, of: PerSignal| [label.to_owned(), words::percent(of.current), words::percent(of.speed)];
+    let floor = row("noise floor", attempts.noise_floor());
+    attempts.iter().map(|a| row(&a.label, a.held_out.esr)).chain([floor]).collect()
+}
+
+fn correction_row(corrected: &Corrected) -> [String; 4] {
+    let [before, after] = corrected.errors().map(words::percent);
+    [corrected.label.to_owned(), before, after, words::percent(corrected.share)]
+}
+
+fn corrections_in_report(corrections: &[Corrected]) -> Table {
+    let caption = "Error-to-signal ratio of the current on the held-out ramp from 1 s on, and the part of the current that the \
+                   correction makes: the more is named, the less is black box";
+    in_report(caption, CORRECTIONS, corrections.iter().map(correction_row))
+}
+
+fn station_rows(station: &Station) -> impl Iterator<Item = [String; 3]> {
+    station.tests.iter().map(|(label, test)| {
+        let why = test.alarms.first().map_or_else(String::new, |a| {
+            format!("{} at {:.2} s, {:.0} times the limit: {}", a.cause, a.t_s, a.ratio, a.suspect)
+        });
+        [(*label).to_owned(), test.verdict.words().to_owned(), why]
+    })
+}
+
+fn station_in_report(station: &Station) -> Table {
+    in_report("Other motors of the type, judged by limits from ten healthy ones", MOTORS, station_rows(station))
 }
 
 /// Who is told each chapter.
@@ -95,13 +126,13 @@ struct Story {
 }
 
 impl Story {
-    fn tell(seed: u64, say: &Say<'_>) -> Result<Self> {
-        let hidden = hidden(seed);
+    fn tell(seed: u64, terminal: &Terminal, say: &Say<'_>) -> Result<Self> {
+        let (hidden, ctx) = (hidden(seed), &terminal.context());
         say("1. A motor on the virtual rig: a 1.4 kW vacuum-cleaner motor at 50 Hz that hides something.\n   \
              Training: an amplitude staircase of 24 s. Held out: a ramp of 20 s, which no fit sees.\n")?;
-        let data = Data::of(hidden, seed)?;
+        let data = Data::of(hidden, seed, ctx)?;
 
-        let mut attempts = Attempts::without_effects(&data)?;
+        let mut attempts = Attempts::without_effects(&data, ctx)?;
         say("2. The physical model by the paper's method, linear least squares in continuous time:\n")?;
         say(&words::parameters(&attempts.least_squares().identification))?;
         let physical = attempts.physical();
@@ -114,28 +145,28 @@ impl Story {
         say(&words::regions(&physical.held_out))?;
 
         say("\n5. Which effect of the catalogue is missing:\n")?;
-        let diagnosis = diagnosed(&data.training)?;
+        let diagnosis = diagnosed(&data.training, terminal)?;
         say(&super::diagnose::candidates(&diagnosis))?;
-        say(&format!("\nverdict: {}\n{}", super::diagnose::headline(&diagnosis), diagnosis.verdict.text))?;
+        say(&format!("\nverdict: {}\n{}", diagnosis.headline(), diagnosis.verdict.text))?;
 
-        attempts.add_each(&diagnosis.verdict.effects, &data)?;
+        attempts.add_each(&diagnosis.verdict.effects, &data, ctx)?;
         say("\n6. Added, and identified again:\n")?;
         say(&words::parameters(&attempts.improved().identification))?;
         say("\n7. The error falls, on the ramp that no fit has seen:\n")?;
-        say(&attempts.table())?;
+        say(&in_terminal(&WAYS, attempts_rows(&attempts)))?;
 
         say(
             "\n8. A learned correction (ANFIS) beside the model, and how much of the current it makes, from 1 s on:\n",
         )?;
         let corrections = [
-            Corrected::new("physical model", attempts.physical().model(), &data)?,
-            Corrected::new("with what was missing", attempts.improved().model(), &data)?,
+            Corrected::new("physical model", attempts.physical().model(), &data, ctx)?,
+            Corrected::new("with what was missing", attempts.improved().model(), &data, ctx)?,
         ];
-        say(&correction::table(&corrections))?;
+        say(&in_terminal(&CORRECTIONS, corrections.iter().map(correction_row)))?;
 
         say("\n9. Ten healthy motors of the type (3 % scatter) teach the detector; then three others are judged:\n")?;
-        let station = Station::run(&corrections[1].model, hidden)?;
-        say(&station.table())?;
+        let station = Station::run(&corrections[1].model, hidden, ctx)?;
+        say(&in_terminal(&MOTORS, station_rows(&station)))?;
         Ok(Self { seed, hidden, origins: data.origins(), attempts, diagnosis, corrections, station })
     }
 
@@ -146,7 +177,7 @@ impl Story {
             .lead(format!(
                 "What the physical model alone explains of a motor that hides something, where it fails, what is missing, and \
                  what is left once that is in it. Verdict: {}.",
-                super::diagnose::headline(&self.diagnosis)
+                self.diagnosis.headline()
             ))
             .waterfall(
                 "Error-to-signal ratio on the held-out ramp",
@@ -155,9 +186,9 @@ impl Story {
             )
             .text("Why", self.diagnosis.verdict.text.clone())
             .table("Candidates", super::diagnose::candidates_in_report(&self.diagnosis))
-            .table("A learned correction beside the model", correction::in_report(&self.corrections))
-            .table("Motors judged", self.station.in_report());
-        paper::figures(page, alone, with_correction, &self.station.of_the_type)
+            .table("A learned correction beside the model", corrections_in_report(&self.corrections))
+            .table("Motors judged", station_in_report(&self.station));
+        figures(page, alone, with_correction, &self.station.of_the_type)
             .comparison("Physical model alone", &physical.held_out, physical.model())
             .comparison("With what was missing", &improved.held_out, improved.model())
             .recordings(&self.origins)
@@ -179,22 +210,9 @@ impl Story {
 }
 
 /// What the diagnosis says of recordings.
-fn diagnosed(training: &[Recording]) -> Result<Diagnosis> {
+fn diagnosed(training: &[Recording], terminal: &Terminal) -> Result<Diagnosis> {
     let options = Options { settings: Settings::new(Kind::Universal), exclude: Vec::new(), candidates_refined: true };
-    let bar = output::progress("diagnosis", 40);
-    let diagnosis = diagnose(training, &options, &|at| {
-        if let Progress::Doing(what) = at {
-            bar.set_message(what.to_owned());
-        }
-        bar.inc(1);
-    })?;
-    bar.finish_and_clear();
-    Ok(diagnosis)
-}
-
-/// What the motor of a seed hides.
-fn hidden(seed: u64) -> &'static [&'static str] {
-    HIDDEN[(seed.saturating_sub(1) % HIDDEN.len() as u64) as usize]
+    terminal.watching("diagnosis", |ctx| diagnose(training, &options, ctx))
 }
 
 /// A name that no file has yet.

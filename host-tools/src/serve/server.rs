@@ -15,37 +15,43 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 
+use super::error::{Error, Result};
 use super::page;
 use super::session::Session;
 use super::task::Task;
-use crate::error::{Error, Result};
-use crate::output;
+use crate::context::CancelFlag;
+use crate::error;
 
 /// Largest recording that the page takes.
 const LARGEST: usize = 1 << 30;
-/// How often it is looked whether the user has pressed Ctrl-C.
+/// How often it is looked whether the page is to end.
 const LOOK: Duration = Duration::from_millis(100);
 /// What the page may load: from this server alone.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; frame-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Serves a session until Ctrl-C; `listening` is told the address.
+/// Serves a session until it is to stop; `listening` is told the address.
 ///
 /// # Errors
 /// A port that is taken.
-pub async fn serve(session: Session, port: u16, listening: impl FnOnce(SocketAddr) -> Result<()>) -> Result<()> {
-    let refused = |e: std::io::Error| Error::usage(format!("port {port}: {e}"), "give another one with --port");
+pub async fn serve(
+    session: Session,
+    port: u16,
+    stop: &CancelFlag,
+    listening: impl FnOnce(SocketAddr) -> error::Result<()>,
+) -> error::Result<()> {
+    let refused = |e: std::io::Error| error::Error::usage(format!("port {port}: {e}"), "give another one with --port");
     let listener = tokio::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await.map_err(refused)?;
     let address = listener.local_addr().map_err(refused)?;
     listening(address)?;
     tokio::select! {
         done = axum::serve(listener, router(session, address.port())).into_future() => done.map_err(refused),
-        () = interrupted() => Ok(()),
+        () = until(stop) => Ok(()),
     }
 }
 
-async fn interrupted() {
-    while !output::is_interrupted() {
+async fn until(stop: &CancelFlag) {
+    while !stop.is_cancelled() {
         tokio::time::sleep(LOOK).await;
     }
 }
@@ -102,7 +108,7 @@ fn answer(done: Result<()>) -> Response {
 }
 
 fn refusal(error: &Error) -> Response {
-    (StatusCode::BAD_REQUEST, format!("{error}\n")).into_response()
+    (error.status(), format!("{error}\n")).into_response()
 }
 
 fn begin(session: &Session, task: Result<Task>) -> Response {
@@ -123,7 +129,7 @@ async fn report(State(session): State<Session>, Path(version): Path<usize>) -> R
         // It says itself what it may load.
         Ok(Ok(text)) => as_file("text/html; charset=utf-8", text),
         Ok(Err(error)) => refusal(&error),
-        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "the report has failed; report it as a bug\n").into_response(),
+        Err(_) => refusal(&Error::Panicked),
     }
 }
 
@@ -139,8 +145,8 @@ async fn model_file(State(session): State<Session>) -> Response {
 
 type Named = Query<BTreeMap<String, String>>;
 
-fn value<'q>(query: &'q Named, name: &str) -> Result<&'q str> {
-    query.get(name).map(String::as_str).ok_or_else(|| Error::usage(format!("{name} is missing"), "reload the page"))
+fn value<'q>(query: &'q Named, name: &'static str) -> Result<&'q str> {
+    query.get(name).map(String::as_str).ok_or(Error::Missing(name))
 }
 
 async fn add(State(session): State<Session>, query: Named) -> Response {
@@ -148,8 +154,7 @@ async fn add(State(session): State<Session>, query: Named) -> Response {
 }
 
 async fn go(State(session): State<Session>, query: Named) -> Response {
-    let number =
-        |text: &str| text.parse().map_err(|_| Error::usage(format!("{text:?} is no number"), "reload the page"));
+    let number = |text: &str| text.parse().map_err(|_| Error::NoNumber(text.to_owned()));
     answer(value(&query, "version").and_then(number).and_then(|version| session.go_to(version)))
 }
 
@@ -157,7 +162,7 @@ async fn add_recording(State(session): State<Session>, query: Named, body: Bytes
     let add = move || value(&query, "name").and_then(|name| session.add_recording(name, &body));
     match tokio::task::spawn_blocking(add).await {
         Ok(done) => answer(done),
-        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "this has failed; report it as a bug\n").into_response(),
+        Err(_) => refusal(&Error::Panicked),
     }
 }
 

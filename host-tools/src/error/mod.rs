@@ -1,7 +1,13 @@
 //! What can go wrong, said in one line: where, what, and what to do; and the exit code that goes with it.
 
+mod insufficient;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+pub use insufficient::Insufficient;
+
+use crate::context::Interrupted;
 
 /// Exit code of wrong usage and bad input.
 pub const EXIT_BAD_INPUT: u8 = 2;
@@ -55,6 +61,14 @@ pub enum Error {
         what: String,
         /// What the user can do about it.
         remedy: String,
+    },
+    /// Recordings do not hold what is asked of them.
+    #[error("{place}: {cause}; {}", .cause.remedy())]
+    Insufficient {
+        /// The first of them.
+        place: Place,
+        /// What they do not hold.
+        cause: Insufficient,
     },
     /// The command line asks for something impossible.
     #[error("{what}; {remedy}")]
@@ -115,6 +129,38 @@ impl Error {
         };
         Self::Io { path: path.as_ref().to_owned(), source, remedy: remedy.into() }
     }
+    /// Recordings that do not hold what is asked of them.
+    pub fn insufficient(place: Place, cause: Insufficient) -> Self {
+        Self::Insufficient { place, cause }
+    }
+    /// Where it is, if that is in a file.
+    pub fn place(&self) -> Option<String> {
+        match self {
+            Self::Input { place, .. } | Self::Insufficient { place, .. } => Some(place.to_string()),
+            Self::Io { path, .. } => Some(path.display().to_string()),
+            Self::Usage { .. } | Self::Link { .. } | Self::Interrupted => None,
+        }
+    }
+    /// What is wrong.
+    pub fn what(&self) -> String {
+        match self {
+            Self::Input { what, .. } | Self::Usage { what, .. } | Self::Link { what, .. } => what.clone(),
+            Self::Insufficient { cause, .. } => cause.to_string(),
+            Self::Io { source, .. } => source.to_string(),
+            Self::Interrupted => Interrupted.to_string(),
+        }
+    }
+    /// What the user can do about it.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::Input { remedy, .. }
+            | Self::Usage { remedy, .. }
+            | Self::Io { remedy, .. }
+            | Self::Link { remedy, .. } => remedy.clone(),
+            Self::Insufficient { cause, .. } => cause.remedy(),
+            Self::Interrupted => "run it again; nothing was written".to_owned(),
+        }
+    }
     /// The exit code for the shell.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -122,5 +168,11 @@ impl Error {
             Self::Link { .. } => EXIT_HARDWARE,
             _ => EXIT_BAD_INPUT,
         }
+    }
+}
+
+impl From<Interrupted> for Error {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
     }
 }

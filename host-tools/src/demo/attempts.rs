@@ -3,8 +3,8 @@
 use greyrig::effects::EffectId;
 use serde_json::{Value, json};
 
-use crate::commands::words;
 use crate::compare::{Comparison, PerSignal, compare};
+use crate::context::Context;
 use crate::error::Result;
 use crate::identify::{self, Identification, Method, Settings};
 use crate::model::{Kind, Model, Origin};
@@ -22,11 +22,14 @@ pub struct Data {
 
 impl Data {
     /// Of a motor that hides something.
-    pub fn of(hidden: &[&str], seed: u64) -> Result<Self> {
+    ///
+    /// # Errors
+    /// An effect that the rig does not have; an interrupt.
+    pub fn of(hidden: &[&str], seed: u64, ctx: &Context) -> Result<Self> {
         let record = |profile: &str, name: &str, seed: u64| -> Result<Vec<Recording>> {
             let setup = Setup::new(Kind::Universal).profile(profile)?.seed(seed);
             let setup = hidden.iter().try_fold(setup, |setup, effect| setup.effect(effect))?;
-            Ok(vec![setup.run()?.recording.named(name)])
+            Ok(vec![setup.run_in(ctx)?.recording.named(name)])
         };
         Ok(Self {
             training: record("staircase", "staircase.csv", seed)?,
@@ -42,7 +45,8 @@ impl Data {
 
 /// One way to a model.
 pub struct Attempt {
-    label: String,
+    /// What is new in it.
+    pub label: String,
     /// The model, and how sure it is.
     pub identification: Identification,
     /// The model on data held out.
@@ -50,10 +54,10 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    fn new(label: &str, method: Method, effects: &[EffectId], data: &Data) -> Result<Self> {
+    fn new(label: &str, method: Method, effects: &[EffectId], data: &Data, ctx: &Context) -> Result<Self> {
         let settings = Settings { method, effects: effects.to_vec(), ..Settings::new(Kind::Universal) };
-        let identification = identify::identify(&data.training, &settings)?;
-        let held_out = compare(&identification.model, &data.held_out)?;
+        let identification = identify::identify(&data.training, &settings, ctx)?;
+        let held_out = compare(&identification.model, &data.held_out, ctx)?;
         Ok(Self { label: label.to_owned(), identification, held_out })
     }
 
@@ -72,19 +76,25 @@ pub struct Attempts {
 
 impl Attempts {
     /// The physical model by itself.
-    pub fn without_effects(data: &Data) -> Result<Self> {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn without_effects(data: &Data, ctx: &Context) -> Result<Self> {
         Ok(Self {
-            least_squares: Attempt::new("least squares", Method::LeastSquares, &[], data)?,
-            output_error: Attempt::new("output error", Method::OutputError, &[], data)?,
+            least_squares: Attempt::new("least squares", Method::LeastSquares, &[], data, ctx)?,
+            output_error: Attempt::new("output error", Method::OutputError, &[], data, ctx)?,
             with_effects: Vec::new(),
         })
     }
 
     /// Adds effects, one after the other.
-    pub fn add_each(&mut self, effects: &[EffectId], data: &Data) -> Result<()> {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn add_each(&mut self, effects: &[EffectId], data: &Data, ctx: &Context) -> Result<()> {
         for (k, id) in effects.iter().enumerate() {
             let label = format!("+ {id}");
-            self.with_effects.push(Attempt::new(&label, Method::OutputError, &effects[..=k], data)?);
+            self.with_effects.push(Attempt::new(&label, Method::OutputError, &effects[..=k], data, ctx)?);
         }
         Ok(())
     }
@@ -104,7 +114,8 @@ impl Attempts {
         self.with_effects.last().unwrap_or(&self.output_error)
     }
 
-    fn iter(&self) -> impl Iterator<Item = &Attempt> {
+    /// All of them, from the first to the last.
+    pub fn iter(&self) -> impl Iterator<Item = &Attempt> {
         [&self.least_squares, &self.output_error].into_iter().chain(&self.with_effects)
     }
 
@@ -116,15 +127,6 @@ impl Attempts {
     /// Errors on data held out, for a figure.
     pub fn steps(&self) -> Vec<Step> {
         self.iter().map(|a| Step { label: a.label.clone(), esr: a.held_out.esr }).collect()
-    }
-
-    /// The same for the terminal.
-    pub fn table(&self) -> String {
-        let mut table = words::table(&["model", "current", "speed"]);
-        let row = |label: &str, of: PerSignal| [label.to_owned(), words::percent(of.current), words::percent(of.speed)];
-        table.add_rows(self.iter().map(|a| row(&a.label, a.held_out.esr)));
-        table.add_row(row("noise floor", self.noise_floor()));
-        table.to_string()
     }
 
     /// For a program.

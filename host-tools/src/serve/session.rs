@@ -4,48 +4,52 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use rayon::ThreadPoolBuilder;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::task::{Outcome, Task, no_model};
-use crate::compare::{PerSignal, compare};
-use crate::error::{Error, Result};
-use crate::identify::Estimate;
-use crate::model::{Kind, Model, Origin};
-use crate::output;
+use super::error::{Error, Result};
+use super::task::{Outcome, Task};
+use super::version::Version;
+use crate::compare::compare;
+use crate::context::{CancelFlag, Context, Progress};
+use crate::error;
+use crate::model::{Kind, Origin};
 use crate::recording::{self, Mapping, Recording};
 use crate::report::{Report, Step, figures};
-
-/// A version of the model.
-#[derive(Debug, Clone)]
-pub struct Version {
-    /// What it has got last.
-    pub label: String,
-    /// As identified from all recordings.
-    pub model: Model,
-    /// Its parameters with their intervals.
-    pub parameters: Vec<Estimate>,
-    /// What the identification has to say.
-    pub notes: Vec<String>,
-    /// Error-to-signal ratio on the data that a fit of the training data has seen.
-    pub training: PerSignal,
-    /// The same on the data held out from it.
-    pub held_out: PerSignal,
-    /// Noise floor of these.
-    pub floor: PerSignal,
-    /// Whether the error on data held out falls by what it has got last; the first version has no such thing.
-    pub accepted: Option<bool>,
-    /// Number of the recordings that all this rests on.
-    pub recordings: usize,
-    /// The answer of `diagnose`, with its headline.
-    pub diagnosis: Option<Value>,
-}
 
 /// What is being done.
 struct Job {
     what: String,
-    doing: Arc<Mutex<String>>,
+    cancel: CancelFlag,
+    at: At,
+}
+
+/// How far a job is.
+#[derive(Clone, Default)]
+struct At {
+    doing: Arc<Mutex<(String, Option<f64>)>>,
+    /// How often something new was begun.
     steps: Arc<AtomicUsize>,
+}
+
+impl Progress for At {
+    fn at(&self, doing: &str, fraction: Option<f64>) {
+        let mut present = self.doing.lock().unwrap_or_else(PoisonError::into_inner);
+        if fraction.is_none() || present.0 != doing {
+            self.steps.fetch_add(1, Ordering::Relaxed);
+        }
+        doing.clone_into(&mut present.0);
+        present.1 = fraction;
+    }
+}
+
+impl Job {
+    fn as_json(&self) -> Value {
+        let (doing, fraction) = self.at.doing.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let steps = self.at.steps.load(Ordering::Relaxed);
+        json!({ "what": self.what, "doing": doing, "fraction": fraction, "steps": steps })
+    }
 }
 
 /// A page's state.
@@ -72,8 +76,8 @@ impl Session {
     ///
     /// # Errors
     /// A system without a folder for temporary files.
-    pub fn new(recordings: Vec<Recording>, mapping: Mapping, kind: Option<Kind>) -> Result<Self> {
-        let folder = tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?;
+    pub fn new(recordings: Vec<Recording>, mapping: Mapping, kind: Option<Kind>) -> error::Result<Self> {
+        let folder = tempfile::tempdir().map_err(|e| error::Error::io(std::env::temp_dir(), e))?;
         let state =
             State { recordings: Arc::new(recordings), versions: Vec::new(), present: 0, job: None, error: None };
         Ok(Self { state: Arc::new(Mutex::new(state)), mapping: Arc::new(mapping), kind, folder: Arc::new(folder) })
@@ -90,24 +94,23 @@ impl Session {
     pub fn begin(&self, task: Task) -> Result<()> {
         let mut state = self.free()?;
         if state.recordings.is_empty() {
-            return Err(Error::usage("there is no recording", "add one"));
+            return Err(Error::NoRecording);
         }
         let before = state.versions.get(state.present).cloned();
         if before.is_none() && !matches!(task, Task::Identify) {
-            return Err(no_model());
+            return Err(Error::NoModel);
         }
-        let (doing, steps) = (Arc::new(Mutex::new(String::new())), Arc::new(AtomicUsize::new(0)));
-        state.job = Some(Job { what: task.name(), doing: Arc::clone(&doing), steps: Arc::clone(&steps) });
+        let pool = ThreadPoolBuilder::new().build();
+        let pool = pool.map_err(|e| error::Error::usage(format!("threads cannot be had: {e}"), "free some memory"))?;
+        let (cancel, at) = (CancelFlag::default(), At::default());
+        // Threads of its own: with shared ones it would end only after what others have begun on them.
+        let ctx = Context::of(cancel.clone()).watched(at.clone()).on(Arc::new(pool));
+        state.job = Some(Job { what: task.name(), cancel, at });
         state.error = None;
         let (recordings, session, kind) = (Arc::clone(&state.recordings), self.clone(), self.kind);
         std::thread::spawn(move || {
-            let watch = |what: &str| {
-                what.clone_into(&mut doing.lock().unwrap_or_else(PoisonError::into_inner));
-                steps.fetch_add(1, Ordering::Relaxed);
-            };
-            let run = std::panic::AssertUnwindSafe(|| task.run(&recordings, kind, before.as_ref(), &watch));
-            let outcome = std::panic::catch_unwind(run)
-                .unwrap_or_else(|_| Err(Error::usage("this has failed within greyrig", "report it as a bug")));
+            let run = std::panic::AssertUnwindSafe(|| task.run(&recordings, kind, before.as_ref(), &ctx));
+            let outcome = std::panic::catch_unwind(run).unwrap_or(Err(Error::Panicked));
             session.end(outcome);
         });
         Ok(())
@@ -119,8 +122,8 @@ impl Session {
     /// None that could be stopped.
     pub fn stop(&self) -> Result<()> {
         match &self.state().job {
-            Some(_) => output::stop_work(true),
-            None => return Err(Error::usage("there is nothing to stop", "it has ended")),
+            Some(job) => job.cancel.cancel(),
+            None => return Err(Error::NothingToStop),
         }
         Ok(())
     }
@@ -128,7 +131,6 @@ impl Session {
     fn end(&self, outcome: Result<Outcome>) {
         let mut state = self.state();
         state.job = None;
-        output::stop_work(false);
         match outcome {
             Ok(Outcome::First(version)) => {
                 state.versions = vec![*version];
@@ -144,7 +146,9 @@ impl Session {
                 let present = state.present;
                 state.versions[present].diagnosis = Some(answer);
             }
-            Err(Error::Interrupted) => state.error = Some("stopped; all is as it was before".to_owned()),
+            Err(Error::Work(error::Error::Interrupted)) => {
+                state.error = Some("stopped; all is as it was before".to_owned())
+            }
             Err(error) => state.error = Some(error.to_string()),
         }
     }
@@ -153,7 +157,7 @@ impl Session {
     fn free(&self) -> Result<MutexGuard<'_, State>> {
         let state = self.state();
         match &state.job {
-            Some(job) => Err(Error::usage(format!("{} has not ended", job.what), "wait until it has")),
+            Some(job) => Err(Error::Busy(job.what.clone())),
             None => Ok(state),
         }
     }
@@ -164,10 +168,12 @@ impl Session {
     /// A task that has not ended, or a file that is no recording.
     pub fn add_recording(&self, name: &str, content: &[u8]) -> Result<()> {
         drop(self.free()?);
-        let name = Path::new(name).file_name().ok_or_else(|| Error::usage("the file has no name", "give it one"))?;
+        let name = Path::new(name).file_name().ok_or(Error::NoName)?;
         let path = self.folder.path().join(name);
-        std::fs::write(&path, content).map_err(|e| Error::io(name, e))?;
-        let added = recording::load(&path, &self.mapping).map_err(|e| named(e, &path, Path::new(name)))?.named(name);
+        std::fs::write(&path, content).map_err(|e| error::Error::io(name, e))?;
+        let added = recording::load(&path, &self.mapping, &Context::quiet())
+            .map_err(|e| named(e, &path, Path::new(name)))?
+            .named(name);
         let mut state = self.free()?;
         let mut all = state.recordings.to_vec();
         all.push(added);
@@ -183,7 +189,7 @@ impl Session {
     pub fn go_to(&self, version: usize) -> Result<()> {
         let mut state = self.free()?;
         if version >= state.versions.len() {
-            return Err(Error::usage(format!("there is no version {version}"), "reload the page"));
+            return Err(Error::NoVersion(version));
         }
         state.present = version;
         state.error = None;
@@ -197,7 +203,7 @@ impl Session {
     pub fn model_file(&self) -> Result<String> {
         let state = self.state();
         let version = state.versions.get(state.present);
-        version.ok_or_else(no_model)?.model.text()
+        Ok(version.ok_or(Error::NoModel)?.model.text()?)
     }
 
     /// The report on a version: the model against all recordings.
@@ -207,11 +213,10 @@ impl Session {
     pub fn report(&self, version: usize) -> Result<String> {
         let (label, model, recordings) = {
             let state = self.state();
-            let version = state.versions.get(version);
-            let version = version.ok_or_else(|| Error::usage("there is no such version", "reload the page"))?;
+            let version = state.versions.get(version).ok_or(Error::NoVersion(version))?;
             (version.label.clone(), version.model.clone(), Arc::clone(&state.recordings))
         };
-        let comparison = compare(&model, &recordings)?;
+        let comparison = compare(&model, &recordings, &Context::quiet())?;
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
         Ok(Report::new(label).comparison("Model against measurement", &comparison, &model).recordings(&files).html())
     }
@@ -231,26 +236,23 @@ impl Session {
         json!({
             "schema": 1,
             "recordings": state.recordings.iter().map(recording_as_json).collect::<Vec<_>>(),
-            "versions": state.versions.iter().map(version_as_json).collect::<Vec<_>>(),
+            "versions": state.versions.iter().map(Version::as_json).collect::<Vec<_>>(),
             "present": state.present,
-            "job": state.job.as_ref().map(|job| json!({
-                "what": job.what,
-                "doing": *job.doing.lock().unwrap_or_else(PoisonError::into_inner),
-                "steps": job.steps.load(Ordering::Relaxed),
-            })),
+            "job": state.job.as_ref().map(Job::as_json),
             "error": state.error,
         })
     }
 }
 
 /// An error with the name that the user knows a file by.
-fn named(error: Error, path: &Path, name: &Path) -> Error {
+fn named(error: error::Error, path: &Path, name: &Path) -> error::Error {
+    use error::Error as E;
     match error {
-        Error::Input { mut place, what, remedy } if place.path == path => {
+        E::Input { mut place, what, remedy } if place.path == path => {
             place.path = name.to_owned();
-            Error::Input { place, what, remedy }
+            E::Input { place, what, remedy }
         }
-        Error::Io { source, remedy, .. } => Error::Io { path: name.to_owned(), source, remedy },
+        E::Io { source, remedy, .. } => E::Io { path: name.to_owned(), source, remedy },
         other => other,
     }
 }
@@ -262,20 +264,5 @@ fn recording_as_json(r: &Recording) -> Value {
         "sample_time_s": r.sample_time_s(),
         "channels": r.channels().keys().map(|c| c.column()).collect::<Vec<_>>(),
         "warnings": r.warnings(),
-    })
-}
-
-fn version_as_json(v: &Version) -> Value {
-    json!({
-        "label": v.label,
-        "effects": v.model.effects.iter().map(|e| &e.id).collect::<Vec<_>>(),
-        "parameters": v.parameters,
-        "notes": v.notes,
-        "training": v.training,
-        "held_out": v.held_out,
-        "noise_floor": v.floor,
-        "accepted": v.accepted,
-        "recordings": v.recordings,
-        "diagnosis": v.diagnosis,
     })
 }

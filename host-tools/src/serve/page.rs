@@ -3,9 +3,9 @@
 use maud::{DOCTYPE, html};
 
 /// Its script.
-pub const SCRIPT: &str = include_str!("../../../assets/serve.js");
+pub const SCRIPT: &str = include_str!("../../assets/serve.js");
 /// Its style: that of reports, and a little more.
-pub const STYLE: &str = concat!(include_str!("../../../assets/report.css"), include_str!("../../../assets/serve.css"));
+pub const STYLE: &str = concat!(include_str!("../../assets/report.css"), include_str!("../../assets/serve.css"));
 
 /// The page.
 pub fn page() -> String {

@@ -2,13 +2,12 @@
 
 use serde_json::{Value, json};
 
-use crate::commands::words;
+use crate::context::Context;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Kind, Model};
 use crate::monitor::calibrate::calibrate;
 use crate::monitor::test::{self, Test};
 use crate::recording::Recording;
-use crate::report::Table;
 use crate::rig::{Motor, Setup};
 
 /// Begin of a test that is not judged, which has a soft start, s.
@@ -21,12 +20,11 @@ const HEALTHY: std::ops::RangeInclusive<u64> = 1..=10;
 /// The number of the motors that are judged.
 const JUDGED: u64 = 99;
 const SPARKING: &str = "sparking=0.2@5";
-const COLUMNS: [&str; 3] = ["motor", "verdict", "why"];
 
 /// What a station has measured.
 pub struct Station {
     /// Three motors: what they have, and how they were judged.
-    tests: Vec<(&'static str, Test)>,
+    pub tests: Vec<(&'static str, Test)>,
     /// The motor that the model is of, healthy and with brushes that spark from 5 s on: the paper's case, in which no scatter of the
     /// lot hides the residual.
     pub of_the_type: [Test; 2],
@@ -34,21 +32,24 @@ pub struct Station {
 
 impl Station {
     /// Takes limits from healthy motors that hide the same, and judges others.
-    pub fn run(model: &Model, hidden: &[&str]) -> Result<Self> {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn run(model: &Model, hidden: &[&str], ctx: &Context) -> Result<Self> {
         let recorded = |motor: Motor, seed: u64, fault: Option<&str>| -> Result<Recording> {
             let mut setup = Setup::new(Kind::Universal).profile("steady")?.seconds(TEST_S).seed(seed).motor(motor);
             setup = hidden.iter().try_fold(setup, |setup, effect| setup.effect(effect))?;
             if let Some(fault) = fault {
                 setup = setup.fault(fault)?;
             }
-            Ok(setup.run()?.recording)
+            Ok(setup.run_in(ctx)?.recording)
         };
         let of_the_lot = |seed: u64, fault: Option<&str>| {
             recorded(Motor::sample_from_population(&Motor::universal(), SCATTER, seed), seed, fault)
         };
         let healthy: Vec<Recording> = HEALTHY.map(|seed| of_the_lot(seed, None)).collect::<Result<_>>()?;
-        let (detector, _): (DetectorEntry, _) = calibrate(model, &healthy, RUN_UP_S, &mut || ())?;
-        let judged = |recording: Recording| test::test(model, &detector, &recording);
+        let (detector, _): (DetectorEntry, _) = calibrate(model, &healthy, RUN_UP_S, ctx)?;
+        let judged = |recording: Recording| test::test(model, &detector, &recording, ctx);
         let tests = [
             ("healthy", None),
             ("sparking brushes from 5 s on", Some(SPARKING)),
@@ -60,31 +61,6 @@ impl Station {
             tests: tests.into_iter().collect::<Result<_>>()?,
             of_the_type: [of_the_type(None)?, of_the_type(Some(SPARKING))?],
         })
-    }
-
-    fn rows(&self) -> impl Iterator<Item = [String; 3]> {
-        self.tests.iter().map(|(label, test)| {
-            let why = test.alarms.first().map_or_else(String::new, |a| {
-                format!("{} at {:.2} s, {:.0} times the limit: {}", a.cause, a.t_s, a.ratio, a.suspect)
-            });
-            [(*label).to_owned(), test.verdict.words().to_owned(), why]
-        })
-    }
-
-    /// For the terminal.
-    pub fn table(&self) -> String {
-        let mut table = words::table(&COLUMNS);
-        table.add_rows(self.rows());
-        table.to_string()
-    }
-
-    /// For the report.
-    pub fn in_report(&self) -> Table {
-        Table {
-            caption: "Other motors of the type, judged by limits from ten healthy ones".to_owned(),
-            columns: COLUMNS.map(str::to_owned).to_vec(),
-            rows: self.rows().map(|row| row.to_vec()).collect(),
-        }
     }
 
     /// For a program.
