@@ -1,4 +1,4 @@
-//! What leaves the program: files that appear whole or not at all, and one JSON object on stdout.
+//! Files that appear whole or not at all.
 
 use std::fs::OpenOptions;
 use std::io::{BufWriter, ErrorKind, Write};
@@ -107,32 +107,6 @@ pub fn check_folder(path: &Path) -> Result<()> {
     match std::fs::metadata(folder(&target)).map_err(fail)?.is_dir() {
         true => Ok(()),
         false => Err(fail(ErrorKind::NotADirectory.into())),
-    }
-}
-
-/// Prints one JSON object on stdout, with the fields that every command shares put first.
-pub fn print_json(command: &str, recordings: &[String], body: impl serde::Serialize) -> Result<()> {
-    let mut object = serde_json::Map::new();
-    object.insert("schema".into(), 1.into());
-    object.insert("command".into(), command.into());
-    object.insert("recordings".into(), recordings.into());
-    match serde_json::to_value(body) {
-        Ok(serde_json::Value::Object(fields)) => object.extend(fields),
-        Ok(other) => {
-            object.insert("result".into(), other);
-        }
-        Err(e) => {
-            return Err(Error::usage(format!("the result cannot be written as JSON: {e}"), "report this as a bug"));
-        }
-    }
-    print_line(&serde_json::Value::Object(object).to_string())
-}
-
-/// Prints a line on stdout; a reader that has gone away (`| head`) is not an error.
-pub fn print_line(text: &str) -> Result<()> {
-    match writeln!(std::io::stdout().lock(), "{text}") {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("standard output", e)),
-        _ => Ok(()),
     }
 }
 

@@ -416,7 +416,7 @@ fn bad_tables_are_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let bad = |content: &str, words: &[&str]| {
         std::fs::write(folder.path().join("t.csv"), content).expect("a writable file");
-        refused(&greyrig(folder.path(), &["anfis", "fit", "t.csv", "--json"]), words);
+        refused(&greyrig(folder.path(), &["anfis", "fit", "t.csv"]), words);
     };
     bad("", &["t.csv", "empty"]);
     bad("x,y\n", &["t.csv:1", "no row"]);

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use serde_json::Value;
+
 /// Runs `greyrig convert` on a file of the given name and content.
 fn convert(name: &str, content: &[u8], more: &[&str]) -> Output {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -184,4 +186,47 @@ fn too_large_files_are_refused_before_reading() {
 #[test]
 fn a_missing_reader_names_the_build_that_has_it() {
     refused(&convert("run.feather", b"ARROW1\0\0", &[]), &["Arrow", "cargo greyrig-full"]);
+}
+
+/// The object on stdout says what the line on stderr does.
+fn refused_in_json(output: &Output, command: &str, has_place: bool) -> Value {
+    let told: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert_eq!((&told["schema"], &told["command"]), (&Value::from(1), &Value::from(command)));
+    let text = |name: &str| told["error"][name].as_str();
+    let place = text("place").map_or_else(String::new, |place| format!("{place}: "));
+    assert_eq!(!place.is_empty(), has_place, "{told}");
+    let line = format!("greyrig: {place}{}; {}\n", text("what").unwrap(), text("remedy").unwrap());
+    assert_eq!(String::from_utf8_lossy(&output.stderr), line);
+    assert_eq!(output.status.code(), Some(2));
+    told
+}
+
+#[test]
+fn with_json_an_error_is_an_object_as_well() {
+    let told = refused_in_json(&convert("run.csv", b"", &["--json"]), "convert", true);
+    assert!(told["error"]["place"].as_str().unwrap().ends_with("run.csv"), "{told}");
+    refused_in_json(&convert("run.csv", b"t_s,u_v\n0,1,2\n0.1,1,2\n0.2,1,2\n", &["--json"]), "convert", true);
+    let greyrig = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+    };
+    // Wrong usage, of the command line and of the command.
+    refused_in_json(&greyrig(&["compare", "--json", "--nonsense"]), "compare", false);
+    refused_in_json(&greyrig(&["anfis", "fit", "--json"]), "anfis fit", false);
+    refused_in_json(&greyrig(&["effects", "magic", "--json"]), "effects", false);
+}
+
+#[test]
+fn a_recording_at_rest_is_a_verdict_of_a_diagnosis_and_an_error_of_an_identification() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let input = folder.path().join("run.csv");
+    let rows = (0..2000).map(|k| format!("{},12.5,1.5,300\n", f64::from(k) * 1e-3)).collect::<String>();
+    std::fs::write(&input, format!("t_s,u_v,i_a,omega_rad_s\n{rows}")).expect("a writable file");
+    let greyrig = |command: &str| {
+        let arguments = [command, input.to_str().unwrap(), "--kind", "pm-dc", "--json"];
+        Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+    };
+    refused_in_json(&greyrig("identify"), "identify", true);
+    let diagnosed = greyrig("diagnose");
+    let told: Value = serde_json::from_slice(&diagnosed.stdout).expect("one JSON object");
+    assert_eq!((&told["verdict"]["kind"], diagnosed.status.code()), (&Value::from("insufficient_data"), Some(0)));
 }

@@ -7,6 +7,7 @@ use greyrig::effects::{EffectId, Identifiers};
 use serde_json::json;
 
 use super::answer::Answer;
+use super::stdout;
 use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::{Addition, Stage, add_to, stage};
@@ -106,7 +107,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.answer.json {
         let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-        output::print_json(
+        stdout::print_json(
             "add",
             &names,
             json!({
@@ -126,12 +127,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
         return Ok(ExitCode::SUCCESS);
     }
-    output::print_line(&waterfall(&stages))?;
-    output::print_line(&format!("\n{}", words::parameters(&final_fit)))?;
+    stdout::print_line(&waterfall(&stages))?;
+    stdout::print_line(&format!("\n{}", words::parameters(&final_fit)))?;
     for note in &final_fit.notes {
-        output::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&format!("note: {note}"))?;
     }
-    output::print_line(match (accepted, judged) {
+    stdout::print_line(match (accepted, judged) {
         (true, _) => "\naccepted: the error falls on data that the fit has not seen",
         (false, false) => "\nnot accepted: the data that the fit has not seen cannot judge it",
         (false, true) => {
@@ -139,7 +140,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         }
     })?;
     if let Some(path) = &args.out {
-        output::print_line(&format!("written: {}", path.display()))?;
+        stdout::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

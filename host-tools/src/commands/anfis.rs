@@ -8,6 +8,7 @@ use greyrig::anfis;
 use serde_json::json;
 
 use super::answer::Answer;
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::csv::{self, Named};
@@ -177,12 +178,12 @@ fn fit(args: &Fit, terminal: &Terminal) -> Result<ExitCode> {
     if args.answer.json {
         let names: Vec<String> =
             [Some(&args.train), args.check.as_ref()].into_iter().flatten().map(|p| p.display().to_string()).collect();
-        output::print_json("anfis fit", &names, as_json(&data, &trained, args))?;
+        stdout::print_json("anfis fit", &names, as_json(&data, &trained, args))?;
         return Ok(ExitCode::SUCCESS);
     }
     print(&data, &trained)?;
     for path in [&args.out, &args.answer.report].into_iter().flatten() {
-        output::print_line(&format!("written: {}", path.display()))?;
+        stdout::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -261,9 +262,9 @@ fn print(data: &Named, trained: &Trained) -> Result<()> {
     if trained.support.iter().any(|s| s.pruned) {
         row("after dropping rules".into(), &kept);
     }
-    output::print_line(&table.to_string())?;
+    stdout::print_line(&table.to_string())?;
     let net = &trained.net;
-    output::print_line(&format!(
+    stdout::print_line(&format!(
         "{} rows, {} rules, {} epochs ({})",
         data.table.rows(),
         net.rules(),
@@ -286,5 +287,5 @@ fn print(data: &Named, trained: &Trained) -> Result<()> {
             format!("{:.5}", p.c),
         ]);
     }
-    output::print_line(&table.to_string())
+    stdout::print_line(&table.to_string())
 }

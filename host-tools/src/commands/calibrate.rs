@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::input::{self, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::error::Result;
@@ -59,11 +60,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.json {
         let body = json!({ "detector": detector, "runs": shown, "model": args.out, "data_findings": findings });
-        output::print_json("calibrate", &args.input.names(), body)?;
+        stdout::print_json("calibrate", &args.input.names(), body)?;
         return Ok(ExitCode::SUCCESS);
     }
-    output::print_line(&table(&detector, &shown))?;
-    output::print_line(&format!(
+    stdout::print_line(&table(&detector, &shown))?;
+    stdout::print_line(&format!(
         "\nlimits from {} runs of {} motors: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
          deviations normal over the motors",
         detector.runs,
@@ -72,10 +73,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         100.0 * detector.holds[1]
     ))?;
     for line in of_parameters(&calibrated, &detector) {
-        output::print_line(&line)?;
+        stdout::print_line(&line)?;
     }
     if let Some(path) = &args.out {
-        output::print_line(&format!("written: {}", path.display()))?;
+        stdout::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

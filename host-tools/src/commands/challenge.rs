@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use super::input::{self, Answered, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::challenge::{Challenge, Challenged, challenge};
 use crate::error::Result;
 use crate::model::{Model, catalogue};
-use crate::output;
 
 /// Is there really nothing else? From what size on these recordings would have revealed each effect.
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let result = terminal.watching("challenge", |ctx| challenge(&recordings, &model, &effects, ctx))?;
     if args.json {
         let answer = Answered { answer: &result, data_findings: &findings };
-        output::print_json("challenge", &args.input.names(), answer)?;
+        stdout::print_json("challenge", &args.input.names(), answer)?;
     } else {
         print(&result)?;
     }
@@ -52,22 +52,22 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
 
 fn print(c: &Challenge) -> Result<()> {
     if !c.found.is_empty() {
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "diagnosis finds {} without any challenge; the challenged model has it (greyrig add {})",
             catalogue::joined(&c.found, " and "),
             catalogue::joined(&c.found, " ")
         ))?;
     }
     if c.unexplained {
-        output::print_line("structure is left that no effect explains, which hides small effects (greyrig diagnose)")?;
+        stdout::print_line("structure is left that no effect explains, which hides small effects (greyrig diagnose)")?;
     }
     if !c.effects.is_empty() {
-        output::print_line(&table(c))?;
+        stdout::print_line(&table(c))?;
     }
     if !c.out_of_reach.is_empty() {
-        output::print_line("\nnot to be told from these recordings:")?;
+        stdout::print_line("\nnot to be told from these recordings:")?;
         for o in &c.out_of_reach {
-            output::print_line(&format!("  {}: {}", o.name, o.text))?;
+            stdout::print_line(&format!("  {}: {}", o.name, o.text))?;
         }
     }
     Ok(())

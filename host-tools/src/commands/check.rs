@@ -6,12 +6,12 @@ use clap::ValueEnum;
 use serde_json::json;
 
 use super::input::Input;
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::check::{check, stop};
 use crate::error::{EXIT_BAD_INPUT, Result};
 use crate::model::Kind;
-use crate::output;
 use crate::recording::finding::DataFinding;
 
 /// What is wrong with the recordings, and what mends it; the first step of every other command, too.
@@ -40,9 +40,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata().get("motor")?, false).ok());
     let found = check(&recordings, args.kind.or_else(told));
     if args.json {
-        output::print_json("check", &args.input.names(), json!({ "data_findings": found }))?;
+        stdout::print_json("check", &args.input.names(), json!({ "data_findings": found }))?;
     } else {
-        output::print_line(&in_words(&found, &args.input.names()))?;
+        stdout::print_line(&in_words(&found, &args.input.names()))?;
     }
     Ok(if stop(&found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
 }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
@@ -54,10 +55,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.answer.json {
         let answer = Answered { answer: &comparison, data_findings: &findings };
-        output::print_json("compare", &args.input.names(), answer)?;
+        stdout::print_json("compare", &args.input.names(), answer)?;
     } else {
-        output::print_line(&words::errors(&comparison))?;
-        output::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&comparison)))?;
+        stdout::print_line(&words::errors(&comparison))?;
+        stdout::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&comparison)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

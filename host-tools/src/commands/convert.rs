@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
+use super::stdout;
 use super::terminal::Terminal;
 use crate::error::Result;
 use crate::output;
@@ -81,9 +82,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             sha256: recording.sha256(),
             warnings: recording.warnings(),
         };
-        output::print_json("convert", &[args.input.display().to_string()], report)?;
+        stdout::print_json("convert", &[args.input.display().to_string()], report)?;
     } else {
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "{}: {} samples, {:.6} s apart",
             args.out.display(),
             recording.len(),
@@ -91,7 +92,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         ))?;
         for s in channels {
             let unit = s.unit.map(|u| format!(" {u}")).unwrap_or_default();
-            output::print_line(&format!("  {:<14} {:.5} to {:.5}{unit}, RMS {:.5}", s.channel, s.min, s.max, s.rms))?;
+            stdout::print_line(&format!("  {:<14} {:.5} to {:.5}{unit}, RMS {:.5}", s.channel, s.min, s.max, s.rms))?;
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::compare::PerSignal;
@@ -47,7 +48,7 @@ pub struct Args {
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let report = args.report.clone().unwrap_or_else(unused_name);
     output::refuse_overwrite(&report, args.force)?;
-    let say = |text: &str| if args.json { Ok(()) } else { output::print_line(text) };
+    let say = |text: &str| if args.json { Ok(()) } else { stdout::print_line(text) };
     let story = Story::tell(args.seed, terminal, &say)?;
     if let Some(path) = &args.figure {
         let figure = error_falling(&story.attempts.steps(), story.attempts.noise_floor());
@@ -57,7 +58,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     say(&format!("\nThe motor did hide: {}.\n\nreport: {}", story.hidden.join(" "), report.display()))?;
     if args.json {
         let files: Vec<_> = story.origins.iter().map(|origin| origin.file.clone()).collect();
-        output::print_json("demo", &files, story.in_json(&report))?;
+        stdout::print_json("demo", &files, story.in_json(&report))?;
     }
     Ok(ExitCode::SUCCESS)
 }

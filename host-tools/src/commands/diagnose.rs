@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::check;
@@ -119,35 +120,35 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(comparison) = &comparison {
-        output::print_line(&words::errors(comparison))?;
-        output::print_line("\nwhere the model fails:")?;
-        output::print_line(&words::regions(comparison))?;
-        output::print_line("")?;
+        stdout::print_line(&words::errors(comparison))?;
+        stdout::print_line("\nwhere the model fails:")?;
+        stdout::print_line(&words::regions(comparison))?;
+        stdout::print_line("")?;
     }
     if !d.candidates.is_empty() {
-        output::print_line(&candidates(&d))?;
+        stdout::print_line(&candidates(&d))?;
     }
-    output::print_line(&format!("\nverdict: {}", d.headline()))?;
+    stdout::print_line(&format!("\nverdict: {}", d.headline()))?;
     for line in d.verdict.text.lines() {
-        output::print_line(&format!("  {line}"))?;
+        stdout::print_line(&format!("  {line}"))?;
     }
     if let Some(shape) = &d.shape {
-        output::print_line(&format!("\n{}", shape_caption(shape)))?;
+        stdout::print_line(&format!("\n{}", shape_caption(shape)))?;
         let mut table = words::table(&shape_columns(shape).each_ref().map(String::as_str));
         table.add_rows(shape_rows(shape));
-        output::print_line(&table.to_string())?;
+        stdout::print_line(&table.to_string())?;
     }
     if let Some(next) = &d.verdict.next_experiment {
-        output::print_line(&format!("next recording: {next}"))?;
+        stdout::print_line(&format!("next recording: {next}"))?;
     }
     if !d.clean.is_empty() {
-        output::print_line(&format!("note: {}", cleanness(&d)))?;
+        stdout::print_line(&format!("note: {}", cleanness(&d)))?;
     }
     if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
         && !d.verdict.effects.is_empty()
         && d.esr_after != d.esr_before
     {
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "with that: current {}, speed {}",
             words::percent(Some(current)),
             words::percent(Some(speed))
@@ -168,9 +169,9 @@ fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<
             "verdict": verdict, "classes": [], "candidates": [], "screening": [], "lead": null, "shape": null,
             "decoy_gain": null, "dithered": [], "data_findings": findings,
         });
-        output::print_json("diagnose", &args.input.names(), answer)?;
+        stdout::print_json("diagnose", &args.input.names(), answer)?;
     } else {
-        output::print_line(&format!("verdict: insufficient data\n  {reason}"))?;
+        stdout::print_line(&format!("verdict: insufficient data\n  {reason}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }

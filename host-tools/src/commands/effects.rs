@@ -7,11 +7,11 @@ use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
+use super::stdout;
 use super::words;
 use crate::diagnose::{classes, screening};
 use crate::error::Result;
 use crate::model::{Kind, catalogue};
-use crate::output;
 
 /// The catalogue of physical effects, explained.
 #[derive(Debug, clap::Args)]
@@ -37,13 +37,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(id) => vec![catalogue::effect(id)?.description()],
     };
     if args.markdown {
-        output::print_line(&page(&chosen))?;
+        stdout::print_line(&page(&chosen))?;
     } else if args.json {
         let effects: Vec<_> = chosen.iter().map(|d| as_json(d)).collect();
-        output::print_json("effects", &[], json!({ "effects": effects }))?;
+        stdout::print_json("effects", &[], json!({ "effects": effects }))?;
     } else if args.id.is_some() {
         for description in chosen {
-            output::print_line(&explained(description))?;
+            stdout::print_line(&explained(description))?;
         }
     } else {
         let mut table = words::table(&["effect", "what", "enters", "shows in"]);
@@ -58,7 +58,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             };
             table.add_row([d.id.id(), d.name, enters(d), shows]);
         }
-        output::print_line(&table.to_string())?;
+        stdout::print_line(&table.to_string())?;
     }
     Ok(ExitCode::SUCCESS)
 }

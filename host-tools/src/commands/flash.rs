@@ -8,12 +8,12 @@ use greyrig::parameters::{Settings, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
+use super::stdout;
 use super::terminal::Terminal;
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
 use crate::error::{Error, Result};
 use crate::model::Model;
-use crate::output;
 
 /// Write a model to the microcontroller, verified by reading back.
 #[derive(Debug, clap::Args)]
@@ -129,10 +129,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         ),
     }
     if args.json {
-        output::print_json("flash", &[], told)?;
+        stdout::print_json("flash", &[], told)?;
     } else {
         let verb = if args.dry_run { "would be written" } else { "written and verified" };
-        output::print_line(&format!("{} bytes of parameters {verb}: {where_to}", payload.len()))?;
+        stdout::print_line(&format!("{} bytes of parameters {verb}: {where_to}", payload.len()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::input::Input;
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::compare::compare;
@@ -110,7 +111,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         identification.model.save(path, args.force)?;
     }
     if args.json {
-        output::print_json(
+        stdout::print_json(
             "identify",
             &args.input.names(),
             json!({
@@ -129,18 +130,18 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
         return Ok(ExitCode::SUCCESS);
     }
-    output::print_line(&words::parameters(&identification))?;
+    stdout::print_line(&words::parameters(&identification))?;
     if let Some(flux) = &identification.flux {
-        output::print_line(&words::flux(flux))?;
+        stdout::print_line(&words::flux(flux))?;
     }
     for note in &identification.notes {
-        output::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&format!("note: {note}"))?;
     }
     if let Some(comparison) = &comparison {
-        output::print_line(&format!("\n{}", words::errors(comparison)))?;
+        stdout::print_line(&format!("\n{}", words::errors(comparison)))?;
     }
     if let Some(path) = &args.out {
-        output::print_line(&format!("\nwritten: {}", path.display()))?;
+        stdout::print_line(&format!("\nwritten: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }

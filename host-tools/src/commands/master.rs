@@ -8,6 +8,7 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::context::Context;
@@ -93,7 +94,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.answer.json {
         let charts: Vec<_> = shift.charts.iter().map(|c| json!({ "chart": c, "drifted": c.drifted() })).collect();
-        output::print_json(
+        stdout::print_json(
             "master",
             &args.input.names(),
             json!({
@@ -195,24 +196,24 @@ fn study(recordings: &[Recording], tests: &[Test], detector: &DetectorEntry) -> 
 fn print(args: &Args, tests: &[Test], shift: &Shift, drifted: bool) -> Result<()> {
     for t in tests {
         let serial = t.serial.as_deref().map_or_else(String::new, |s| format!(", motor {s}"));
-        output::print_line(&format!("{}{serial}: {}", t.recording, t.verdict.words()))?;
+        stdout::print_line(&format!("{}{serial}: {}", t.recording, t.verdict.words()))?;
         for reason in &t.reasons {
-            output::print_line(&format!("  {reason}"))?;
+            stdout::print_line(&format!("  {reason}"))?;
         }
         for alarm in t.alarms.iter().take(3) {
-            output::print_line(&format!("  {} at {:.1} times the limit: {}", alarm.cause, alarm.ratio, alarm.suspect))?;
+            stdout::print_line(&format!("  {} at {:.1} times the limit: {}", alarm.cause, alarm.ratio, alarm.suspect))?;
         }
     }
     if let Some(study) = &shift.study {
-        output::print_line(&studied(study))?;
+        stdout::print_line(&studied(study))?;
         return Ok(());
     }
-    output::print_line(&charted(&shift.charts))?;
+    stdout::print_line(&charted(&shift.charts))?;
     if args.history.is_none() {
-        return output::print_line("no --history: nothing is said about drift");
+        return stdout::print_line("no --history: nothing is said about drift");
     }
     let baseline = args.baseline as usize;
-    output::print_line(&if tests.iter().any(|t| t.verdict != Outcome::Pass) {
+    stdout::print_line(&if tests.iter().any(|t| t.verdict != Outcome::Pass) {
         "nothing is said about drift: the golden motor does not pass".to_owned()
     } else if drifted {
         let which: Vec<&str> = shift.charts.iter().filter(|c| c.drifted()).map(|c| c.figure).collect();

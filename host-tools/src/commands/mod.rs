@@ -22,6 +22,7 @@ pub mod plan;
 pub mod record;
 pub mod serve;
 pub mod simulate;
+mod stdout;
 pub mod terminal;
 pub mod train;
 pub mod trouble;

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
 
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model, catalogue};
-use crate::output;
 use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan};
 
 /// The recording that would best tell rival effects apart, by simulating them within the limits of the rig.
@@ -58,7 +58,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     };
     let result = terminal.watching("plan", |ctx| plan(&model, &rivals, args.seconds, limits, ctx))?;
     if args.json {
-        output::print_json("plan", &[], &result)?;
+        stdout::print_json("plan", &[], &result)?;
     } else {
         print(&result, model.kind)?;
     }
@@ -71,22 +71,22 @@ const SHOWN: usize = 10;
 fn print(plan: &Plan, kind: Kind) -> Result<()> {
     let one = plan.contests.len() == 1;
     let tables = if one { plan.contests.iter().map(ranking).collect() } else { best_of_each(plan) };
-    output::print_line(&tables)?;
-    output::print_line(
+    stdout::print_line(&tables)?;
+    stdout::print_line(
         "separation: what remains of one effect after the other one, in multiples of the noise, at 1 % of the current",
     )?;
     for contest in &plan.contests {
         let hidden = contest.proposals.first().is_none_or(|p| p.separation < 1.0);
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "{}: {}{}",
             catalogue::joined(&contest.rivals, " or "),
             if hidden { "no profile shows more than the noise; known is " } else { "" },
             contest.separated_by
         ))?;
     }
-    output::print_line(if one { "\nbest:" } else { "\nbest over all pairs:" })?;
+    stdout::print_line(if one { "\nbest:" } else { "\nbest over all pairs:" })?;
     for take in &plan.best {
-        output::print_line(&format!("  {}", instruction(take, kind)))?;
+        stdout::print_line(&format!("  {}", instruction(take, kind)))?;
     }
     Ok(())
 }

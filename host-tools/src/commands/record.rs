@@ -10,6 +10,7 @@ use greyrig::parameters::{SAMPLE_RATE_HZ, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
+use super::stdout;
 use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
@@ -106,7 +107,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let status = status(&port, &terminal.context());
     if args.json {
         let places: Vec<_> = lost.iter().map(|range| [range.start, range.end]).collect();
-        output::print_json(
+        stdout::print_json(
             "record",
             &[],
             json!({
@@ -119,7 +120,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
     } else {
         let line = format!("{}: {} samples from {}", out.display(), capture.samples.len(), device.board);
-        output::print_line(&line)?;
+        stdout::print_line(&line)?;
     }
     for line in status.iter().flat_map(faults) {
         eprintln!("greyrig: the microcontroller: {line}");

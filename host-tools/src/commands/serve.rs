@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::input;
+use super::stdout;
 use super::terminal::Terminal;
 use crate::error::{Error, Result};
 use crate::model::Kind;
-use crate::output;
 use crate::recording::MapArgs;
 use crate::serve::{Session, serve};
 
@@ -45,8 +45,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let listening = |address: std::net::SocketAddr| {
         let url = format!("http://{address}/");
         match args.json {
-            true => output::print_json("serve", &names, json!({ "url": url })),
-            false => output::print_line(&format!("{url} (Ctrl-C ends it)")),
+            true => stdout::print_json("serve", &names, json!({ "url": url })),
+            false => stdout::print_line(&format!("{url} (Ctrl-C ends it)")),
         }
     };
     let runtime = tokio::runtime::Builder::new_current_thread()

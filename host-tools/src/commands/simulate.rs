@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
+use super::stdout;
 use super::terminal::Terminal;
 use crate::error::{Error, Result};
 use crate::output;
@@ -118,9 +119,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             "profile": setup.profile.id,
             "seed": setup.seed,
         });
-        output::print_json("simulate", &[name], body)?;
+        stdout::print_json("simulate", &[name], body)?;
     } else {
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "{name}: {} samples, {} s, {} motor on {}",
             recording.len(),
             recording.duration_s(),
@@ -183,7 +184,7 @@ fn list(args: &Args) -> Result<ExitCode> {
             .map(|p| json!({"id": p.id, "what": p.what, "identifies": p.identifies, "seconds": p.seconds}))
             .collect();
         let body = json!({"kind": kind, "effects": effects, "faults": faults, "profiles": profiles});
-        output::print_json("simulate", &[], body)?;
+        stdout::print_json("simulate", &[], body)?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut effects = table(&["effect", "what", "usual size", "range", "size is"]);
@@ -203,7 +204,7 @@ fn list(args: &Args) -> Result<ExitCode> {
     for p in fitting_profiles(kind) {
         profiles.add_row([p.id.to_owned(), p.what.to_owned(), p.identifies.to_owned(), p.seconds.to_string()]);
     }
-    output::print_line(&format!("For --kind {}:\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
+    stdout::print_line(&format!("For --kind {}:\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
     Ok(ExitCode::SUCCESS)
 }
 

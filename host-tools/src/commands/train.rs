@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::anfis::{Bell, notes, parse_bell};
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Ridge, Settings, Trained};
@@ -91,12 +92,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.answer.json {
         let answer = Answered { answer: outcome.in_json(args), data_findings: &findings };
-        output::print_json("train", &args.input.names(), answer)?;
+        stdout::print_json("train", &args.input.names(), answer)?;
         return Ok(ExitCode::SUCCESS);
     }
     outcome.tell(args)?;
     if let Some(path) = &args.out {
-        output::print_line(&format!("written: {}", path.display()))?;
+        stdout::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -186,11 +187,11 @@ impl Outcome {
     }
 
     fn tell(&self, args: &Args) -> Result<()> {
-        output::print_line(&table(&self.before, &self.after))?;
-        output::print_line(&format!("\n{}", self.in_words()))?;
+        stdout::print_line(&table(&self.before, &self.after))?;
+        stdout::print_line(&format!("\n{}", self.in_words()))?;
         if let (Some(d), Some(delay)) = (&self.delayed, args.delay) {
             let chk = |t: &Trained| t.rmse_chk.map_or_else(|| "–".to_owned(), |e| format!("{e:.4} A"));
-            output::print_line(&format!(
+            stdout::print_line(&format!(
                 "with the modelled current of {delay} s ago as a fourth input ({} rules in place of {}) the error on rows kept back would be \
                  {} in place of {}",
                 d.net.rules(),
@@ -200,10 +201,10 @@ impl Outcome {
             ))?;
         }
         for note in notes(&self.trained) {
-            output::print_line(&format!("note: {note}"))?;
+            stdout::print_line(&format!("note: {note}"))?;
         }
         if !self.accepted() {
-            output::print_line("not accepted: the error does not fall on data that the training has not seen")?;
+            stdout::print_line("not accepted: the error does not fall on data that the training has not seen")?;
         }
         Ok(())
     }

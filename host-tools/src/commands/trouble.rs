@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::error::ErrorKind;
 use serde_json::json;
 
+use super::stdout;
 use crate::error::{EXIT_BAD_INPUT, Error};
-use crate::output;
 
 /// What a command line has asked for, as far as that is told before it is understood.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -66,7 +66,7 @@ impl Asked {
         if self.json {
             let error = json!({ "place": place, "what": what, "remedy": remedy });
             // Where stdout is what has failed, the line on stderr has to do.
-            let _ = output::print_line(&json!({ "schema": 1, "command": self.command, "error": error }).to_string());
+            let _ = stdout::print_line(&json!({ "schema": 1, "command": self.command, "error": error }).to_string());
         }
     }
 }

@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Args, Judged, note};
+use crate::commands::stdout;
 use crate::context::Context;
 use crate::device::connection::{check_layout, faults};
 use crate::device::{Connection, Port, parameters, recorded};
@@ -20,7 +21,6 @@ use crate::monitor::air;
 use crate::monitor::live::{self, Event, LONGEST_S, Plan};
 use crate::monitor::replay::Replay;
 use crate::monitor::test::{Outcome, judge};
-use crate::output;
 use crate::recording;
 
 /// An alarm that has not called for so long is over, s.
@@ -201,7 +201,7 @@ impl Talk {
                 eprintln!("{line}");
             } else {
                 // A reader that has gone away is told nothing; the verdict goes to the exit code all the same.
-                let _ = output::print_line(line);
+                let _ = stdout::print_line(line);
             }
         });
     }

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::answer::Answer;
 use super::input;
 use super::terminal::Terminal;
+use crate::commands::stdout;
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
@@ -113,7 +114,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             body.append(more);
         }
         let names: Vec<String> = args.recordings.iter().map(|p| p.display().to_string()).collect();
-        output::print_json("monitor", &names, body)?;
+        stdout::print_json("monitor", &names, body)?;
     } else {
         for test in tests {
             print(test)?;
@@ -206,7 +207,7 @@ fn note(results: Option<&Path>, test: &Test, ctx: &Context) -> Result<()> {
 }
 
 fn print(test: &Test) -> Result<()> {
-    output::print_line(&format!(
+    stdout::print_line(&format!(
         "{}: {} ({} of {} periods judged)",
         test.recording,
         test.verdict.words(),
@@ -214,20 +215,20 @@ fn print(test: &Test) -> Result<()> {
         test.periods[1]
     ))?;
     for reason in &test.reasons {
-        output::print_line(&format!("  {reason}"))?;
+        stdout::print_line(&format!("  {reason}"))?;
     }
     for alarm in test.alarms.iter().take(5) {
         let suspect = if alarm.suspect.is_empty() { String::new() } else { format!(", suspect: {}", alarm.suspect) };
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "  alarm from {:.2} to {:.2} s: {}, {} at {:.1} times the limit{suspect}",
             alarm.t_s, alarm.until_s, alarm.kind, alarm.cause, alarm.ratio
         ))?;
     }
     if test.alarms.len() > 5 {
-        output::print_line(&format!("  and {} more alarms", test.alarms.len() - 5))?;
+        stdout::print_line(&format!("  and {} more alarms", test.alarms.len() - 5))?;
     }
     for (k, suspect) in test.suspects.iter().enumerate() {
-        output::print_line(&format!(
+        stdout::print_line(&format!(
             "  {} {} ({}) explains {:.0} % of the deviations",
             if k == 0 { "suspect:" } else { "     or:" },
             suspect.text,
