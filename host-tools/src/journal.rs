@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
+use crate::output;
 
 /// How often a locked file is tried.
 const GLANCE: Duration = Duration::from_millis(10);

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::stdout;
 use super::terminal::Terminal;
+use crate::context::Context;
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
 use crate::error::{Error, Result};
@@ -63,7 +64,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
     // Over the link the rig keeps what nobody gives anew.
     let there = match &port {
-        Some(port) if given.is_none() || args.rig.is_none() => in_force(port, given.is_none())?,
+        Some(port) if given.is_none() || args.rig.is_none() => in_force(port, given.is_none(), &terminal.context())?,
         _ => None,
     };
     let (calibration, source) = match (given, &there) {
@@ -151,8 +152,8 @@ enum Calibration {
 
 /// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot be read
 /// are an error: nobody may guess it.
-fn in_force(port: &Port, calibration: bool) -> Result<Option<Settings>> {
-    let (mut connection, device) = Connection::open(port)?;
+fn in_force(port: &Port, calibration: bool, ctx: &Context) -> Result<Option<Settings>> {
+    let (mut connection, device) = Connection::open(port, ctx)?;
     check_layout(&device)?;
     let payload = connection.read_parameters()?;
     match section::decode(&payload) {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::input::Input;
+use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;

@@ -54,7 +54,7 @@ pub fn fit(
         }
         let mut bare = without_effects(&space);
         if slow {
-            slow_sampling::start_values(&mut bare, experiments)?;
+            slow_sampling::start_values(&mut bare, experiments, &ctx.quietly())?;
         } else {
             regression::start_values(&mut bare, experiments);
         }

@@ -65,7 +65,7 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
             by_torque::fit(space, &experiments, filter.cutoff_hz)?
         }
         Drive::Voltage => {
-            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments)?;
+            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, &ctx.quietly())?;
             by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes, ctx)?
         }
     };

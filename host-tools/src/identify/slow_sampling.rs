@@ -15,6 +15,7 @@ use super::minimise::{Effort, Refined, Residuals as _, minimise};
 use super::space::{Freedom, Space};
 use super::{by_simulation, regression};
 use crate::between::Between;
+use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::prediction;
@@ -38,7 +39,7 @@ pub fn is_slow(experiments: &[Experiment]) -> bool {
 ///
 /// # Errors
 /// An interrupt.
-pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Option<Weakness>> {
+pub fn prepare(space: &mut Space, experiments: &mut [Experiment], ctx: &Context) -> Result<Option<Weakness>> {
     if !is_slow(experiments) {
         return Ok(None);
     }
@@ -62,7 +63,7 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Opti
         .map(|(course, start)| {
             let Ok(motor) = start.motor() else { return Ok(None) };
             let along: Vec<Experiment> = experiments.iter().map(|e| e.clone().along_if_slow(*course, &motor)).collect();
-            fit(start, &along, Effort::ROUGH)
+            fit(start, &along, Effort::ROUGH, ctx)
         })
         .collect::<Result<_>>()?;
     let best = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
@@ -94,9 +95,9 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Opti
 ///
 /// # Errors
 /// An interrupt.
-pub fn start_values(space: &mut Space, experiments: &[Experiment]) -> Result<()> {
+pub fn start_values(space: &mut Space, experiments: &[Experiment], ctx: &Context) -> Result<()> {
     space.take_scales(&space.scales(experiments));
-    if let Some((_, fitted)) = fit(space, experiments, Effort::ROUGH)? {
+    if let Some((_, fitted)) = fit(space, experiments, Effort::ROUGH, ctx)? {
         space.take_values(&fitted);
     }
     space.take_scales(&space.scales(experiments));
@@ -104,9 +105,9 @@ pub fn start_values(space: &mut Space, experiments: &[Experiment]) -> Result<()>
 }
 
 /// A fit of the balances and its error; `None` without a balance, or where it comes to no number.
-fn fit(start: &Space, experiments: &[Experiment], effort: Effort) -> Result<Option<(f64, Space)>> {
+fn fit(start: &Space, experiments: &[Experiment], effort: Effort, ctx: &Context) -> Result<Option<(f64, Space)>> {
     let Some(balances) = EquationError::new(experiments) else { return Ok(None) };
-    let fit: Refined = minimise(start, &balances, effort, None, &mut || ())?;
+    let fit: Refined = minimise(start, &balances, effort, None, ctx)?;
     let error = fit.log_error(balances.groups());
     Ok(error.is_finite().then_some((error, fit.space)))
 }
