@@ -235,7 +235,7 @@ mod tests {
     }
 
     fn append(path: &Path, line: &str) -> Result<()> {
-        Journal::open(path, HEADER)?.append(&[line.to_owned()])
+        Journal::open(path, HEADER, &Context::quiet())?.append(&[line.to_owned()])
     }
 
     #[test]
@@ -292,7 +292,7 @@ mod tests {
             for _ in 0..4 {
                 scope.spawn(|| {
                     for _ in 0..25 {
-                        let mut journal = Journal::open(&path, HEADER).unwrap();
+                        let mut journal = Journal::open(&path, HEADER, &Context::quiet()).unwrap();
                         let next = journal.text().lines().count().max(1);
                         journal.append(&[format!("{next},230")]).unwrap();
                     }

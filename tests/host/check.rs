@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 use greyrig_host::check::{check, same, stop};
+use greyrig_host::context::Context;
 use greyrig_host::recording::finding::{Code, DataFinding, Severity};
 use greyrig_host::recording::{Channel, Mapping, Recording, load};
 use greyrig_host::rig::{Kind, Motor, PROFILES, Setup};
@@ -270,7 +271,7 @@ fn measured_data_are_told_nothing_false() {
             println!("skipped: no data");
             return;
         }
-        let recording = load(&path, &Mapping::parse(map).unwrap()).unwrap();
+        let recording = load(&path, &Mapping::parse(map).unwrap(), &Context::quiet()).unwrap();
         let found = check(&[recording], Some(Kind::PmDc));
         let serious = found.iter().filter(|f| f.severity != Severity::Info);
         let codes: Vec<Code> = serious.map(|f| f.code).collect();

@@ -183,8 +183,10 @@ fn saturation_shows_as_the_papers_error_and_vanishes_when_added() {
     let (training, held_out) = (record("staircase", 1), record("ramp", 2));
     let fit = |method, effects: &[&str]| {
         let effects = effects.iter().map(|e| e.parse().unwrap()).collect();
-        let found = identify(&training, &Settings { method, effects, ..Settings::new(Kind::Universal) }).unwrap();
-        let comparison = compare(&found.model, &held_out).unwrap();
+        let found =
+            identify(&training, &Settings { method, effects, ..Settings::new(Kind::Universal) }, &Context::quiet())
+                .unwrap();
+        let comparison = compare(&found.model, &held_out, &Context::quiet()).unwrap();
         (found, comparison)
     };
     // Rakar & Juričić: about 20 % in current and 5 % in speed for the physical model alone.
@@ -234,7 +236,7 @@ fn a_shape_gives_way_before_a_parameter_of_the_motor() {
         universal(profile, seconds).effect("windage_exponent=2.9").unwrap().seed(seed).run().unwrap().recording
     };
     let settings = Settings { effects: vec![EffectId::WindageExponent], ..Settings::new(Kind::Universal) };
-    let found = identify(&[windage("staircase", 12.0, 1)], &settings).unwrap();
+    let found = identify(&[windage("staircase", 12.0, 1)], &settings, &Context::quiet()).unwrap();
     assert_eq!(estimate(&found.parameters, "windage_reference").status, Status::NotIdentifiable);
     assert_eq!(estimate(&found.parameters, "mu2").status, Status::Identified);
     // The law is the plant's but for the share of the speed below which it fades, so nothing but noise is left: 1.5 leaves room
@@ -258,7 +260,7 @@ fn linkage_at_the_largest_current() {
     }
     let saturated = universal("staircase", 12.0).effect("saturation=0.3").unwrap().seed(4);
     let settings = Settings { effects: vec![EffectId::Saturation], ..Settings::new(Kind::Universal) };
-    let found = identify(&[saturated.run().unwrap().recording], &settings).unwrap();
+    let found = identify(&[saturated.run().unwrap().recording], &settings, &Context::quiet()).unwrap();
     let flux = found.flux.expect("a series motor");
     let truth = saturated.plant().linkage(swings(flux.current), flux.speed);
     // The catalogue follows the plant's law to about 0.1 % of the flux (src/effects/saturation.rs).

@@ -99,7 +99,8 @@ fn faults_fail_and_are_put_where_they_are() {
 fn parameters_tell_what_was_wrong_from_the_start() {
     let training = [rig("staircase", 12.0, 1).run().unwrap().recording];
     let effects = vec![EffectId::Saturation, EffectId::Hysteresis];
-    let model = identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }).unwrap().model;
+    let model =
+        identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }, &Context::quiet()).unwrap().model;
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
     let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
     let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault)), &Context::quiet()).unwrap();

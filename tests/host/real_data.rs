@@ -45,7 +45,8 @@ fn emps_equals_the_published_parameters() {
         return;
     };
     let settings = Settings { effects: vec![EffectId::TorqueOffset], ..magnet_motor(Base::DryViscous) };
-    let identification = identify(std::slice::from_ref(&train), &settings).expect("EMPS is identified");
+    let identification =
+        identify(std::slice::from_ref(&train), &settings, &Context::quiet()).expect("EMPS is identified");
     // Janot, Gautier, Brunot 2019; half a percent is ten times the spread between reasonable filters.
     for (name, published) in [("J", 95.1089), ("mu1", 203.50), ("mu0", 20.394), ("torque_offset", -3.165)] {
         let found = value(&identification, name);

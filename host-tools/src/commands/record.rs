@@ -226,7 +226,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.csv");
         for name in ["run.incomplete.csv", "run.incomplete-2.csv", "run.incomplete-3.csv"] {
-            assert_eq!(keep(&some_recording(), &out, "incomplete").unwrap(), folder.path().join(name));
+            assert_eq!(
+                keep(&some_recording(), &out, "incomplete", &Context::quiet()).unwrap(),
+                folder.path().join(name)
+            );
             assert!(folder.path().join(name).is_file());
         }
         assert!(!out.exists());
@@ -238,7 +241,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.csv");
         std::fs::write(&out, "another").unwrap();
-        keep_elsewhere(&some_recording(), &out);
+        keep_elsewhere(&some_recording(), &out, &Context::quiet());
         assert!(folder.path().join("run.unsaved.csv").is_file());
         assert_eq!(std::fs::read_to_string(&out).unwrap(), "another");
     }

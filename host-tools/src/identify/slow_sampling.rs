@@ -74,7 +74,7 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment], ctx: &Context)
         for e in experiments.iter_mut() {
             *e = prediction::as_told(e.clone(), &motor);
         }
-        if let Some((_, refined)) = fit(&bare, experiments, effort)? {
+        if let Some((_, refined)) = fit(&bare, experiments, effort, ctx)? {
             bare = refined;
         }
     }
