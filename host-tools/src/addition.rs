@@ -7,8 +7,8 @@ use greyrig::effects::EffectId;
 
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::diagnose::classes::class_of;
-use crate::diagnose::sizes::size_of;
 use crate::error::Result;
+use crate::identify::space::Key;
 use crate::identify::{Identification, Settings, identify};
 use crate::model::{Assignment, Model};
 use crate::recording::Recording;
@@ -138,6 +138,6 @@ pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[E
 
 /// Whether the size of an effect cannot be told from zero.
 fn comes_to_nothing(identification: &Identification, id: EffectId) -> bool {
-    let size = identification.parameters.iter().find(|p| p.name == size_of(id));
+    let size = identification.parameters.iter().find(|p| p.key == Key::size_of(id));
     size.is_none_or(|p| p.ci95.is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high))
 }

@@ -26,9 +26,9 @@ use crate::diagnose::{self, VerdictKind, classes, dither, samples};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::identify::scales::Scales;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::identify::{self, Settings, identifiability};
-use crate::model::{Kind, Model, unit};
+use crate::model::{Kind, Model};
 use crate::output;
 use crate::recording::{Motion, Recording};
 
@@ -270,7 +270,7 @@ impl<'a> Rig<'a> {
 
     /// Bisection for the smallest size at which an effect is revealed; the typical size comes first.
     fn search(&self, d: &'static Description, tick: &(dyn Fn(EffectId) + Sync)) -> Result<Challenged> {
-        let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name).abs();
+        let typical = self.space.with_effect(d.id, &self.scales).value(Key::size_of(d.id)).abs();
         let (mut low, mut high) = (GRID.0 - 1, GRID.1 + 1);
         let (mut revealed, mut hidden) = (None, None);
         let mut k = 0;
@@ -297,7 +297,7 @@ impl<'a> Rig<'a> {
             effect: d.id,
             name: d.name,
             parameter: d.size().name,
-            unit: unit(d.size().name, self.kind, self.motion),
+            unit: Key::size_of(d.id).unit(self.kind, self.motion),
             revealed_from: revealed.map(|r| r.0),
             hidden_up_to: hidden.map(|h| h.0),
             esr,
@@ -321,7 +321,7 @@ impl<'a> Rig<'a> {
     fn with(&self, d: &Description, size: f64) -> Option<Vec<Experiment>> {
         let without = self.space.motor().ok()?;
         let mut space = self.space.with_effect(d.id, &self.scales);
-        space.get_mut(d.size().name)?.value = size;
+        space.get_mut(Key::size_of(d.id))?.value = size;
         let motor = space.motor().ok()?;
         self.full
             .par_iter()

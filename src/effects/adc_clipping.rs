@@ -4,7 +4,7 @@
 //!
 //! Source: converter and amplifier with a limited range.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -24,6 +24,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
         parameters: &[EffectParameter {
             name: "clipping_level",
             unit: "A",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::Current,

@@ -5,7 +5,7 @@
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -34,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
             EffectParameter {
                 name: "resolution_current",
                 unit: "A",
+                role: Role::Size,
                 range: (0.0, 1e3),
                 start: 0.004,
                 relative: Relative::Current,
@@ -42,6 +43,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
             EffectParameter {
                 name: "resolution_speed",
                 unit: "rad/s",
+                role: Role::SecondSize,
                 range: (0.0, 1e3),
                 start: 0.0,
                 relative: Relative::Speed,

@@ -5,7 +5,7 @@
 //!
 //! Source: general machine theory (cross-magnetising field of a motor without compensating winding).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -28,6 +28,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
             EffectParameter {
                 name: "reaction_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 0.9),
                 start: 0.2,
                 relative: Relative::Absolute,
@@ -36,6 +37,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
             EffectParameter {
                 name: "reaction_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 1.0,
                 relative: Relative::Current,

@@ -7,7 +7,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -29,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             EffectParameter {
                 name: "asymmetric_viscous",
                 unit: "N m s/rad",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.1,
                 relative: Relative::FrictionPerSpeed,
@@ -37,6 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             EffectParameter {
                 name: "asymmetric_dry",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.1,
                 relative: Relative::Friction,

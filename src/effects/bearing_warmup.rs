@@ -7,7 +7,7 @@
 //! Source: viscosity of grease, with one thermal time constant.
 
 use super::memory::{accumulate, decay};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -29,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
             EffectParameter {
                 name: "warmup_excess",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 10.0),
                 start: 1.0,
                 relative: Relative::Absolute,
@@ -37,6 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
             EffectParameter {
                 name: "warmup_time",
                 unit: "s",
+                role: Role::Time,
                 range: (0.5, 1000.0),
                 start: 15.0,
                 relative: Relative::Absolute,

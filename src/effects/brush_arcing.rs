@@ -7,7 +7,7 @@
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -30,6 +30,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
             EffectParameter {
                 name: "arcing_drop",
                 unit: "V",
+                role: Role::Size,
                 range: (0.0, 100.0),
                 start: 0.005,
                 relative: Relative::Voltage,
@@ -38,6 +39,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
             EffectParameter {
                 name: "arcing_current",
                 unit: "A",
+                role: Role::Shape,
                 range: (1e-4, 1e3),
                 start: 0.5,
                 relative: Relative::Current,

@@ -5,7 +5,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
 //! exponential transition is the usual smooth one.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -27,6 +27,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
             EffectParameter {
                 name: "brush_drop",
                 unit: "V",
+                role: Role::Size,
                 range: (0.0, 50.0),
                 start: 0.008,
                 relative: Relative::Voltage,
@@ -35,6 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
             EffectParameter {
                 name: "brush_transition",
                 unit: "A",
+                role: Role::Shape,
                 range: (1e-4, 1e3),
                 start: 0.03,
                 relative: Relative::Current,

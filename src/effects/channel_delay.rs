@@ -11,7 +11,7 @@
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -33,6 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         parameters: &[EffectParameter {
             name: "channel_delay",
             unit: "s",
+            role: Role::Size,
             range: (0.0, 1e-3),
             start: 1e-4,
             relative: Relative::Absolute,

@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory (resistance and linear commutation).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
         parameters: &[EffectParameter {
             name: "demagnetisation",
             unit: "s/rad",
+            role: Role::Size,
             range: (0.0, 10.0),
             start: 0.05,
             relative: Relative::InverseSpeed,

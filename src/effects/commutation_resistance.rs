@@ -6,7 +6,7 @@
 //!
 //! Source: general machine theory (energy of the commutating coils).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,6 +26,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
         parameters: &[EffectParameter {
             name: "commutation_resistance",
             unit: "Ω s/rad",
+            role: Role::Size,
             range: (0.0, 100.0),
             start: 0.1,
             relative: Relative::ImpedancePerSpeed,

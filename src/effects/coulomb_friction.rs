@@ -5,8 +5,8 @@
 //! Source: C. A. Coulomb 1785; Modelica Standard Library, Machines.Losses.Friction and
 //! Mechanics.Rotational.Components.BearingFriction.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use crate::motor::{Balance, BaseParameter, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Torque against the motion, whatever the speed.
@@ -21,10 +21,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         name: "dry friction",
         equation: "J dω/dt = … − T sign(ω)",
         acts: Acts::Mechanical,
-        stands_for: Some("mu0"),
+        stands_for: Some(BaseParameter::Mu0),
         parameters: &[EffectParameter {
             name: "coulomb_friction",
             unit: "N m",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::Friction,

@@ -4,7 +4,7 @@
 //!
 //! Source: general theory of current sensors (magnetisation curve of the core).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
         parameters: &[EffectParameter {
             name: "current_compression",
             unit: "1/A²",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 0.05,
             relative: Relative::InverseCurrentSquared,

@@ -4,7 +4,7 @@
 //!
 //! Source: error model of a current-sensing amplifier (offset and gain).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
         parameters: &[EffectParameter {
             name: "current_offset",
             unit: "A",
+            role: Role::Size,
             range: (-100.0, 100.0),
             start: 0.006,
             relative: Relative::Current,

@@ -1,8 +1,8 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
-use super::EffectId;
 use super::separation::Separation;
-use crate::motor::FluxLaw;
+use super::{EffectId, MAX_EFFECT_PARAMETERS};
+use crate::motor::{BaseParameter, FluxLaw};
 
 /// What a start value is relative to, so that one figure serves a watch motor and a traction drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +41,21 @@ pub enum Relative {
     FrictionPerCurrentSquaredSpeedSquared,
 }
 
+/// What a parameter is to its effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The size: at zero the effect is absent. The first parameter of each.
+    Size,
+    /// A second size, as the sine beside the cosine of an angle: the effect is absent where both are zero.
+    SecondSize,
+    /// A shape: a knee, an exponent, a speed at which something fades.
+    Shape,
+    /// A time constant beside the size: far below what the recordings resolve, the effect is another one.
+    Time,
+    /// The share of the inductance that goes with the flux.
+    Linked,
+}
+
 /// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectParameter {
@@ -48,6 +63,8 @@ pub struct EffectParameter {
     pub name: &'static str,
     /// Unit of a rotary drive.
     pub unit: &'static str,
+    /// What it is to the effect.
+    pub role: Role,
     /// Physical range.
     pub range: (f64, f64),
     /// A typical value, where a fit starts, in units of `relative`.
@@ -61,8 +78,8 @@ pub struct EffectParameter {
 /// A shape beyond which an effect is not what its name says: its law has become that of another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// Name of the shape.
-    pub parameter: &'static str,
+    /// Place of the shape among the effect's parameters.
+    pub parameter: usize,
     /// Largest value with which the effect is still itself, in what the start value of the shape is relative to.
     pub beyond: f64,
     /// The effect that it turns into.
@@ -125,8 +142,8 @@ pub struct Description {
     pub seen: Seen,
     /// Which motors can have it.
     pub motors: Motors,
-    /// The base model's friction term (`mu0`, `mu1`, `mu2`) that it is, where the base is without it or has it fixed.
-    pub stands_for: Option<&'static str>,
+    /// The base model's friction term that it is, where the base is without it or has it fixed.
+    pub stands_for: Option<BaseParameter>,
     /// Whether it makes the flux lag.
     pub lags_flux: bool,
     /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
@@ -149,7 +166,43 @@ pub struct Description {
     pub source: &'static str,
 }
 
+/// What a motor has to know of an effect to run it.
+///
+/// The microcontroller asks for this and no more, so that the words of a [`Description`] take no room there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Traits {
+    /// Which equation it enters.
+    pub acts: Acts,
+    /// Whether it makes the flux lag.
+    pub lags_flux: bool,
+    /// [`Description::bends_supply`].
+    pub bends_supply: bool,
+    /// Whether it remembers.
+    pub remembers: bool,
+}
+
+/// Name and physical range of a parameter.
+pub type Limits = (&'static str, f64, f64);
+
 impl Description {
+    /// What a motor has to know of it.
+    pub const fn traits(&self) -> Traits {
+        let Self { acts, lags_flux, bends_supply, remembers, .. } = *self;
+        Traits { acts, lags_flux, bends_supply, remembers }
+    }
+
+    /// Names and physical ranges of its parameters, and of none beyond the last one.
+    pub const fn limits(&self) -> [Limits; MAX_EFFECT_PARAMETERS] {
+        let mut limits = [("", 0.0, 0.0); MAX_EFFECT_PARAMETERS];
+        let mut n = 0;
+        while n < self.parameters.len() {
+            let EffectParameter { name, range: (least, greatest), .. } = self.parameters[n];
+            limits[n] = (name, least, greatest);
+            n += 1;
+        }
+        limits
+    }
+
     /// The parameter that is its size: where that is zero, there is no effect.
     pub const fn size(&self) -> &'static EffectParameter {
         &self.parameters[0]

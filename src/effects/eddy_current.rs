@@ -7,7 +7,7 @@
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,6 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
             EffectParameter {
                 name: "eddy_lag",
                 unit: "s",
+                role: Role::Size,
                 range: (0.0, 2e-3),
                 start: 8e-5,
                 relative: Relative::Absolute,
@@ -39,6 +40,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
             EffectParameter {
                 name: "eddy_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,

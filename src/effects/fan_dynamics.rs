@@ -8,7 +8,7 @@
 //! torque falls when the flow is throttled.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -30,6 +30,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
             EffectParameter {
                 name: "fan_share",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 1.0),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -38,6 +39,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
             EffectParameter {
                 name: "fan_time",
                 unit: "s",
+                role: Role::Time,
                 range: (0.005, 10.0),
                 start: 0.15,
                 relative: Relative::Absolute,

@@ -18,7 +18,7 @@
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -104,6 +104,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_coercive",
                 unit: "A",
+                role: Role::Size,
                 range: (0.0, 100.0),
                 start: 0.015,
                 relative: Relative::Current,
@@ -112,6 +113,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_resting",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.2, 1.0),
                 start: 0.9,
                 relative: Relative::Absolute,
@@ -120,6 +122,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_closing",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 4.0),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -128,6 +131,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,

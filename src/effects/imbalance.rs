@@ -8,7 +8,7 @@
 //! Source: mechanics of a pendulum that turns.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -31,6 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
             EffectParameter {
                 name: "imbalance_cos",
                 unit: "N m",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -39,6 +40,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
             EffectParameter {
                 name: "imbalance_sin",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,

@@ -5,7 +5,7 @@
 //!
 //! Source: arc-tangent flux of the SaturatingInductor of the Modelica Standard Library.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -29,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 0.95),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -37,6 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 0.6,
                 relative: Relative::Current,
@@ -45,6 +47,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_sharpness",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 5.0),
                 start: 0.5,
                 relative: Relative::Absolute,

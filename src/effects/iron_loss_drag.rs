@@ -9,7 +9,7 @@
 //! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
 //! Machines.Losses.DCMachines.Core.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -34,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
             EffectParameter {
                 name: "iron_loss_drag",
                 unit: "N m s/(A² rad)",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.1,
                 relative: Relative::FrictionPerCurrentSquaredSpeed,
@@ -42,6 +43,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
             EffectParameter {
                 name: "iron_loss_hysteresis",
                 unit: "A^½ rad/s",
+                role: Role::Shape,
                 range: (0.0, 1e6),
                 start: 0.3,
                 relative: Relative::SpeedRootCurrent,

@@ -31,7 +31,7 @@ use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
 pub use crate::motor::MAX_EFFECTS;
-pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
+pub use description::{Acts, Description, EffectParameter, Limits, Motors, Relative, Role, Seen, Traits, Turn};
 pub use id::{Identifiers, UnknownEffect};
 pub use separation::{InWords, Recording, Separation};
 
@@ -101,6 +101,20 @@ macro_rules! catalogue {
             pub const fn id(self) -> &'static str {
                 match self {
                     $(Self::$variant => stringify!($module),)+
+                }
+            }
+
+            /// What a motor has to know of it.
+            pub const fn traits(self) -> Traits {
+                match self {
+                    $(Self::$variant => const { <$variant<f64> as PhysicalEffect<f64>>::DESCRIPTION.traits() },)+
+                }
+            }
+
+            /// Names and physical ranges of its parameters, and of none beyond the last one.
+            pub const fn limits(self) -> &'static [Limits; MAX_EFFECT_PARAMETERS] {
+                match self {
+                    $(Self::$variant => const { &<$variant<f64> as PhysicalEffect<f64>>::DESCRIPTION.limits() },)+
                 }
             }
 
@@ -275,13 +289,12 @@ impl<S: Scalar<Base = S>> Effect<S> {
     /// # Errors
     /// The first value that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (value, parameter) in self.values().into_iter().zip(self.description().parameters) {
+        for (value, (name, least, greatest)) in self.values().into_iter().zip(*self.id().limits()) {
             if !value.is_finite() {
-                return Err(ParameterError::NotFinite(parameter.name));
+                return Err(ParameterError::NotFinite(name));
             }
-            let (least, greatest) = parameter.range;
             if value < S::constant(least) || value > S::constant(greatest) {
-                return Err(ParameterError::OutOfRange { name: parameter.name, least, greatest });
+                return Err(ParameterError::OutOfRange { name, least, greatest });
             }
         }
         Ok(())

@@ -5,8 +5,8 @@
 //! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
 //! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use crate::motor::{Balance, BaseParameter, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Torque in proportion to the square of the speed.
@@ -21,10 +21,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
         name: "load that grows with the square of the speed",
         equation: "J dω/dt = … − c ω|ω|",
         acts: Acts::Mechanical,
-        stands_for: Some("mu2"),
+        stands_for: Some(BaseParameter::Mu2),
         parameters: &[EffectParameter {
             name: "quadratic_load",
             unit: "N m s²/rad²",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::FrictionPerSpeedSquared,

@@ -4,7 +4,7 @@
 //!
 //! Source: general machine theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -24,6 +24,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
         parameters: &[EffectParameter {
             name: "remanence_current",
             unit: "A",
+            role: Role::Size,
             range: (-100.0, 100.0),
             start: 0.015,
             relative: Relative::Current,

@@ -20,7 +20,7 @@
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
 //! n = 4 blended under the root, which needs a fourth root alone.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -47,6 +47,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 1.5),
                 start: 0.8,
                 relative: Relative::Absolute,
@@ -55,6 +56,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 0.8,
                 relative: Relative::Current,
@@ -63,6 +65,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_softness",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 30.0),
                 start: 1.5,
                 relative: Relative::Absolute,
@@ -71,6 +74,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,

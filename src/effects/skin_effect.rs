@@ -6,7 +6,7 @@
 //!
 //! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -25,6 +25,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
         parameters: &[EffectParameter {
             name: "skin_effect",
             unit: "s²/rad²",
+            role: Role::Size,
             range: (0.0, 1e3),
             start: 0.1,
             relative: Relative::InverseSpeedSquared,

@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -25,6 +25,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
         parameters: &[EffectParameter {
             name: "speed_gain",
             unit: "1",
+            role: Role::Size,
             range: (-0.5, 0.5),
             start: 0.02,
             relative: Relative::Absolute,

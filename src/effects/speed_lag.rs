@@ -6,7 +6,7 @@
 //! Source: first-order low-pass filter.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -28,6 +28,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         parameters: &[EffectParameter {
             name: "speed_lag",
             unit: "s",
+            role: Role::Size,
             range: (0.0, 1.0),
             start: 10e-3,
             relative: Relative::Absolute,

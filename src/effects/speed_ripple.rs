@@ -6,7 +6,7 @@
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -29,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
             EffectParameter {
                 name: "speed_ripple_cos",
                 unit: "1",
+                role: Role::Size,
                 range: (-0.5, 0.5),
                 start: 0.01,
                 relative: Relative::Absolute,
@@ -37,6 +38,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
             EffectParameter {
                 name: "speed_ripple_sin",
                 unit: "1",
+                role: Role::SecondSize,
                 range: (-0.5, 0.5),
                 start: 0.01,
                 relative: Relative::Absolute,

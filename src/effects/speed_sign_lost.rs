@@ -5,7 +5,7 @@
 //!
 //! Source: counting of pulses on one track.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -24,6 +24,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
         parameters: &[EffectParameter {
             name: "speed_sign_lost",
             unit: "1",
+            role: Role::Size,
             range: (0.0, 1.0),
             start: 1.0,
             relative: Relative::Absolute,

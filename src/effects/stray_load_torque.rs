@@ -4,7 +4,7 @@
 //!
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad, with the exponent 2 of the speed.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
         parameters: &[EffectParameter {
             name: "stray_load_torque",
             unit: "N m s²/(A² rad²)",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 0.1,
             relative: Relative::FrictionPerCurrentSquaredSpeedSquared,

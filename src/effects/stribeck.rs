@@ -6,7 +6,7 @@
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -33,6 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_torque",
                 unit: "N m",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 1.0,
                 relative: Relative::Friction,
@@ -41,6 +42,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_speed",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-4, 1e5),
                 start: 0.04,
                 relative: Relative::Speed,
@@ -49,6 +51,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_exponent",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.4, 3.0),
                 start: 1.3,
                 relative: Relative::Absolute,

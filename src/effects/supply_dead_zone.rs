@@ -5,7 +5,7 @@
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,6 +26,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         parameters: &[EffectParameter {
             name: "supply_dead_zone",
             unit: "V",
+            role: Role::Size,
             range: (0.0, 1000.0),
             start: 0.01,
             relative: Relative::Voltage,

@@ -4,7 +4,7 @@
 //!
 //! Source: circuit theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -27,6 +27,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
             EffectParameter {
                 name: "supply_resistance",
                 unit: "Ω",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.05,
                 relative: Relative::Impedance,
@@ -35,6 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
             EffectParameter {
                 name: "supply_inductance",
                 unit: "H",
+                role: Role::SecondSize,
                 range: (0.0, 10.0),
                 start: 1e-4,
                 relative: Relative::Absolute,

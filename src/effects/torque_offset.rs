@@ -6,7 +6,7 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
 //! is the offset of the drive's force.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -25,6 +25,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
         parameters: &[EffectParameter {
             name: "torque_offset",
             unit: "N m",
+            role: Role::Size,
             range: (-1e4, 1e4),
             start: 0.5,
             relative: Relative::Friction,

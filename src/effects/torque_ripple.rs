@@ -7,7 +7,7 @@
 //! Source: general machine theory (slot harmonics).
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -32,6 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_cos",
                 unit: "N m",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -40,6 +41,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_sin",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -48,6 +50,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_order",
                 unit: "1",
+                role: Role::Shape,
                 range: (1.0, 200.0),
                 start: 12.0,
                 relative: Relative::Absolute,

@@ -6,7 +6,7 @@
 //! Source: general machine theory (AC commutator machines).
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_lag",
                 unit: "s",
+                role: Role::Size,
                 range: (0.0, 3e-3),
                 start: 1.5e-4,
                 relative: Relative::Absolute,
@@ -40,6 +41,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_fading",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-4, 1e5),
                 start: 0.3,
                 relative: Relative::Speed,
@@ -48,6 +50,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
@@ -55,7 +58,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             },
         ],
         signature: "that of eddy currents, stronger at standstill; none on DC",
-        turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: EffectId::EddyCurrent }),
+        turns_into: Some(Turn { parameter: 1, beyond: 1.0, into: EffectId::EddyCurrent }),
         confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::Hysteresis],
         separated_by: &[Separation::locked_rotor("a locked rotor against the running motor at the same current")],
         source: "general machine theory",

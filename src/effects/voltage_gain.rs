@@ -5,7 +5,7 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,6 +26,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
         parameters: &[EffectParameter {
             name: "voltage_gain",
             unit: "1",
+            role: Role::Size,
             range: (-0.5, 0.5),
             start: 0.02,
             relative: Relative::Absolute,

@@ -4,7 +4,7 @@
 //!
 //! Source: error model of an amplifier (offset and gain).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,6 +23,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
         parameters: &[EffectParameter {
             name: "voltage_offset",
             unit: "V",
+            role: Role::Size,
             range: (-1000.0, 1000.0),
             start: 0.006,
             relative: Relative::Voltage,

@@ -7,7 +7,7 @@
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
             EffectParameter {
                 name: "windage_excess",
                 unit: "1",
+                role: Role::Size,
                 range: (-1.5, 2.0),
                 start: 0.3,
                 relative: Relative::Absolute,
@@ -40,6 +41,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
             EffectParameter {
                 name: "windage_reference",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-3, 1e5),
                 start: 1.0,
                 relative: Relative::Speed,

@@ -10,7 +10,7 @@
 //! Machines.Thermal.Constants.
 
 use super::memory::accumulate;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
             EffectParameter {
                 name: "winding_heating",
                 unit: "1/(A² s)",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.03,
                 relative: Relative::InverseHeat,
@@ -40,6 +41,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
             EffectParameter {
                 name: "winding_time",
                 unit: "s",
+                role: Role::Time,
                 range: (1.0, 3000.0),
                 start: 40.0,
                 relative: Relative::Absolute,

@@ -68,14 +68,14 @@ impl<S: Scalar<Base = S>> Motor<S> {
         Ok(Self {
             parameters,
             inverse_inertia: S::ONE / parameters.inertia,
-            lags: effects.iter().any(|e| e.description().lags_flux),
-            bends_supply: effects.iter().any(|e| e.description().bends_supply),
-            measures: effects.iter().any(|e| e.description().acts == Acts::Measuring),
-            remembers: effects.iter().any(|e| e.description().remembers),
+            lags: effects.iter().any(|e| e.id().traits().lags_flux),
+            bends_supply: effects.iter().any(|e| e.id().traits().bends_supply),
+            measures: effects.iter().any(|e| e.id().traits().acts == Acts::Measuring),
+            remembers: effects.iter().any(|e| e.id().traits().remembers),
             turning: effects
                 .iter()
                 .rev()
-                .fold(0, |bits, e| bits << 1 | u8::from(matches!(e.description().acts, Acts::Mechanical | Acts::Both))),
+                .fold(0, |bits, e| bits << 1 | u8::from(matches!(e.id().traits().acts, Acts::Mechanical | Acts::Both))),
             effects,
             terms: heapless::Vec::new(),
         })
@@ -148,7 +148,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
         remembered: &mut Remembered<S, PLACES>,
     ) {
         for ((effect, memory), remembered) in self.effects.iter().zip(memories).zip(remembered) {
-            if effect.description().remembers {
+            if effect.id().traits().remembers {
                 effect.advance_over_each(&passed, memory, remembered);
             }
         }

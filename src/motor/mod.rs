@@ -32,5 +32,5 @@ mod stepper;
 pub use balance::{Balance, OperatingPoint, State};
 pub use equations::{MAX_TERMS, Memories, Motor, Remembered, Slopes};
 pub use gradient::Gradient;
-pub use parameters::{FluxLaw, MAX_EFFECTS, ParameterError, Parameters};
+pub use parameters::{BaseParameter, FluxLaw, MAX_EFFECTS, ParameterError, Parameters};
 pub use stepper::{Constraints, LIMITS, Snapshot, Stepper};

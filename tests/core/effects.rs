@@ -742,7 +742,7 @@ fn an_effect_turns_into_the_one_that_it_says() {
     let turns: Vec<_> = turns.collect();
     for (d, turn) in &turns {
         assert!(
-            d.parameters.iter().skip(1).any(|p| p.name == turn.parameter),
+            d.parameters.get(turn.parameter).is_some_and(|p| p.role == Role::Shape),
             "{} is no shape of {}",
             turn.parameter,
             d.id

@@ -179,7 +179,9 @@ pub fn comparison(recordings: Vec<RecordingComparison>) -> Comparison {
 pub fn model(motion: Motion) -> Model {
     let rotary = motion == Motion::Rotary;
     let parameter = |value: f64, name: &str, width: Option<f64>, status| {
-        let unit = greyrig_host::model::unit(name, Kind::Universal, motion).to_owned();
+        let unit =
+            greyrig_host::model::unit(BaseParameter::of_name(name).unwrap().unit(Kind::Universal.flux_law()), motion)
+                .to_owned();
         (
             name.to_owned(),
             Parameter { value, unit, ci95: width.map(|w| [value * (1.0 - w), value * (1.0 + w)]), status },

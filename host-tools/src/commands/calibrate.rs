@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use greyrig::motor::BaseParameter;
 use serde_json::json;
 
 use super::input::{self, Input};
@@ -83,9 +84,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// What is known of the motors' own parameters.
 fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
-    let undetermined: Vec<&str> = ["R", "L", "K", "J"]
+    let undetermined: Vec<&str> = BaseParameter::POSITIVE
         .into_iter()
-        .filter(|name| model.parameters.contains_key(*name) && !detector.parameters.contains_key(*name))
+        .filter(|p| model.base_parameter(*p).is_some() && !detector.parameters.contains_key(p.name()))
         .filter_map(parameters::described)
         .collect();
     let mut lines = Vec::new();

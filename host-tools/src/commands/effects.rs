@@ -76,7 +76,7 @@ fn enters(d: &Description) -> &'static str {
 /// The effect that another one turns into, and with which shape.
 fn turns_into(d: &Description) -> Option<(EffectId, String)> {
     let turn = d.turns_into?;
-    let p = d.parameters.iter().find(|p| p.name == turn.parameter)?;
+    let p = &d.parameters[turn.parameter];
     Some((turn.into, format!("`{}` beyond {} %{}", p.name, 100.0 * turn.beyond, relative(p.relative))))
 }
 

@@ -6,7 +6,7 @@ mod result;
 pub mod traces;
 
 use greyrig::effects::Passed;
-use greyrig::motor::{OperatingPoint, State};
+use greyrig::motor::{BaseParameter, OperatingPoint, State};
 use rayon::prelude::*;
 
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
@@ -46,7 +46,7 @@ pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Cou
     if experiments.iter().any(|e| e.drive == Drive::Torque) {
         // The torque acts as the current of a motor with magnets and K = 1.
         single_model.kind = crate::model::Kind::PmDc;
-        single_model.parameters.remove("K");
+        single_model.parameters.remove(BaseParameter::K.name());
     }
     let motor = single_model.motor::<f32>().map_err(refused)?;
     let precise = single_model.motor::<f64>().map_err(refused)?;
@@ -141,12 +141,13 @@ impl From<[Option<f64>; 3]> for PerSignal {
 /// A voltage-driven recording needs the electrical side, a turning rotor the mechanical one.
 fn require(model: &Model, e: &Experiment) -> Result<()> {
     let turns = !(0..e.len()).all(|n| e.is_locked(n));
-    let needed: &[&str] = match (e.drive, turns) {
-        (Drive::Voltage, true) => &["R", "L", "K", "J"],
-        (Drive::Voltage, false) => &["R", "L"],
-        (Drive::Torque, _) => &["J"],
+    let needed: &[BaseParameter] = match (e.drive, turns) {
+        (Drive::Voltage, true) => &BaseParameter::POSITIVE,
+        (Drive::Voltage, false) => &[BaseParameter::R, BaseParameter::L],
+        (Drive::Torque, _) => &[BaseParameter::J],
     };
-    let missing: Vec<&str> = needed.iter().copied().filter(|n| !model.parameters.contains_key(*n)).collect();
+    let missing = needed.iter().filter(|p| model.base_parameter(**p).is_none());
+    let missing: Vec<&str> = missing.map(|p| p.name()).collect();
     if missing.is_empty() {
         return Ok(());
     }

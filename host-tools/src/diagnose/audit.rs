@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use greyrig::effects::{Description, EffectId};
+use greyrig::motor::BaseParameter;
 
 use super::blocks::{self, HeldOut, p_value};
 use super::classes;
@@ -21,7 +22,7 @@ use crate::identify::intervals_of_fit;
 use crate::identify::minimise::{Effort, Refined, Residuals, have_rows, log_error, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::scales::Scales;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::repeats;
 
 /// A little friction, relative to what motors have.
@@ -247,8 +248,8 @@ impl<'a> Audit<'a> {
         p_value(self.held_out(before), self.held_out(after), after, self.problem.groups(), parameters)
     }
 
-    /// 95 % intervals of the free parameters of a fit, by name.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    /// 95 % intervals of the free parameters of a fit.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<Key, [f64; 2]> {
         intervals_of_fit(&self.problem, fit)
     }
 
@@ -287,9 +288,9 @@ fn smallest_share(id: EffectId, found: &[EffectId], all: f64) -> f64 {
 fn time_constant_s(problem: &OutputError<'_>, space: &Space) -> f64 {
     let at = |space: &Space| problem.at(space, &space.coordinates());
     let mut braked = space.clone();
-    let Some(friction) = braked.get_mut("mu1") else { return 0.0 };
+    let Some(friction) = braked.get_mut(BaseParameter::Mu1) else { return 0.0 };
     let more = SMALL * friction.scale;
     friction.value += more;
     let slower = rms_of(&(at(&braked) - at(space)), problem.groups())[1];
-    space.value("J") * slower / (more * problem.sizes()[1])
+    space.value(BaseParameter::J) * slower / (more * problem.sizes()[1])
 }

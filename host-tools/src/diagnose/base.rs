@@ -1,6 +1,7 @@
 //! The base model: where its fit starts, how far off it is by itself, and what recordings cannot say of it.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 
 use super::audit::Audit;
 use super::climb::Climb;
@@ -31,20 +32,16 @@ pub fn error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> 
 /// A channel is missing without which a parameter that is to be identified cannot be.
 pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
     if full.iter().all(|e| e.drive == Drive::Torque) {
-        space.hold(&["R", "L", "K"], Freedom::Absent);
+        space.hold(BaseParameter::ELECTRICAL, Freedom::Absent);
         space.take_scales(&space.scales(coarse));
         return Ok(());
     }
     if full.iter().all(|e| e.current.is_none()) {
         // Without a current R is a unit of torque, and viscous friction counts to K: what is found does not depend on it.
-        space.hold(&["mu1"], Freedom::Pinned);
-        for name in ["R", "L"] {
-            if space.get(name).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))) {
-                space.hold(&[name], Freedom::Fixed);
-                if let Some(entry) = space.get_mut(name) {
-                    entry.value = if name == "R" { 1.0 } else { 1e-6 };
-                }
-            }
+        space.hold([BaseParameter::Mu1], Freedom::Pinned);
+        for (parameter, value) in [(BaseParameter::R, 1.0), (BaseParameter::L, 1e-6)] {
+            space.start(parameter, value);
+            space.hold([parameter], Freedom::Fixed);
         }
     }
     identifiability::missing_channels(space, full)?;
@@ -59,7 +56,7 @@ const VISIBLE_FRICTION: f64 = 0.05;
 
 /// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot acquit.
 pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Option<String> {
-    if space.get("mu0").is_some_and(|e| e.freedom != Freedom::Absent) {
+    if space.get(BaseParameter::Mu0).is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;
     }
     let d = EffectId::CoulombFriction.description();

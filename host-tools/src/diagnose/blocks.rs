@@ -155,6 +155,8 @@ fn sign_test(before: &HeldOut, after: &HeldOut) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use greyrig::motor::BaseParameter;
+
     use super::*;
     use crate::identify::space::{Freedom, Space};
     use crate::model::{Base, Kind};
@@ -162,8 +164,9 @@ mod tests {
     /// A fit of R and L to two blocks of two rows, of which the second alone tells L.
     fn fit(inductance: f64) -> Refined {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
-        space.hold(&["K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
-        space.start("L", inductance);
+        space.hold([BaseParameter::K, BaseParameter::J], Freedom::Pinned);
+        space.hold(BaseParameter::FRICTIONS, Freedom::Pinned);
+        space.start(BaseParameter::L, inductance);
         let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 1.0, 2.0]);
         Refined {
             space,

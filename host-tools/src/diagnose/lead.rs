@@ -7,6 +7,7 @@
 //! Source: S. Billings, S. Chen, M. Korenberg: Identification of MIMO non-linear systems using a forward-regression orthogonal
 //! estimator, Int. J. Control 49 (1989) 2157–2189.
 
+use greyrig::motor::BaseParameter;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -160,7 +161,7 @@ fn drive(fit: &Refined, problem: &EquationError<'_>) -> f64 {
         Kind::Universal => problem.column(Balance::Torque, &|i, _, _| i * i),
         Kind::PmDc => problem.column(Balance::Torque, &|i, _, _| i),
     };
-    fit.space.value("K") * column.norm() / fit.rms[1]
+    fit.space.value(BaseParameter::K) * column.norm() / fit.rms[1]
 }
 
 /// Coefficients of the chosen columns with all parameters free.

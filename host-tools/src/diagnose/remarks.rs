@@ -1,12 +1,13 @@
 //! What a motor engineer would add to a verdict.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 
 use super::VerdictKind;
 use super::holds::Holds;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::numbers::figure;
 
 /// Effects that take flux away where the current is large.
@@ -60,7 +61,7 @@ pub fn standstill(verdict: VerdictKind, holds: Holds) -> Option<String> {
 
 /// A delay that is none of the current channel's.
 pub fn held_voltage(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
-    let delay = space.get("channel_delay").filter(|_| found.contains(&EffectId::ChannelDelay))?;
+    let delay = space.get(Key::size_of(EffectId::ChannelDelay)).filter(|_| found.contains(&EffectId::ChannelDelay))?;
     let is_half = |e: &Experiment| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL;
     experiments.iter().all(is_half).then(|| {
         "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
@@ -73,7 +74,7 @@ pub fn held_voltage(space: &Space, found: &[EffectId], experiments: &[Experiment
 pub fn flux(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
     found.iter().find(|id| LESS_FLUX.contains(id))?;
     let current = space.scales(experiments).current;
-    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];
+    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value(BaseParameter::K) * current];
     Some(format!(
         "at the largest current, {} A, the flux is {:.0} % below the straight line of small currents",
         figure(current, 3),

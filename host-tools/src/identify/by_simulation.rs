@@ -83,7 +83,7 @@ pub fn fit(
             // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
             notes.push(format!("{} has run into its bound at {:.4e} and is held there", stuck.name, stuck.value));
             for known in [&mut space, &mut neutral] {
-                if let Some(entry) = known.get_mut(&stuck.name) {
+                if let Some(entry) = known.get_mut(stuck.key) {
                     entry.value = stuck.value;
                     entry.freedom = Freedom::Fixed;
                 }
@@ -95,7 +95,7 @@ pub fn fit(
         let covariance = covariance_without_open_shapes(&mut refined, &blocks);
         let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
         // An effect that was asked for stays, however little the data say about its size.
-        let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
+        let weakness = weakness.filter(|w| refined.space.get(w.held).is_none_or(|e| !e.of_effect()));
         match weakness {
             Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
                 let outcome = Outcome::of_simulation(refined.space, covariance, weaknesses.clone(), method);
@@ -103,7 +103,7 @@ pub fn fit(
                 // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
                 let mut again = neutral.clone();
                 for entry in &mut again.entries {
-                    if let Some(present) = space.get(&entry.name) {
+                    if let Some(present) = space.get(entry.key) {
                         entry.freedom = present.freedom;
                     }
                 }

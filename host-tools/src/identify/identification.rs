@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use serde::Serialize;
 
 use super::flux::FluxAtPeak;
@@ -10,16 +11,17 @@ use super::identifiability::Weakness;
 use super::intervals::Covariance;
 use super::intervals::of_fit::interval;
 use super::settings::{Method, Settings};
-use super::space::{Entry, Freedom, Space};
-use crate::model::{
-    BASE_PARAMETERS, EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry, unit,
-};
+use super::space::{Entry, Freedom, Key, Space};
+use crate::model::{EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry};
 use crate::recording::{Motion, Recording};
 use crate::term::Formula;
 
 /// One estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
+    /// Which parameter.
+    #[serde(skip)]
+    pub key: Key,
     /// Name.
     pub name: String,
     /// Value, SI; `None` when the recordings say nothing about it and nobody gave it.
@@ -84,7 +86,8 @@ impl Outcome {
         for (k, entry) in self.space.free().enumerate() {
             let Some(covariance) = &self.covariance else { break };
             let half = covariance.half_width_95_of(k) * entry.scale;
-            if !entry.positive && entry.name.starts_with("mu") && entry.value + half < 0.0 {
+            let is_friction = entry.key.base().is_some_and(BaseParameter::is_friction);
+            if !entry.positive && is_friction && entry.value + half < 0.0 {
                 notes.push(format!(
                     "{} is negative, which no friction can be: the fit makes up for physics that the model lacks{}",
                     entry.name,
@@ -116,9 +119,10 @@ impl Outcome {
                 }
             };
             Estimate {
+                key: entry.key,
                 name: entry.name.clone(),
                 value,
-                unit: unit(&entry.name, kind, motion).to_owned(),
+                unit: entry.key.unit(kind, motion).to_owned(),
                 ci95,
                 identifiable: ci95.is_some(),
                 status,
@@ -139,13 +143,13 @@ impl Outcome {
         let motion = recordings[0].motion();
         let parameters = self.estimates(settings.kind, motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
-        let of_effect = |id: &EffectId| {
-            let names: Vec<&str> = id.description().parameters.iter().map(|p| p.name).collect();
-            EffectEntry { id: *id, parameters: stored(&parameters, |name| names.contains(&name)) }
+        let of_effect = |id: &EffectId| EffectEntry {
+            id: *id,
+            parameters: stored(&parameters, |key| matches!(key, Key::Effect(other, _) if other == *id)),
         };
-        let of_term = |formula: &Formula| TermEntry {
+        let of_term = |(place, formula): (usize, &Formula)| TermEntry {
             formula: formula.clone(),
-            parameters: stored(&parameters, |name| formula.unknowns().iter().any(|u| u == name)),
+            parameters: stored(&parameters, |key| matches!(key, Key::Term(other, _) if other == place)),
         };
         let model = Model {
             schema: SCHEMA,
@@ -154,9 +158,9 @@ impl Outcome {
             motion,
             motor: recordings.iter().find_map(|r| r.metadata().get("motor").cloned()),
             filter,
-            parameters: stored(&parameters, |name| BASE_PARAMETERS.contains(&name)),
+            parameters: stored(&parameters, |key| key.base().is_some()),
             effects: settings.effects.iter().map(of_effect).collect(),
-            terms: settings.terms.iter().map(of_term).collect(),
+            terms: settings.terms.iter().enumerate().map(of_term).collect(),
             correction: None,
             detector: None,
             provenance: Provenance {
@@ -170,11 +174,11 @@ impl Outcome {
     }
 }
 
-/// What a model file keeps of the parameters with some names.
-fn stored(parameters: &[Estimate], names: impl Fn(&str) -> bool) -> BTreeMap<String, Parameter> {
+/// What a model file keeps of some parameters, by name.
+fn stored(parameters: &[Estimate], wanted: impl Fn(Key) -> bool) -> BTreeMap<String, Parameter> {
     let parameter = |e: &Estimate| {
         let parameter = Parameter { value: e.value?, unit: e.unit.clone(), ci95: e.ci95, status: e.status };
         Some((e.name.clone(), parameter))
     };
-    parameters.iter().filter(|e| names(&e.name)).filter_map(parameter).collect()
+    parameters.iter().filter(|e| wanted(e.key)).filter_map(parameter).collect()
 }

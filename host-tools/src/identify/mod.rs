@@ -24,6 +24,8 @@ mod settings;
 pub mod slow_sampling;
 pub mod space;
 
+use greyrig::motor::BaseParameter;
+
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Filter;
@@ -53,7 +55,7 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
     }
     let outcome = match drive {
         Drive::Torque => {
-            space.hold(&["R", "L", "K"], Freedom::Absent);
+            space.hold(BaseParameter::ELECTRICAL, Freedom::Absent);
             if !settings.cutoff_given {
                 filter.cutoff_hz = by_torque::cutoff_hz(&experiments);
             }

@@ -270,9 +270,11 @@ impl Residuals for OutputError<'_> {
 mod tests {
     use greyrig::butterworth::Settings;
     use greyrig::effects::EffectId;
+    use greyrig::motor::BaseParameter;
 
     use super::*;
     use crate::identify::minimise::as_it_is;
+    use crate::identify::space::Key;
     use crate::model::{Base, Filter, Kind};
     use crate::rig::Setup;
 
@@ -285,10 +287,10 @@ mod tests {
         let through_the_speed = |lag: f64| {
             let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
             let m = setup.motor;
-            for (name, value) in [("R", m.r), ("L", m.l), ("K", m.k), ("J", m.j), ("mu0", m.mu0), ("mu1", m.mu1)] {
-                space.start(name, value);
+            for (parameter, value) in BaseParameter::ALL.into_iter().zip([m.r, m.l, m.k, m.j, m.mu0, m.mu1]) {
+                space.start(parameter, value);
             }
-            space.start("speed_lag", lag);
+            space.start(Key::size_of(EffectId::SpeedLag), lag);
             let made = problem.through_the_speed(&as_it_is(&space, &problem));
             rms_of(&made, problem.groups())[0] / problem.sizes()[0]
         };

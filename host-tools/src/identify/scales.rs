@@ -58,6 +58,15 @@ impl Scales {
         }
     }
 
+    /// The size of a friction term that goes with a power of the speed.
+    pub fn friction_per_speed(&self, power: u8) -> f64 {
+        match power {
+            0 => self.friction,
+            1 => self.friction / self.speed,
+            _ => self.friction / (self.speed * self.speed),
+        }
+    }
+
     /// The size that a relative start value of one stands for.
     pub fn size(&self, relative: Relative) -> f64 {
         let Self { voltage: u, current: i, heat: q, speed: w, friction: t } = *self;

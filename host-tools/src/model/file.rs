@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use greyrig::butterworth;
+use greyrig::motor::BaseParameter;
 
-use super::{BASE_PARAMETERS, Model, SCHEMA, unit};
+use super::{Model, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
@@ -52,14 +53,14 @@ impl Model {
     fn check_parameters(&self, at: At<'_>) -> Result<()> {
         for (name, parameter) in &self.parameters {
             let place = || at(&format!("[parameters.{name}]"));
-            if !BASE_PARAMETERS.contains(&name.as_str()) {
+            let Some(base) = BaseParameter::of_name(name) else {
                 return Err(Error::input(
                     place(),
                     format!("there is no parameter {name}"),
-                    format!("the base model has {}", BASE_PARAMETERS.join(", ")),
+                    format!("the base model has {}", BaseParameter::ALL.map(BaseParameter::name).join(", ")),
                 ));
-            }
-            let expected = unit(name, self.kind, self.motion);
+            };
+            let expected = unit(base.unit(self.kind.flux_law()), self.motion);
             if parameter.unit != expected {
                 return Err(Error::input(
                     place(),

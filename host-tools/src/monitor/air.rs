@@ -13,6 +13,8 @@
 
 use std::borrow::Cow;
 
+use greyrig::motor::BaseParameter;
+
 use crate::error::{Error, Place, Result};
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
@@ -54,7 +56,7 @@ pub fn compensated<'a>(model: &'a Model, detector: &DetectorEntry, recording: &R
         return Ok(Cow::Borrowed(model));
     };
     let mut changed = model.clone();
-    if let Some(load) = changed.parameters.get_mut("mu2") {
+    if let Some(load) = changed.base_parameter_mut(BaseParameter::Mu2) {
         load.value *= density / (0.5 * (low + high));
     }
     Ok(Cow::Owned(changed))

@@ -10,6 +10,8 @@
 
 use std::collections::BTreeMap;
 
+use greyrig::motor::BaseParameter;
+
 use super::suspect::{self, Suspect};
 use crate::error::Result;
 use crate::experiment::Experiment;
@@ -24,14 +26,14 @@ use crate::recording::Recording;
 pub const PRECISION: f64 = 0.2;
 
 /// Base parameters that are estimated, with their names. Of the frictions the one that takes most.
-const ESTIMATED: [(&str, &str); PARAMETERS] = [
-    ("R", "resistance"),
-    ("L", "inductance"),
-    ("K", "flux"),
-    ("J", "inertia"),
-    ("mu0", "dry friction"),
-    ("mu1", "viscous friction"),
-    ("mu2", "fan load"),
+const ESTIMATED: [(BaseParameter, &str); PARAMETERS] = [
+    (BaseParameter::R, "resistance"),
+    (BaseParameter::L, "inductance"),
+    (BaseParameter::K, "flux"),
+    (BaseParameter::J, "inertia"),
+    (BaseParameter::Mu0, "dry friction"),
+    (BaseParameter::Mu1, "viscous friction"),
+    (BaseParameter::Mu2, "fan load"),
 ];
 const PARAMETERS: usize = 7;
 
@@ -70,7 +72,7 @@ impl Cause {
 }
 
 /// Name of a parameter in words.
-pub fn described(parameter: &str) -> Option<&'static str> {
+pub fn described(parameter: BaseParameter) -> Option<&'static str> {
     ESTIMATED.iter().find(|(id, _)| *id == parameter).map(|(_, name)| *name)
 }
 
@@ -87,8 +89,8 @@ pub fn suspects(kind: Kind, limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<
         .iter()
         .enumerate()
         .filter_map(|(k, (id, _))| {
-            let [centre, half] = limits.get(*id)?;
-            Some((k, (own.get(*id)? - centre) / half, *half))
+            let [centre, half] = limits.get(id.name())?;
+            Some((k, (own.get(id.name())? - centre) / half, *half))
         })
         .collect();
     let whole: f64 = watched.iter().map(|(_, d, _)| d * d).sum();
@@ -116,11 +118,12 @@ pub fn changes(model: &Model, recording: &Recording) -> Result<BTreeMap<String, 
     space.take_scales(&space.scales(&coarse));
     space.take_model(model);
     let fastest = coarse[0].speed.iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
-    let frictions = [("mu0", 1.0), ("mu1", fastest), ("mu2", fastest * fastest)];
-    let torque = |(name, factor): &(&str, f64)| model.value(name) * factor;
-    let largest = frictions.iter().max_by(|a, b| torque(a).total_cmp(&torque(b))).map_or("", |f| f.0);
+    let factors = [1.0, fastest, fastest * fastest];
+    let torque = |(friction, factor): &(BaseParameter, f64)| model.value(*friction) * factor;
+    let frictions = BaseParameter::FRICTIONS.into_iter().zip(factors);
+    let largest = frictions.max_by(|a, b| torque(a).total_cmp(&torque(b))).map(|f| f.0);
     for entry in &mut space.entries {
-        let free = matches!(entry.name.as_str(), "R" | "L" | "K" | "J") || entry.name == largest;
+        let free = entry.key.base().is_some_and(|p| p.is_positive() || Some(p) == largest);
         if matches!(entry.freedom, Freedom::Free(_)) && !(free && entry.value > 0.0) {
             entry.freedom = Freedom::Fixed;
         }
@@ -129,9 +132,11 @@ pub fn changes(model: &Model, recording: &Recording) -> Result<BTreeMap<String, 
     let rows = coarse.iter().map(|e| Rows::new(e, e.substeps(&motor).unwrap_or(1))).collect();
     let problem = OutputError::new(rows)?;
     let fit = minimise(&space, &problem, Effort::USUAL, None, &mut || ())?;
-    let determined = intervals_of_fit(&problem, &fit).into_iter().filter_map(|(name, [low, high])| {
-        let (value, of_type) = (fit.space.value(&name), model.value(&name));
-        (0.5 * (high - low) < PRECISION * of_type && value > 0.0).then(|| (name, (value / of_type).ln()))
+    let determined = intervals_of_fit(&problem, &fit).into_iter().filter_map(|(key, [low, high])| {
+        let parameter = key.base()?;
+        let (value, of_type) = (fit.space.value(key), model.value(parameter));
+        let is_determined = 0.5 * (high - low) < PRECISION * of_type && value > 0.0;
+        is_determined.then(|| (parameter.name().to_owned(), (value / of_type).ln()))
     });
     Ok(determined.collect())
 }

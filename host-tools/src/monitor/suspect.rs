@@ -8,7 +8,7 @@
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
 use greyrig::anfis::Anfis3x3;
-use greyrig::motor::{Constraints, State, Stepper};
+use greyrig::motor::{BaseParameter, Constraints, State, Stepper};
 use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
@@ -33,7 +33,7 @@ const AS_LIKELY: f64 = 0.02;
 /// How a cause changes what is recorded.
 enum Change {
     /// A parameter by its relative change.
-    Parameter(&'static str),
+    Parameter(BaseParameter),
     /// Dry friction, by its part of the load torque at the largest speed.
     Friction,
     /// A sensor's gain.
@@ -48,11 +48,11 @@ struct Cause {
 
 /// The frequent ones first.
 const CAUSES: &[Cause] = &[
-    Cause { name: "resistance", kind: "electrical", change: Change::Parameter("R") },
-    Cause { name: "inductance", kind: "electrical", change: Change::Parameter("L") },
-    Cause { name: "flux", kind: "electrical", change: Change::Parameter("K") },
+    Cause { name: "resistance", kind: "electrical", change: Change::Parameter(BaseParameter::R) },
+    Cause { name: "inductance", kind: "electrical", change: Change::Parameter(BaseParameter::L) },
+    Cause { name: "flux", kind: "electrical", change: Change::Parameter(BaseParameter::K) },
     Cause { name: "friction, as part of the load,", kind: "mechanical", change: Change::Friction },
-    Cause { name: "fan load", kind: "mechanical", change: Change::Parameter("mu2") },
+    Cause { name: "fan load", kind: "mechanical", change: Change::Parameter(BaseParameter::Mu2) },
     Cause { name: "gain of the current sensor", kind: "sensor", change: Change::Gain(Channel::Current) },
     Cause { name: "gain of the speed sensor", kind: "sensor", change: Change::Gain(Channel::Speed) },
     Cause { name: "gain of the voltage sensor", kind: "sensor", change: Change::Gain(Channel::Voltage) },
@@ -198,14 +198,15 @@ fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Re
     let onset = (0..e.len()).find(|n| recording.start_s() + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
     let mut changed: Model = (*model).clone();
     match &cause.change {
-        Change::Parameter(name) => {
-            let Some(p) = changed.parameters.get_mut(*name).filter(|p| p.value != 0.0) else { return Ok(None) };
+        Change::Parameter(parameter) => {
+            let Some(p) = changed.base_parameter_mut(*parameter).filter(|p| p.value != 0.0) else { return Ok(None) };
             p.value *= 1.0 + size;
         }
         Change::Friction => {
             let fastest = e.speed.iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
-            let load = model.value("mu0") + fastest * (model.value("mu1") + fastest * model.value("mu2"));
-            let Some(p) = changed.parameters.get_mut("mu0") else { return Ok(None) };
+            let load = model.value(BaseParameter::Mu0)
+                + fastest * (model.value(BaseParameter::Mu1) + fastest * model.value(BaseParameter::Mu2));
+            let Some(p) = changed.base_parameter_mut(BaseParameter::Mu0) else { return Ok(None) };
             p.value += size * load;
         }
         Change::Gain(_) => {}

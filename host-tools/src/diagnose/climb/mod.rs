@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use greyrig::effects::{Description, EffectId};
+use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::blocks::{self, HeldOut, held_out, p_value};
@@ -25,7 +26,7 @@ use crate::experiment::Experiment;
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
 use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::repeats;
 use step::{SHOWN, winner};
 
@@ -100,7 +101,8 @@ impl<'a> Climb<'a> {
         // A second member of a class would only lend the first one another form.
         let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), *id, d.id));
         // What the base model has by another name differs from it by rounding alone, of which two at a time make something.
-        let in_base = |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.name == term));
+        let in_base =
+            |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.key == Key::Base(term)));
         let candidates = self.candidates.iter().copied();
         candidates.filter(|d| !present(d) && !in_base(d) && !left_out.contains(&d.id)).collect()
     }
@@ -252,7 +254,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[EffectId], free: &Refined) -> Result<()> {
-        let inertia = ladder.fit.space.value("J");
+        let inertia = ladder.fit.space.value(BaseParameter::J);
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
         let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(**id));
         let fitted = |space: &Space| self.fit_from(Some(ladder.fit.rms), space, Effort::USUAL);
@@ -269,7 +271,7 @@ impl<'a> Climb<'a> {
         };
         ladder.found = kept.to_vec();
         ladder.floor = match self.repeats.is_empty() {
-            true => ladder.floor.with_inertia(ladder.fit.space.value("J") / inertia),
+            true => ladder.floor.with_inertia(ladder.fit.space.value(BaseParameter::J) / inertia),
             false => self.floor(&ladder.fit),
         };
         ladder.before = Completeness::of(base, &ladder.floor);
@@ -304,8 +306,8 @@ impl<'a> Climb<'a> {
         shape::of(fit, &self.problem, balance)
     }
 
-    /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    /// 95 % intervals of the parameters of a fit by equation error, from its blocks.
+    pub fn intervals(&self, fit: &Refined) -> BTreeMap<Key, [f64; 2]> {
         intervals_of(fit, &self.blocks)
     }
 

@@ -7,11 +7,11 @@ use super::{Climb, THOROUGH, Way};
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
-use crate::diagnose::sizes::{parameters_of, size_of};
+use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Refined, Residuals};
-use crate::identify::space::{Freedom, Space};
+use crate::identify::space::{Freedom, Key, Space};
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
@@ -268,8 +268,7 @@ impl Climb<'_> {
     fn swapped(&self, fit: &Refined, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
         let mut space = self.space_swapped(fit, id, rival);
         if bends {
-            let shapes: Vec<&str> = rival.id.description().parameters[1..].iter().map(|p| p.name).collect();
-            space.hold(&shapes, Freedom::Pinned);
+            space.hold(Key::shapes_of(rival.id), Freedom::Pinned);
         }
         self.fit_from(Some(fit.rms), &space, effort)
     }
@@ -278,7 +277,8 @@ impl Climb<'_> {
     fn space_swapped(&self, fit: &Refined, id: EffectId, rival: &Tried) -> Space {
         let scales = fit.space.scales(self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
-        if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
+        let size = Key::size_of(rival.id);
+        if let (Some(entry), Some(known)) = (space.get_mut(size), rival.fit.space.get(size)) {
             entry.value = known.value;
         }
         space

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::Climb;
@@ -136,15 +137,15 @@ pub fn winner(tried: &[Tried]) -> Option<&Tried> {
 
 /// Whether flux and inertia have gone.
 fn is_no_motor(before: &Space, after: &Space) -> bool {
-    ["K", "J"].iter().all(|name| before.value(name) > OF_NO_MOTOR * after.value(name))
+    [BaseParameter::K, BaseParameter::J].into_iter().all(|p| before.value(p) > OF_NO_MOTOR * after.value(p))
 }
 
 /// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)
 fn shift(before: &Space, after: &Space) -> f64 {
-    ["R", "K"]
-        .iter()
-        .map(|name| {
-            let ratio = after.value(name) / before.value(name);
+    [BaseParameter::R, BaseParameter::K]
+        .into_iter()
+        .map(|parameter| {
+            let ratio = after.value(parameter) / before.value(parameter);
             ratio.max(1.0 / ratio)
         })
         .fold(1.0, f64::max)

@@ -17,7 +17,7 @@ use crate::diagnose::ladder::{Ladder, Tried};
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
-use crate::identify::space::{Freedom, Space};
+use crate::identify::space::{Freedom, Key, Space};
 
 /// Error of the free run at the fit of a candidate by the balances over that of what was found, sum of the logarithms of both signals, up
 /// to which the candidate is fitted to the free run.
@@ -54,8 +54,7 @@ impl SecondLook<'_> {
         let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         if parameters_of(other.id) > parameters_of(id) {
-            let shapes = &other.id.description().parameters[1..];
-            space.hold(&shapes.iter().map(|p| p.name).collect::<Vec<_>>(), Freedom::Pinned);
+            space.hold(Key::shapes_of(other.id), Freedom::Pinned);
         } else {
             space.start_from(&other.fit.space, other.id);
         }

@@ -8,7 +8,8 @@ use crate::diagnose::criteria::BEYOND_DOUBT;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::screening;
-use crate::diagnose::sizes::{Size, parameters_of, size_of};
+use crate::diagnose::sizes::{Size, parameters_of};
+use crate::identify::space::Key;
 
 /// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
 /// most 1.04.
@@ -56,7 +57,7 @@ impl Doubt {
         if ladder.fit.space.effects().len() > 1 || by_its_shape {
             return None;
         }
-        let size = sizes.iter().find(|s| s.name == size_of(id) && s.may_be_zero())?;
+        let size = sizes.iter().find(|s| s.key == Key::size_of(id) && s.may_be_zero())?;
         let reason = format!(
             "yet its size may as well be zero, {}: what acts so may be something else; another recording would tell",
             in_words(size)

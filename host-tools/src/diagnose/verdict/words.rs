@@ -7,6 +7,7 @@ use crate::diagnose::completeness::Completeness;
 use crate::diagnose::criteria::SAME_ERROR;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
+use crate::identify::space::Key;
 use crate::numbers::with_interval;
 
 /// The standard name of an effect.
@@ -71,7 +72,7 @@ pub fn left_over(left: &Completeness) -> String {
 
 /// Whether a size is that of an effect.
 fn is_of(id: EffectId, size: &Size) -> bool {
-    id.description().parameters.iter().any(|p| p.name == size.name)
+    matches!(size.key, Key::Effect(other, _) if other == id)
 }
 
 /// A size with its interval.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::{SYSTEMATIC, block_length_s, slowest_correlation_time_s};
 use crate::identify::minimise::Refined;
 use crate::identify::output_error::{OutputError, Rows};
-use crate::identify::space::{Entry, Freedom};
+use crate::identify::space::{Entry, Freedom, Key};
 
 /// Distance from a limit, in the optimiser's coordinates, at which a shape is at it.
 const AT_LIMIT: f64 = 1e-4;
@@ -53,10 +53,10 @@ pub fn pin_shapes_at_limits(refined: &mut Refined) {
     let at_limit = |(entry, theta): (&Entry, &f64)| {
         let (low, high) = entry.limits();
         let is_there = *theta - low < AT_LIMIT || high - *theta < AT_LIMIT;
-        (entry.is_shape() && is_there).then(|| entry.name.clone())
+        (entry.is_shape() && is_there).then_some(entry.key)
     };
-    let at_limit: Vec<String> = refined.space.free().zip(&theta).filter_map(at_limit).collect();
-    at_limit.iter().for_each(|name| refined.hold(name));
+    let at_limit: Vec<Key> = refined.space.free().zip(&theta).filter_map(at_limit).collect();
+    at_limit.into_iter().for_each(|key| refined.hold(key));
 }
 
 /// 95 % interval of a free parameter from half that of its coordinate.

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use damping::{ALIKE, Coordinate, Trial, bounded_step, descend};
 
-use super::space::{Entry, Freedom, Space};
+use super::space::{Entry, Freedom, Key, Space};
 use crate::error::Result;
 use crate::output;
 
@@ -104,10 +104,10 @@ pub struct Refined {
 
 impl Refined {
     /// Holds a free parameter where it is.
-    pub fn hold(&mut self, name: &str) {
-        let place = self.space.free().position(|entry| entry.name == name);
+    pub fn hold(&mut self, key: Key) {
+        let place = self.space.free().position(|entry| entry.key == key);
         if let Some(place) = place {
-            self.space.hold(&[name], Freedom::Pinned);
+            self.space.hold([key], Freedom::Pinned);
             self.jacobian = std::mem::take(&mut self.jacobian).remove_column(place);
         }
     }
@@ -162,8 +162,8 @@ pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, e
     let residuals = problem.at(space, &theta);
     let mut known = fit.jacobian.clone();
     weigh(&mut DVector::zeros(residuals.len()), &mut known, problem.groups(), fit.rms);
-    let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
-    let place = |entry: &Entry| names.iter().position(|name| *name == entry.name);
+    let keys: Vec<Key> = fit.space.free().map(|e| e.key).collect();
+    let place = |entry: &Entry| keys.iter().position(|key| *key == entry.key);
     let new: Vec<usize> = space.free().enumerate().filter(|(_, e)| place(e).is_none()).map(|(k, _)| k).collect();
     let mut computed = derivatives(space, problem, &theta, &residuals, &new, DIFFERENCE).into_iter();
     let known_or_computed = |entry| place(entry).map(|j| known.column(j).into_owned()).or_else(|| computed.next());
@@ -422,6 +422,7 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use greyrig::effects::EffectId;
+    use greyrig::motor::BaseParameter;
 
     use super::damping::RUNGS;
     use super::*;
@@ -477,10 +478,17 @@ mod tests {
     #[test]
     fn a_resistance_between_bounds_has_another_coordinate_than_its_logarithm() {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
-        space.hold(&["R"], Freedom::Free(Some((1.0, 3.0))));
-        let of = |name: &str| coordinate(space.get(name).unwrap());
+        space.hold([BaseParameter::R], Freedom::Free(Some((1.0, 3.0))));
+        let of = |key: Key| coordinate(space.get(key).unwrap());
         assert_eq!(
-            ["R", "L", "mu1", "speed_lag"].map(of).map(|c| c == Coordinate::Logarithm),
+            [
+                BaseParameter::R.into(),
+                BaseParameter::L.into(),
+                BaseParameter::Mu1.into(),
+                Key::size_of(EffectId::SpeedLag)
+            ]
+            .map(of)
+            .map(|c| c == Coordinate::Logarithm),
             [false, true, false, false]
         );
     }
