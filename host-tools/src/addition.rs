@@ -118,7 +118,7 @@ pub fn identify_with(recordings: &[Recording], settings: &Settings, effects: &[E
         if !comes_to_nothing(&added.identification, *asked) {
             continue;
         }
-        for other in class_of(settings.kind, *asked).unwrap_or(&[]).iter().copied() {
+        for other in class_of(settings.kind, *asked).unwrap_or_default() {
             if added.effects.contains(&other) || settings.effects.contains(&other) {
                 continue;
             }

@@ -11,7 +11,7 @@
 //! What diagnosis finds in the recordings as they are is taken into the model before. An effect that the balances show
 //! there and the free run does not confirm would win every step: it is left out, and named.
 
-use greyrig::effects::{Acts, Description, EffectId, MAX_EFFECTS, Motors, Seen};
+use greyrig::effects::{Acts, Description, EffectId, MAX_EFFECTS, Seen};
 use greyrig::motor::Motor;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -117,7 +117,7 @@ pub fn challenge(
     let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion())?;
     let wanted = Description::all().filter(|d| {
         let named = effects.contains(&d.id);
-        !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && fits(d, settings.kind)))
+        !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && d.fits(settings.kind.flux_law())))
     });
     let (inside, outside): (Vec<&'static Description>, Vec<_>) = wanted.partition(|d| rig.challenging.contains(&d.id));
     let holds = Holds::of(&full);
@@ -136,13 +136,9 @@ pub fn challenge(
 /// How many effects a challenge of a kind of motor goes through at most: the length of its progress.
 pub fn most_effects(model: &Model, effects: &[EffectId]) -> u64 {
     let all = Description::all()
-        .filter(|d| d.seen_with(model.kind.flux_law()) == Seen::FreeRun && fits(d, model.kind))
+        .filter(|d| d.seen_with(model.kind.flux_law()) == Seen::FreeRun && d.fits(model.kind.flux_law()))
         .count();
     (if effects.is_empty() { all } else { effects.len() }) as u64
-}
-
-fn fits(d: &Description, kind: Kind) -> bool {
-    d.motors == Motors::All || kind == Kind::Universal
 }
 
 fn check_room(model: &Model, effects: &[EffectId]) -> Result<()> {
@@ -181,13 +177,13 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
         Seen::Invisible(needed) | Seen::InvisibleInSeries(needed) => {
             format!("no recording of voltage, current and speed shows it; it takes {needed}")
         }
-        _ if !fits(d, kind) => "a motor with magnets cannot have it".to_owned(),
-        _ if d.id == EffectId::SpeedSignLost => "it shows in the samples themselves, before any fit".to_owned(),
+        _ if !d.fits(kind.flux_law()) => "a motor with magnets cannot have it".to_owned(),
+        _ if d.of_data => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::Variance => "it shows in the variance of the residual, not in its mean".to_owned(),
         Seen::Orders => "it shows in lines at multiples of the rotation, above the filter".to_owned(),
         Seen::Samples => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::FreeRun if holds.tells(d) => "the model's own parameters do the same already".to_owned(),
-        Seen::FreeRun if !holds.electrical && d.acts != Acts::Mechanical => {
+        Seen::FreeRun if !holds.electrical && !d.shows_in_motion() => {
             "it takes a voltage and a current".to_owned()
         }
         Seen::FreeRun => "it takes motion in both directions".to_owned(),

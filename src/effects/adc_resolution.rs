@@ -5,7 +5,9 @@
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -50,6 +52,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
                 meaning: "step of the speed; 0: none",
             },
         ],
+        size_in_words: "the current channel shows steps of {}",
+        prior: Prior::common("converters of ten bits and fewer, and counters"),
+        of_data: true,
         signature: "white noise of the variance q²/12, whatever current and speed are",
         confused_with: &[EffectId::BrushArcing],
         separated_by: &[Separation::by("the samples: all differences are multiples of one step")],

@@ -7,7 +7,9 @@
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -45,6 +47,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
                 meaning: "half the difference of dry friction between forwards and backwards",
             },
         ],
+        size_in_words: "friction differs by twice {} between forwards and backwards",
+        excited_by: &[Excitation::BothDirections],
+        prior: Prior::occasional("oblique brushes, worm and helical gears"),
         signature: "a torque error that does not change its sign with the direction and grows with the speed",
         confused_with: &[EffectId::TorqueOffset, EffectId::CoulombFriction],
         separated_by: &[

@@ -7,7 +7,10 @@
 //! Source: viscosity of grease, with one thermal time constant.
 
 use super::memory::{accumulate, decay};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -45,6 +48,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
                 meaning: "time constant of warming up",
             },
         ],
+        size_in_words: "friction is {} larger at the start than warm",
+        excited_by: &[Excitation::Heating],
+        prior: Prior::occasional("grease is stiff in the cold"),
         signature: "a slow drift in the torque that does not depend on the current; the voltage balance is clean",
         confused_with: &[EffectId::WindageExponent, EffectId::WindingTemperature],
         separated_by: &[

@@ -7,7 +7,10 @@
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Seen,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -46,13 +49,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
                 meaning: "current from which every passage has its arc",
             },
         ],
+        size_in_words: "arcs take {} in the mean",
+        excited_by: &[Excitation::Current, Excitation::Speed],
+        prior: Prior::occasional("worn brushes and a rough commutator"),
         signature: "variance of the residual that follows |i| ω, with bursts; the mean passes for resistance",
         confused_with: &[EffectId::BrushDrop, EffectId::AdcResolution],
-        separated_by: &[
-            Separation::by(
-                "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
-            ),
-        ],
+        separated_by: &[Separation::by(
+            "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
+        )],
         source: "general machine theory",
         ..Description::usual(EffectId::BrushArcing)
     };

@@ -5,7 +5,9 @@
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
 //! exponential transition is the usual smooth one.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -43,6 +45,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
                 meaning: "current over which the drop builds up",
             },
         ],
+        size_in_words: "the brushes take {} whatever the current",
+        excited_by: &[Excitation::Current, Excitation::LowVoltage],
+        prior: Prior::common("carbon brushes drop half a volt to two volts each"),
         signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
                     resistance",
         confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::SupplyDeadZone],

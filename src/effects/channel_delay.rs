@@ -11,7 +11,10 @@
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -39,6 +42,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
             relative: Relative::Absolute,
             meaning: "time by which the current is late",
         }],
+        size_in_words: "the current channel is {} late",
+        excited_by: &[Excitation::Alternating],
+        prior: Prior::common("channels are converted one after the other, or filtered by unlike filters"),
+        half_an_interval: Some(
+            "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
+             that does): then it is no fault of the current channel",
+        ),
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
                     quadrature to i²; the opposite sign of eddy currents",
         confused_with: &[EffectId::EddyCurrent, EffectId::TransformerEmf, EffectId::Hysteresis],

@@ -6,7 +6,10 @@
 //!
 //! Source: general machine theory (energy of the commutating coils).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Seen,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +35,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
             relative: Relative::ImpedancePerSpeed,
             meaning: "resistance per speed",
         }],
+        size_in_words: "the resistance rises by {} with the speed",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::occasional("coils that turn over at speed take a voltage in proportion to current and speed"),
         signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
                     exceeds K of the torque. In a magnet motor a resistance that rises in proportion to the speed",
         confused_with: &[EffectId::VoltageGain, EffectId::SkinEffect],

@@ -5,7 +5,9 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -31,6 +33,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a current is shown",
         }],
+        size_in_words: "the current channel shows {} too much",
+        prior: Prior::common("shunts and Hall sensors have a tolerance of a per cent or so"),
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::SpeedGain],
         separated_by: &[Separation::by("a reference meter for the current")],

@@ -1,5 +1,6 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
+use super::knowledge::{Excitation, Prior, Representative, Sum};
 use super::separation::Separation;
 use super::{EffectId, MAX_EFFECT_PARAMETERS};
 use crate::motor::{BaseParameter, FluxLaw};
@@ -154,6 +155,35 @@ pub struct Description {
     pub remembers: bool,
     /// Its parameters.
     pub parameters: &'static [EffectParameter],
+    /// What its size means, as a sentence with `{}` for the size.
+    pub size_in_words: &'static str,
+    /// What a recording has to hold for it to show.
+    pub excited_by: &'static [Excitation],
+    /// On how many rigs it is to be expected.
+    pub prior: Prior,
+    /// Effects that stand for it, as no recording separates them: they are a class, which is named by that effect.
+    pub represented_by: &'static [Representative],
+    /// The effect that it is while the rotor stands still: without a speed the flux shows in the inductance alone, a lag fades by
+    /// nothing, and a constant current is a constant voltage over R.
+    pub at_standstill: Option<EffectId>,
+    /// Two others that take its part while the motor runs on a closed supply: the columns of the three in the voltage balance, K ω,
+    /// R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
+    pub two_make_it: Option<[EffectId; 2]>,
+    /// Two others that are together what it is by itself.
+    pub sum_of: Option<Sum>,
+    /// Effects of which a little takes up the difference between two forms of its law, on which no two sources agree.
+    pub rest_of_law: &'static [EffectId],
+    /// Effects that a straight line credits with the rest of its law, where the law's own shape can take that up on a curved way: of a
+    /// motor with saturation that runs steadily an inductance seemed to earn a fifth of all, and earned nothing.
+    pub overrated_beside: &'static [EffectId],
+    /// Whether it takes flux away where the current is large.
+    pub weakens_flux: bool,
+    /// What it is no fault but, where its size is half a sampling interval.
+    pub half_an_interval: Option<&'static str>,
+    /// Whether it changes what is shown of the speed, and of nothing else.
+    pub on_speed_channel: bool,
+    /// Whether it is a finding about the data, in the samples, and nothing that a model of the motor lacks.
+    pub of_data: bool,
     /// What it leaves in the residual of a model without it.
     pub signature: &'static str,
     /// Where a shape makes another effect of it.
@@ -217,6 +247,27 @@ impl Description {
         }
     }
 
+    /// Whether a motor with a flux law can have it.
+    pub const fn fits(&self, law: FluxLaw) -> bool {
+        matches!((self.motors, law), (Motors::All, _) | (Motors::Series, FluxLaw::Series))
+    }
+
+    /// Whether a diagnosis tries it in a motor with a flux law: it can be there, and shows in the error of a free run.
+    pub const fn is_tried(&self, law: FluxLaw) -> bool {
+        matches!(self.seen_with(law), Seen::FreeRun) && !self.of_data && self.fits(law)
+    }
+
+    /// Whether speed and torque alone can show it, without voltage and current.
+    pub const fn shows_in_motion(&self) -> bool {
+        matches!(self.acts, Acts::Mechanical) || self.on_speed_channel
+    }
+
+    /// The effect that is named in its place in a motor with a flux law: itself, if it is in no class or stands for one.
+    pub fn named_as(&self, law: FluxLaw) -> EffectId {
+        let here = |r: &&Representative| r.law.is_none_or(|of| of == law);
+        self.represented_by.iter().find(here).map_or(self.id, |r| r.effect)
+    }
+
     /// What most effects are: seen in the free run, possible in every motor, without parameters or words yet.
     pub const fn usual(id: EffectId) -> Self {
         Self {
@@ -232,6 +283,19 @@ impl Description {
             of_supply: false,
             remembers: false,
             parameters: &[],
+            size_in_words: "",
+            excited_by: &[],
+            prior: Prior::occasional(""),
+            represented_by: &[],
+            at_standstill: None,
+            two_make_it: None,
+            sum_of: None,
+            rest_of_law: &[],
+            overrated_beside: &[],
+            weakens_flux: false,
+            half_an_interval: None,
+            on_speed_channel: false,
+            of_data: false,
             signature: "",
             turns_into: None,
             confused_with: &[],

@@ -7,7 +7,10 @@
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -47,6 +50,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
                 meaning: "share of the inductance that lags",
             },
         ],
+        size_in_words: "the flux follows {} after the current",
+        excited_by: &[Excitation::Alternating],
+        prior: Prior::occasional("solid yokes have it, laminated ones hardly"),
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, without a third \
                     harmonic; the opposite sign of a late current channel",
         confused_with: &[EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::Hysteresis],

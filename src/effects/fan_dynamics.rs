@@ -8,7 +8,10 @@
 //! torque falls when the flow is throttled.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -46,6 +49,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
                 meaning: "time constant of the flow",
             },
         ],
+        size_in_words: "the air follows the fan {} later",
+        excited_by: &[Excitation::Acceleration],
+        prior: Prior::rare("only where the air in a duct is heavy beside the rotor"),
         signature: "too little load while the speed rises, too much while it falls; none at constant speed",
         confused_with: &[EffectId::StrayLoadTorque, EffectId::WindageExponent, EffectId::IronLossDrag],
         separated_by: &[

@@ -18,7 +18,10 @@
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
 //! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -138,9 +141,17 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
                 meaning: "share of the inductance that has the loop",
             },
         ],
+        size_in_words: "the flux is {} behind the current, whichever way that goes",
+        excited_by: &[Excitation::Alternating, Excitation::Current],
+        prior: Prior::common("every iron has it, solid or soft steel poles most"),
         signature: "fundamental in quadrature with the current, nearly independent of the amplitude; a torque in quadrature to \
                     i²",
-        confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::InductanceSaturation],
+        confused_with: &[
+            EffectId::EddyCurrent,
+            EffectId::ChannelDelay,
+            EffectId::TransformerEmf,
+            EffectId::InductanceSaturation,
+        ],
         separated_by: &[
             Separation::by("slow DC ramps, where the loop stays and every lag in time vanishes"),
             Separation::by("different amplitudes"),
@@ -157,11 +168,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         balance.flux_slope = balance.flux_slope * lag.slope.times(-S::ONE).plus(S::ONE);
         let left = lag.slope.times(-self.linked).plus(S::ONE);
         let leakage = S::constant(LEAKAGE);
-        balance.inductance = if left.value() < leakage {
-            balance.inductance.times(leakage)
-        } else {
-            balance.inductance * left
-        };
+        balance.inductance =
+            if left.value() < leakage { balance.inductance.times(leakage) } else { balance.inductance * left };
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
         [S::ZERO, state.current, S::ZERO, S::ZERO]

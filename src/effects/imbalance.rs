@@ -8,7 +8,10 @@
 //! Source: mechanics of a pendulum that turns.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -47,14 +50,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
                 meaning: "amplitude of the sine of the angle",
             },
         ],
+        size_in_words: "the torque swings by {} once a turn",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::occasional("rotors that are balanced roughly or have a bent shaft"),
         signature: "a line at the frequency of rotation in the speed, the stronger the slower, and in the current",
         confused_with: &[EffectId::TorqueRipple, EffectId::SpeedRipple],
-        separated_by: &[
-            Separation::by(
-                "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
+        separated_by: &[Separation::by(
+            "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
                  true grows with it",
-            ),
-        ],
+        )],
         source: "mechanics",
         remembers: true,
         ..Description::usual(EffectId::Imbalance)

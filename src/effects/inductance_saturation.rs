@@ -5,7 +5,9 @@
 //!
 //! Source: arc-tangent flux of the SaturatingInductor of the Modelica Standard Library.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -54,6 +56,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
                 meaning: "0 is the soft knee of an arc-tangent flux",
             },
         ],
+        size_in_words: "{} of the inductance is lost at high current",
+        excited_by: &[Excitation::Current, Excitation::Alternating],
+        prior: Prior::occasional("leakage paths and chokes saturate by themselves"),
         signature: "third harmonic in quadrature with the current, at any speed; nothing in the torque",
         confused_with: &[EffectId::Hysteresis, EffectId::Saturation, EffectId::CurrentCompression],
         separated_by: &[Separation::by("a locked rotor at two or three amplitudes")],

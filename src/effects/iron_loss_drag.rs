@@ -9,7 +9,9 @@
 //! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
 //! Machines.Losses.DCMachines.Core.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -50,8 +52,17 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
                 meaning: "speed at which hysteresis takes as much as the eddy currents, times the root of the current",
             },
         ],
+        size_in_words: "iron losses brake by {} per speed and square of the current",
+        excited_by: &[Excitation::Current, Excitation::Speed],
+        prior: Prior::occasional("armatures of thick or poor sheets"),
+        rest_of_law: &[EffectId::QuadraticLoad],
         signature: "a torque in proportion to i² that falls with the speed; the voltage balance is clean",
-        confused_with: &[EffectId::StrayLoadTorque, EffectId::CommutationDemagnetisation, EffectId::QuadraticLoad, EffectId::FanDynamics],
+        confused_with: &[
+            EffectId::StrayLoadTorque,
+            EffectId::CommutationDemagnetisation,
+            EffectId::QuadraticLoad,
+            EffectId::FanDynamics,
+        ],
         separated_by: &[
             Separation::by("a run at one speed and several currents"),
             Separation::by("nothing against the stray load torque, with which it is one class"),

@@ -24,6 +24,7 @@ macro_rules! fields {
 
 mod description;
 mod id;
+mod knowledge;
 mod memory;
 mod separation;
 
@@ -33,6 +34,7 @@ use crate::scalar::Scalar;
 pub use crate::motor::MAX_EFFECTS;
 pub use description::{Acts, Description, EffectParameter, Limits, Motors, Relative, Role, Seen, Traits, Turn};
 pub use id::{Identifiers, UnknownEffect};
+pub use knowledge::{Excitation, Prior, Representative, Sentence, Sum};
 pub use separation::{InWords, Recording, Separation};
 
 /// How many parameters an effect has at most.

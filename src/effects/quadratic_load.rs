@@ -5,7 +5,9 @@
 //! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
 //! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, BaseParameter, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,6 +33,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
             relative: Relative::FrictionPerSpeedSquared,
             meaning: "torque per square of the speed",
         }],
+        size_in_words: "the load grows by {} with the square of the speed",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::common("fans and pumps, and the windage of any fast rotor"),
         signature: "a braking torque that grows faster than the speed, in either direction",
         confused_with: &[EffectId::WindageExponent, EffectId::StrayLoadTorque, EffectId::IronLossDrag],
         separated_by: &[Separation::open_supply("a coast-down from full speed without a current")],

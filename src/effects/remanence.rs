@@ -4,7 +4,10 @@
 //!
 //! Source: general machine theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -30,6 +33,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
             relative: Relative::Current,
             meaning: "equivalent magnetising current",
         }],
+        size_in_words: "the iron keeps the flux of {} when the current is switched off",
+        excited_by: &[Excitation::Direct, Excitation::Current],
+        prior: Prior::occasional("every iron keeps some flux; it shows where the current passes zero"),
+        two_make_it: Some([EffectId::CurrentOffset, EffectId::VoltageOffset]),
         signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
         confused_with: &[EffectId::CurrentOffset, EffectId::VoltageOffset],
         separated_by: &[

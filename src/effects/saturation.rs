@@ -20,7 +20,10 @@
 //! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
 //! n = 4 blended under the root, which needs a fourth root alone.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -81,9 +84,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
                 meaning: "share of the inductance that saturates with the flux",
             },
         ],
+        size_in_words: "{} of the slope of the flux is lost at high current",
+        excited_by: &[Excitation::Current],
+        prior: Prior::common("motors for the mains are built to run into it"),
+        at_standstill: Some(EffectId::InductanceSaturation),
+        overrated_beside: &[EffectId::InductanceSaturation],
+        weakens_flux: true,
         signature: "third harmonic in phase with the current, growing with speed and voltage; the base fit answers with a \
                     negative mu0 and too large a resistance",
-        confused_with: &[EffectId::ArmatureReaction, EffectId::CurrentCompression, EffectId::BrushDrop, EffectId::InductanceSaturation],
+        confused_with: &[
+            EffectId::ArmatureReaction,
+            EffectId::CurrentCompression,
+            EffectId::BrushDrop,
+            EffectId::InductanceSaturation,
+        ],
         separated_by: &[
             Separation::locked_rotor("a locked rotor, where it vanishes from the voltage but for the inductance"),
             Separation::by("DC steps show φ(i) point by point"),

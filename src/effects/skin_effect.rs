@@ -6,8 +6,11 @@
 //!
 //! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
-use crate::motor::{Balance, OperatingPoint};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Representative,
+    Role, Separation,
+};
+use crate::motor::{Balance, FluxLaw, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Resistance that grows with the square of the speed.
@@ -31,14 +34,19 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
             relative: Relative::InverseSpeedSquared,
             meaning: "relative rise of the resistance per square of the speed",
         }],
+        size_in_words: "the resistance rises by {} with the square of the frequency",
+        excited_by: &[Excitation::Speed, Excitation::Alternating],
+        prior: Prior::rare("thick wires at a high frequency of rotation only"),
+        represented_by: &[
+            Representative { effect: EffectId::CommutationDemagnetisation, law: Some(FluxLaw::Series) },
+            Representative { effect: EffectId::CommutationResistance, law: Some(FluxLaw::PermanentMagnet) },
+        ],
         signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
         confused_with: &[EffectId::CommutationDemagnetisation, EffectId::CommutationResistance],
-        separated_by: &[
-            Separation::by(
-                "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
+        separated_by: &[Separation::by(
+            "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
                  that seems to be there",
-            ),
-        ],
+        )],
         source: "general machine theory",
         ..Description::usual(EffectId::SkinEffect)
     };

@@ -5,7 +5,9 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -31,6 +33,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a speed is shown",
         }],
+        size_in_words: "the speed channel shows {} too much",
+        prior: Prior::occasional("a wrong number of lines, or the tolerance of a tachometer"),
+        on_speed_channel: true,
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::CurrentGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the speed")],

@@ -6,7 +6,10 @@
 //! Source: first-order low-pass filter.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -34,6 +37,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
             relative: Relative::Absolute,
             meaning: "time constant",
         }],
+        size_in_words: "the speed channel is {} behind",
+        excited_by: &[Excitation::Acceleration],
+        prior: Prior::common("tachometers and counters of pulses smooth what they show"),
+        on_speed_channel: true,
         signature: "speed ripple at twice the mains frequency that is too small and late; a torque error in proportion to \
                     d²ω/dt²",
         confused_with: &[EffectId::ChannelDelay, EffectId::FanDynamics],

@@ -6,7 +6,10 @@
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -45,11 +48,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
                 meaning: "relative amplitude of the sine of the angle",
             },
         ],
+        size_in_words: "the speed channel swings by {} as the rotor turns",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::common("no tachometer and no coupling runs true"),
+        on_speed_channel: true,
         signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
         confused_with: &[EffectId::Imbalance, EffectId::TorqueRipple],
-        separated_by: &[
-            Separation::by("order tracking over a coast-down: it grows with the speed, that of an imbalance falls"),
-        ],
+        separated_by: &[Separation::by(
+            "order tracking over a coast-down: it grows with the speed, that of an imbalance falls",
+        )],
         source: "geometry of an eccentric disc",
         remembers: true,
         ..Description::usual(EffectId::SpeedRipple)

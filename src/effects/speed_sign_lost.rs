@@ -5,7 +5,9 @@
 //!
 //! Source: counting of pulses on one track.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -30,6 +32,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
             relative: Relative::Absolute,
             meaning: "1 when the sign is lost, 0 when it is kept",
         }],
+        size_in_words: "{} of the sign of the speed is lost",
+        excited_by: &[Excitation::BothDirections],
+        prior: Prior::rare("counters of pulses without a second track"),
+        on_speed_channel: true,
+        of_data: true,
         signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
                     turns forwards",
         confused_with: &[EffectId::AsymmetricFriction, EffectId::TorqueOffset],

@@ -6,7 +6,9 @@
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -58,6 +60,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
                 meaning: "how sharply it fades",
             },
         ],
+        size_in_words: "{} more friction at a crawl than at speed",
+        excited_by: &[Excitation::LowSpeed],
+        prior: Prior::occasional("lubricated bearings at a crawl, and gears"),
+        rest_of_law: &[EffectId::WindageExponent, EffectId::QuadraticLoad],
         signature: "a braking torque at the start and at the end of a coast-down only",
         confused_with: &[EffectId::WindageExponent, EffectId::CoulombFriction],
         separated_by: &[

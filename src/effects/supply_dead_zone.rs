@@ -5,7 +5,9 @@
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +34,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
             relative: Relative::Voltage,
             meaning: "half width of the zone, which is the voltage that is lost outside it",
         }],
+        size_in_words: "the first {} of the command do not reach the motor",
+        excited_by: &[Excitation::Direct, Excitation::LowVoltage],
+        prior: Prior::occasional("converters with a dead time whose command is recorded"),
         signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
                     voltage",
         confused_with: &[EffectId::BrushDrop, EffectId::CoulombFriction, EffectId::VoltageOffset],

@@ -4,7 +4,9 @@
 //!
 //! Source: circuit theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -43,6 +45,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
                 meaning: "inductance between the measuring point and the terminals",
             },
         ],
+        size_in_words: "there are {} between the meter and the motor",
+        prior: Prior::occasional("the voltage is often taken at the supply instead of at the terminals"),
         signature: "none: R and L take its place",
         confused_with: &[EffectId::WindingTemperature, EffectId::InductanceSaturation],
         separated_by: &[Separation::by("an ohmmeter at the terminals, or the voltage measured there")],

@@ -7,7 +7,10 @@
 //! Source: general machine theory (slot harmonics).
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -57,6 +60,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
                 meaning: "waves per turn: slots, or bars (twice as many when their number is odd)",
             },
         ],
+        size_in_words: "the torque swings by {} as the rotor turns",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::common("slots and commutator bars"),
         signature: "lines at n times the frequency of rotation in speed and current, above the filter but at low speed; \
                     folded at high speed",
         confused_with: &[EffectId::Imbalance, EffectId::SpeedRipple],

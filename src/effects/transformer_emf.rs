@@ -6,7 +6,10 @@
 //! Source: general machine theory (AC commutator machines).
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation, Turn,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -57,6 +60,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
                 meaning: "share of the inductance that lags",
             },
         ],
+        size_in_words: "the flux follows {} after the current at standstill",
+        excited_by: &[Excitation::Alternating, Excitation::LowSpeed],
+        prior: Prior::occasional("brushes short coils in every commutator motor; on direct current it is nothing"),
+        at_standstill: Some(EffectId::EddyCurrent),
         signature: "that of eddy currents, stronger at standstill; none on DC",
         turns_into: Some(Turn { parameter: 1, beyond: 1.0, into: EffectId::EddyCurrent }),
         confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::Hysteresis],

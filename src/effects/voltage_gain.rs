@@ -5,7 +5,9 @@
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +34,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a voltage is shown",
         }],
+        size_in_words: "the voltage channel shows {} too much",
+        prior: Prior::common("resistors of a divider have a tolerance of a per cent or so"),
         signature: "none: all parameters of the base model take its place",
         confused_with: &[EffectId::CurrentGain, EffectId::SpeedGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the voltage")],

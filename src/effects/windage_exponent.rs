@@ -7,7 +7,9 @@
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -48,6 +50,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
                 meaning: "speed at which the torque is that of the base model",
             },
         ],
+        size_in_words: "the exponent of the load is 2 and {} more",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::occasional("air in ducts and gaps follows the square only roughly"),
         signature: "a torque error that bends over the speed range; mu0, mu1 and mu2 of the base fit hide most of it and \
                     turn negative",
         confused_with: &[EffectId::Stribeck, EffectId::BearingWarmup, EffectId::QuadraticLoad, EffectId::FanDynamics],

@@ -10,7 +10,10 @@
 //! Machines.Thermal.Constants.
 
 use super::memory::accumulate;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation, Role};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -48,6 +51,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
                 meaning: "time constant of the winding's temperature",
             },
         ],
+        size_in_words: "1 A² s of heat raises the resistance by {}",
+        excited_by: &[Excitation::Heating],
+        prior: Prior::common("copper gains 0.39 % of resistance per kelvin, and every run heats it"),
         signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
                     run",
         confused_with: &[EffectId::SupplyImpedance, EffectId::BrushDrop, EffectId::BearingWarmup],

@@ -1,6 +1,6 @@
 //! The base model: where its fit starts, how far off it is by itself, and what recordings cannot say of it.
 
-use greyrig::effects::EffectId;
+use greyrig::effects::Description;
 use greyrig::motor::BaseParameter;
 
 use super::audit::Audit;
@@ -59,7 +59,7 @@ pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Opti
     if space.get(BaseParameter::Mu0).is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;
     }
-    let d = EffectId::CoulombFriction.description();
+    let d = Description::all().find(|d| d.stands_for == Some(BaseParameter::Mu0))?;
     let own = climb.independence(base, d).unwrap_or(0.0);
     (own < VISIBLE_FRICTION).then(|| {
         format!(

@@ -1,6 +1,6 @@
 //! What a set of recordings holds, as far as it decides which effects can be told, and which recording would tell more.
 
-use greyrig::effects::{Acts, Description, EffectId, InWords, Recording, Separation};
+use greyrig::effects::{Description, Excitation, InWords, Recording, Separation};
 
 use crate::experiment::{Drive, Experiment};
 
@@ -43,9 +43,8 @@ impl Holds {
 
     /// Whether such recordings can tell an effect.
     pub fn tells(self, d: &Description) -> bool {
-        let one_way = matches!(d.id, EffectId::TorqueOffset | EffectId::AsymmetricFriction);
-        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, EffectId::SpeedLag);
-        (self.electrical || of_speed) && (self.both_directions || !one_way)
+        let both_directions = d.excited_by.contains(&Excitation::BothDirections);
+        (self.electrical || d.shows_in_motion()) && (self.both_directions || !both_directions)
     }
 
     /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
@@ -86,6 +85,8 @@ impl Holds {
 
 #[cfg(test)]
 mod tests {
+    use greyrig::effects::EffectId;
+
     use super::*;
 
     const AC: Holds = Holds {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use greyrig::effects::{Acts, EffectId};
 
-use super::classes::{self, OFFSETS};
+use super::classes;
 use super::completeness::{Completeness, Floor};
 use super::fit::Fit;
 use crate::model::Kind;
@@ -162,7 +162,8 @@ fn is_explained(
 
 /// Whether an effect makes a channel another function of time or size than the signal plus a constant.
 fn bends_in_the_chain(id: EffectId) -> bool {
-    id.description().acts == Acts::Measuring && !OFFSETS.contains(&id)
+    let d = id.description();
+    d.acts == Acts::Measuring && d.two_make_it.is_none()
 }
 
 /// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that

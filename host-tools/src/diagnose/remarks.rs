@@ -10,8 +10,6 @@ use crate::identify::flux::linkage;
 use crate::identify::space::{Key, Space};
 use crate::numbers::figure;
 
-/// Effects that take flux away where the current is large.
-const LESS_FLUX: [EffectId; 2] = [EffectId::Saturation, EffectId::ArmatureReaction];
 /// How far from one half a share of an interval is half of it.
 const HALF_AN_INTERVAL: f64 = 0.1;
 
@@ -61,18 +59,15 @@ pub fn standstill(verdict: VerdictKind, holds: Holds) -> Option<String> {
 
 /// A delay that is none of the current channel's.
 pub fn held_voltage(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
-    let delay = space.get(Key::size_of(EffectId::ChannelDelay)).filter(|_| found.contains(&EffectId::ChannelDelay))?;
+    let (id, words) = found.iter().find_map(|id| Some((*id, id.description().half_an_interval?)))?;
+    let delay = space.get(Key::size_of(id))?;
     let is_half = |e: &Experiment| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL;
-    experiments.iter().all(is_half).then(|| {
-        "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
-         that does): then it is no fault of the current channel"
-            .to_owned()
-    })
+    experiments.iter().all(is_half).then(|| words.to_owned())
 }
 
 /// What effects of the flux come to: their parameters by themselves say little.
 pub fn flux(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
-    found.iter().find(|id| LESS_FLUX.contains(id))?;
+    found.iter().find(|id| id.description().weakens_flux)?;
     let current = space.scales(experiments).current;
     let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value(BaseParameter::K) * current];
     Some(format!(

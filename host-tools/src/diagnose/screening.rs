@@ -4,7 +4,7 @@
 //! small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
-use greyrig::effects::{Acts, Description, EffectId, Motors, Role, Seen};
+use greyrig::effects::{Acts, Description, EffectId, Role};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
@@ -42,17 +42,10 @@ pub struct Promise {
     pub column: DVector<f64>,
 }
 
-/// Whether a kind of motor can have an effect, and whether it then shows in the error of a free run.
-pub fn shows(kind: Kind, d: &Description) -> bool {
-    d.seen_with(kind.flux_law()) == Seen::FreeRun
-        && d.id != EffectId::SpeedSignLost
-        && (d.motors == Motors::All || kind == Kind::Universal)
-}
-
 /// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
 /// of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands still, one.
 pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(EffectId) -> bool) -> Vec<&'static Description> {
-    let tried = |d: &&Description| shows(kind, d) && holds.tells(d) && !left_out(d.id);
+    let tried = |d: &&Description| d.is_tried(kind.flux_law()) && holds.tells(d) && !left_out(d.id);
     let all: Vec<&'static Description> = Description::all().filter(tried).collect();
     let is_there = |id: &EffectId| all.iter().any(|d| d.id == *id);
     let is_stood_for =

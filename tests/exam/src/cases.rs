@@ -153,7 +153,7 @@ fn withheld_with(id: EffectId, excitation: Excitation) -> Vec<EffectId> {
     if matches!(excitation, Excitation::Ac | Excitation::Twice | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
-    class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
+    class_of(excitation.kind(), id).unwrap_or_else(|| vec![id])
 }
 
 impl Excitation {

@@ -1,6 +1,6 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
-use greyrig::effects::EffectId;
+use greyrig::effects::{EffectId, Sum};
 use rayon::prelude::*;
 
 use super::{Climb, THOROUGH, Way};
@@ -48,7 +48,7 @@ impl Climb<'_> {
         progress: &Watch<'_>,
     ) -> Result<()> {
         for present in found {
-            for other in classes::class_of(fit.space.kind(), *present).unwrap_or(&[]).iter().copied() {
+            for other in classes::class_of(fit.space.kind(), *present).unwrap_or_default() {
                 if other == *present {
                     continue;
                 }
@@ -105,21 +105,21 @@ impl Climb<'_> {
         progress: &Watch<'_>,
     ) -> Result<()> {
         let is_tried = |id: EffectId| self.candidates.iter().any(|d| d.id == id);
-        let fits = |sum: &classes::Sum| {
-            sum.two.iter().all(|id| found.contains(id)) && !found.contains(&sum.one) && is_tried(sum.one)
+        let fits = |(one, sum): &(EffectId, Sum)| {
+            sum.two.iter().all(|id| found.contains(id)) && !found.contains(one) && is_tried(*one)
         };
-        let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
-        progress(Progress::Doing(sum.one.id()));
+        let Some((one, sum)) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
+        progress(Progress::Doing(one.id()));
         let scales = fit.space.scales(self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(*id));
-        let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
+        let given = self.fit_from(Some(fit.rms), &less.with_effect(one, &scales), THOROUGH)?;
         if self.gain(&given, fit) >= SAME_ERROR {
             return Ok(());
         }
         *fit = given;
         for effects in steps.iter_mut().map(|step| &mut step.winners).chain([found]) {
             if let Some(place) = effects.iter().position(|id| sum.two.contains(id)) {
-                effects[place] = sum.one;
+                effects[place] = one;
             }
             effects.retain(|id| !sum.two.contains(id));
         }

@@ -23,8 +23,8 @@ impl SecondLook<'_> {
         let kind = judged.1.space.kind();
         let tried = |id: EffectId| ladder.steps.iter().flat_map(|step| &step.tried).find(|t| t.id == id);
         let of_its_class = |id: &EffectId| -> Vec<(EffectId, &Tried)> {
-            let others = classes::class_of(kind, *id).unwrap_or(&[]).iter().filter(|other| *other != id);
-            others.filter_map(|other| tried(*other)).map(|t| (*id, t)).collect()
+            let others = classes::class_of(kind, *id).unwrap_or_default().into_iter().filter(|other| other != id);
+            others.filter_map(tried).map(|t| (*id, t)).collect()
         };
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
             progress(Progress::Doing(other.id.id()));

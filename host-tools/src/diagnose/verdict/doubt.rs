@@ -3,11 +3,10 @@
 use greyrig::effects::EffectId;
 
 use super::words::{in_words, name};
-use crate::diagnose::classes::{self, OFFSETS};
+use crate::diagnose::classes;
 use crate::diagnose::criteria::BEYOND_DOUBT;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
-use crate::diagnose::screening;
 use crate::diagnose::sizes::{Size, parameters_of};
 use crate::identify::space::Key;
 
@@ -34,7 +33,12 @@ impl Doubt {
         }
         let of_offsets = if holds.takes_a_part_away() { None } else { of_offsets(ladder) };
         if of_offsets.is_some() {
-            rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
+            let others = ladder.found.iter().filter_map(|id| id.description().two_make_it).flatten();
+            for id in others.filter(|id| !ladder.found.contains(id)) {
+                if !rivals.contains(&id) {
+                    rivals.push(id);
+                }
+            }
         }
         if rivals.is_empty() && of_offsets.is_none() {
             return None;
@@ -79,15 +83,14 @@ fn experiment(ladder: &Ladder, holds: Holds) -> String {
 
 /// Effects that do the same as those found, as long as the rotor stands still.
 fn alike_at_standstill(ladder: &Ladder) -> impl Iterator<Item = EffectId> {
-    let kind = ladder.fit.space.kind();
+    let law = ladder.fit.space.kind().flux_law();
     let alike = ladder.found.iter().flat_map(|id| classes::at_standstill(*id));
-    let others = alike.filter(|id| !ladder.found.contains(id));
-    others.copied().filter(move |id| screening::shows(kind, id.description()))
+    alike.filter(move |id| !ladder.found.contains(id) && id.description().is_tried(law))
 }
 
 /// Why offsets that were found on a closed supply may be others.
 fn of_offsets(ladder: &Ladder) -> Option<String> {
-    let offsets = ladder.found.iter().filter(|id| OFFSETS.contains(id)).count();
+    let offsets = ladder.found.iter().filter(|id| id.description().two_make_it.is_some()).count();
     if offsets >= 2 {
         return Some(
             "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \

@@ -51,7 +51,7 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
             };
         }
     }
-    if let Some(sum) = classes::sums(ladder.fit.space.kind()).find(|sum| sum.one == id) {
+    if let Some((_, sum)) = classes::sums(ladder.fit.space.kind()).find(|(one, _)| *one == id) {
         let two = sum.two.map(name).join(" and ");
         text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
