@@ -183,9 +183,7 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
         Seen::Orders => "it shows in lines at multiples of the rotation, above the filter".to_owned(),
         Seen::Samples => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::FreeRun if holds.tells(d) => "the model's own parameters do the same already".to_owned(),
-        Seen::FreeRun if !holds.electrical && !d.shows_in_motion() => {
-            "it takes a voltage and a current".to_owned()
-        }
+        Seen::FreeRun if !holds.electrical && !d.shows_in_motion() => "it takes a voltage and a current".to_owned(),
         Seen::FreeRun => "it takes motion in both directions".to_owned(),
     };
     OutOfReach { effect: d.id, name: d.name, invisible: matches!(seen, Seen::Invisible(_)), text }

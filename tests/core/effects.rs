@@ -9,11 +9,11 @@ use greyrig::effects::{
     Acts, AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
     ChannelDelay, CommutationDemagnetisation, CommutationResistance, CoulombFriction, CurrentCompression, CurrentGain,
     CurrentOffset, Description, EddyCurrent, Effect, EffectId, FanDynamics, Hysteresis, Imbalance,
-    InductanceSaturation, IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Saturation, SkinEffect, SpeedGain,
-    SpeedLag, SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset,
-    TorqueRipple, TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
+    InductanceSaturation, IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Role, Saturation, SkinEffect,
+    SpeedGain, SpeedLag, SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance,
+    TorqueOffset, TorqueRipple, TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
-use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
+use greyrig::motor::{Constraints, FluxLaw, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
 use greyrig::scalar::Scalar;
 use greyrig::term::{Op, Target, Term};
 
@@ -192,6 +192,70 @@ fn an_identifier_names_one_effect_and_nothing_else_does() {
     }
     for wrong in ["", "Saturation", "saturation ", "no_such_effect"] {
         assert!(wrong.parse::<EffectId>().is_err(), "{wrong:?}");
+    }
+}
+
+#[test]
+fn every_parameter_has_its_role() {
+    for d in catalogue() {
+        let sizes = SIZES.iter().find(|(id, _)| d.id == *id).map_or(1, |(_, sizes)| *sizes);
+        for (place, p) in d.parameters.iter().enumerate() {
+            assert_eq!(p.role == Role::Size, place == 0, "{}", p.name);
+            assert_eq!(p.role == Role::SecondSize, (1..sizes).contains(&place), "{}", p.name);
+        }
+    }
+    let of = |role: Role| -> Vec<&str> {
+        catalogue().flat_map(|d| d.parameters).filter(|p| p.role == role).map(|p| p.name).collect()
+    };
+    // By hand: time constants in s beside a size, and shares of the inductance.
+    assert_eq!(of(Role::Time), ["winding_time", "fan_time", "warmup_time"]);
+    assert_eq!(of(Role::Linked), ["hysteresis_linked", "saturation_linked", "eddy_linked", "transformer_linked"]);
+}
+
+#[test]
+fn what_is_known_of_an_effect_is_whole_and_agrees() {
+    for d in catalogue() {
+        assert_eq!(d.size_in_words.matches("{}").count(), 1, "{}", d.id);
+        let said = greyrig::effects::Sentence(d.size_in_words, "3 A").to_string();
+        assert!(said.contains("3 A") && !said.contains("{}"), "{said}");
+        assert!(d.prior.share > 0.0 && d.prior.share < 1.0 && !d.prior.because.is_empty(), "{}", d.id);
+        // What shows in the error of a free run needs something that excites it.
+        for law in [FluxLaw::Series, FluxLaw::PermanentMagnet] {
+            assert!(!d.is_tried(law) || !d.excited_by.is_empty(), "{}", d.id);
+            // Who stands for another one is named itself.
+            let named = d.named_as(law);
+            assert_eq!(named.description().named_as(law), named, "{}", d.id);
+        }
+        for other in d.two_make_it.iter().flatten() {
+            assert!(other.description().two_make_it.is_some_and(|two| two.contains(&d.id)), "{} and {other}", d.id);
+        }
+        if let Some(first) = d.at_standstill {
+            assert!(first != d.id && first.description().at_standstill.is_none(), "{}", d.id);
+        }
+    }
+    let tried = |law| catalogue().filter(move |d| d.is_tried(law)).map(|d| d.id).collect::<Vec<_>>();
+    let (series, magnets) = (tried(FluxLaw::Series), tried(FluxLaw::PermanentMagnet));
+    for (id, [in_series, with_magnets]) in [
+        ("saturation", [true, false]),
+        ("brush_drop", [true, true]),
+        ("commutation_resistance", [false, true]),
+        ("speed_sign_lost", [false, false]),
+        ("adc_clipping", [false, false]),
+        ("current_gain", [false, false]),
+    ] {
+        assert_eq!(series.iter().any(|d| *d == id), in_series, "{id}");
+        assert_eq!(magnets.iter().any(|d| *d == id), with_magnets, "{id}");
+    }
+}
+
+#[test]
+fn a_motor_is_told_what_the_description_says() {
+    for d in catalogue() {
+        assert_eq!(d.id.traits(), d.traits());
+        let limits = d.parameters.iter().map(|p| (p.name, p.range.0, p.range.1));
+        let (known, rest) = d.id.limits().split_at(d.parameters.len());
+        assert!(limits.eq(known.iter().copied()), "{}", d.id);
+        assert!(rest.iter().all(|limits| *limits == ("", 0.0, 0.0)), "{}", d.id);
     }
 }
 

@@ -8,6 +8,7 @@ mod check;
 mod commands;
 mod conditions;
 mod diagnose;
+mod effects_by_data;
 mod firmware;
 mod identify;
 #[path = "../image.rs"]

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use greyrig::motor::BaseParameter;
 use greyrig_host::between::Course;
 use greyrig_host::compare::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 use greyrig_host::model::{Base, Kind, Model, Origin, Parameter, Provenance, Status};

@@ -154,8 +154,7 @@ pub fn judge(
     if ladder.leaves_more_than_healthy() {
         text.extend(ladder.free_run.map(|(_, left)| words::left_over(&left)));
     }
-    let mut classes: Vec<Vec<EffectId>> =
-        ladder.found.iter().filter_map(|id| class_of(kind, *id)).collect();
+    let mut classes: Vec<Vec<EffectId>> = ladder.found.iter().filter_map(|id| class_of(kind, *id)).collect();
     classes.dedup();
     Verdict {
         kind: if doubt.is_some() { VerdictKind::Ambiguous } else { VerdictKind::MissingEffect },
