@@ -46,7 +46,8 @@ pub const MAX_UNKNOWNS: usize = 4;
 const NO_POWER_BELOW: f64 = 1e-30;
 
 /// Which equation a term enters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Target {
     /// The voltage balance: a further voltage drop, V, on the side of R i.
     #[default]
@@ -56,7 +57,8 @@ pub enum Target {
 }
 
 /// One operation. x is the top of the stack, or w, x with x on top; the result takes their place.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Op<S> {
     /// Pushes a literal constant.
     Constant(S),

@@ -40,7 +40,8 @@ pub struct Sample {
 }
 
 /// A channel's straight line from counts to its quantity: `value = (counts − zero) · per_count`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scale {
     /// Counts at which the quantity is zero; a fraction, since it is a mean of many samples.
     pub zero: f32,
@@ -63,7 +64,8 @@ impl Scale {
 }
 
 /// Calibration of the three channels, as an engineer sets it.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CalibrationSettings {
     /// Voltage, V.
     pub voltage: Scale,

@@ -1,7 +1,5 @@
 //! The network as it is evaluated.
 
-use serde::{Deserialize, Serialize};
-
 use super::kernel::Kernel;
 
 /// What a network says about a point.
@@ -15,7 +13,8 @@ pub struct Correction<S> {
 }
 
 /// How a rule's memberships become its firing strength.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Firing {
     /// Their product. On a full grid the normalised strength is then a product, too, one factor for each input.
     #[default]

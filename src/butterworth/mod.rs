@@ -36,6 +36,18 @@
 //! and the first-order section as one such integrator: d = (x − s) g/(1 + g), y = s + d, s ← y + d. Its transfer
 //! function is that of the direct forms, and [`Settings::second_order_sections`] lists it in the usual way.
 //!
+//! # Example
+//! ```
+//! use greyrig::butterworth::{Cascade, Settings, SettingsError};
+//!
+//! let settings = Settings { order: 4, cutoff_hz: 250.0, sample_rate_hz: 10_000.0 };
+//! let coefficients = settings.build::<f32>()?;
+//! let mut channel = Cascade::default();
+//! let step = (0..settings.settling_samples()?).map(|_| channel.process(&coefficients, 1.0));
+//! assert!((step.last().unwrap_or_default() - 1.0).abs() < 2e-3);
+//! # Ok::<(), SettingsError>(())
+//! ```
+//!
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
 //! | fc, fs | cut-off (−3.01 dB) and sampling frequency | Hz |
@@ -94,7 +106,8 @@ pub const SETTLED: f64 = 1e-3;
 pub const AT_REST: f64 = 1e-200;
 
 /// What the user chooses.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Order n, 1 to [`MAX_ORDER`]. Each further order takes another 6 dB per octave away above the cut-off and
     /// lengthens delay and settling.

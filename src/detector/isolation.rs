@@ -14,10 +14,9 @@
 //!
 //! Sparking brushes take voltage, which looks like a resistance, and are told by the current above 1 kHz.
 
-use serde::{Deserialize, Serialize};
-
 /// Where a fault sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// Supply, winding, brushes.
     Electrical,

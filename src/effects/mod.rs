@@ -4,6 +4,19 @@
 //! true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new effect is
 //! one new file and one line here. The list is in the order in which effects act: what magnetises first, then what the
 //! flux does, the circuit, the rotor, and at last the measuring chain.
+//! # Example
+//! ```
+//! use greyrig::effects::{Effect, EffectId, UnknownEffect};
+//!
+//! let id: EffectId = "brush_drop".parse()?;
+//! assert_eq!((id, id.description().size().unit), (EffectId::BrushDrop, "V"));
+//!
+//! // 2 V over both brushes, built up over 0.1 A.
+//! let effect = Effect::<f32>::new(id, &[2.0, 0.1]);
+//! assert!(effect.validate().is_ok());
+//! assert!("brush drop".parse::<EffectId>().is_err());
+//! # Ok::<(), UnknownEffect>(())
+//! ```
 
 /// The two conversions between an effect's named fields and the values in the order of its parameters.
 macro_rules! fields {

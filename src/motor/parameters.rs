@@ -8,7 +8,8 @@ use crate::scalar::Scalar;
 pub const MAX_EFFECTS: usize = 8;
 
 /// How the magnetic flux depends on the current.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FluxLaw {
     /// Universal (series) motor: field and armature carry the same current, flux ∝ i. K in V s/(rad A).
     #[default]
@@ -135,7 +136,8 @@ impl fmt::Display for BaseParameter {
 /// | `dry_friction` | μ0 | N m |
 /// | `viscous_friction` | μ1 | N m s/rad |
 /// | `turbulent_friction` | μ2 | N m s²/rad² |
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Parameters<S> {
     /// How the flux depends on the current.
     pub flux_law: FluxLaw,
