@@ -99,6 +99,7 @@ fn with_column(
 
 #[cfg(test)]
 mod tests {
+    use greyrig::motor::BaseParameter;
     use nalgebra::DMatrix;
 
     use super::*;
@@ -110,7 +111,8 @@ mod tests {
     /// A fit of R alone, whose column is a constant, with these residuals.
     fn fit(residuals: DVector<f64>) -> Refined {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
-        space.hold(&["L", "K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
+        let others = BaseParameter::ALL.into_iter().filter(|p| *p != BaseParameter::R);
+        space.hold(others, Freedom::Pinned);
         let jacobian = DMatrix::from_element(residuals.len(), 1, 1.0);
         Refined { space, residuals, jacobian, rms: [1.0; 2], ended: true }
     }

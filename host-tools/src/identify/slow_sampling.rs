@@ -7,6 +7,7 @@
 //! Of an electrical time constant L/R shorter than the interval h the samples tell next to nothing that the course of the
 //! voltage between them does not do as well: L is held where the fit has it, and said to be out of reach.
 
+use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::equation_error::EquationError;
@@ -46,14 +47,14 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Opti
     bare.take_typical_values();
     regression::start_values(&mut bare, experiments);
     let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
-    let is_free = |space: &Space| space.get("L").is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
+    let is_free = |space: &Space| space.get(BaseParameter::L).is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
     let trials: Vec<(Between, Space)> = COURSES
         .iter()
         .flat_map(|course| INDUCTANCES.map(|share| (*course, share)))
         .filter(|(_, share)| is_free(&bare) || *share == 1.0)
         .map(|(course, share)| {
             let mut start = bare.clone();
-            start.start("L", share * bare.value("R") * interval_s);
+            start.start(BaseParameter::L, share * bare.value(BaseParameter::R) * interval_s);
             (course, start)
         })
         .collect();
@@ -80,7 +81,7 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment]) -> Result<Opti
     let weakness = out_of_reach(&mut bare, interval_s);
     space.take_values(&bare);
     if weakness.is_some() {
-        space.hold(&["L"], Freedom::Pinned);
+        space.hold([BaseParameter::L], Freedom::Pinned);
     }
     if let Ok(motor) = bare.motor() {
         for e in experiments.iter_mut() {
@@ -113,15 +114,15 @@ fn fit(start: &Space, experiments: &[Experiment], effort: Effort) -> Result<Opti
 
 /// Holds an inductance whose time constant is shorter than the interval.
 fn out_of_reach(space: &mut Space, interval_s: f64) -> Option<Weakness> {
-    let limit = space.value("R") * interval_s;
-    let l = space.get_mut("L")?;
+    let limit = space.value(BaseParameter::R) * interval_s;
+    let l = space.get_mut(BaseParameter::L)?;
     if !matches!(l.freedom, Freedom::Free(_)) || l.value >= limit {
         return None;
     }
     l.value = l.value.max(LEAST_INDUCTANCE * limit);
     l.freedom = Freedom::Pinned;
     Some(Weakness {
-        held: "L".to_owned(),
+        held: BaseParameter::L.into(),
         text: format!(
             "L cannot be identified: the interval is longer than L/R ({:.3} ms between samples, L/R is {:.3} ms or less), and the \
              current settles between two samples; L is held at {:.2e} H. Record faster, or give L with --fix",
