@@ -10,6 +10,7 @@ mod conditions;
 mod diagnose;
 mod effects_by_data;
 mod firmware;
+mod foreign;
 mod identify;
 #[path = "../image.rs"]
 mod image;

@@ -5,6 +5,7 @@
 //! invalid samples are masked. What a [`Recording`] promises is checked once, when it is built.
 
 pub mod clipping;
+mod expression;
 pub mod finding;
 pub mod mapping;
 pub mod names;

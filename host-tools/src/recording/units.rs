@@ -104,6 +104,14 @@ const ALIASES: &[(&str, &str)] = &[
     ("seconds", "s"),
     ("sekunden", "s"),
     ("msec", "ms"),
+    ("millisecond", "ms"),
+    ("milliseconds", "ms"),
+    ("microsecond", "us"),
+    ("microseconds", "us"),
+    ("nanosecond", "ns"),
+    ("nanoseconds", "ns"),
+    ("minutes", "min"),
+    ("hours", "h"),
     ("usec", "us"),
     ("volt", "V"),
     ("volts", "V"),
@@ -184,7 +192,8 @@ fn canonical(text: &str) -> String {
 impl Unit {
     /// Recognises a unit. Upper and lower case count where they tell units apart (`mA`, `MA`), and are forgiven where not.
     pub fn parse(text: &str) -> Option<Self> {
-        let key = canonical(text);
+        // `milliseconds since 2026-03-01`, as NetCDF has it: counts of a unit of time.
+        let key = canonical(text.split(" since ").next().unwrap_or(text));
         if key.is_empty() || key.len() > 16 {
             return None;
         }

@@ -21,10 +21,10 @@ impl Assembly<'_> {
         if let Some(interval_s) = mapping.sample_time_s {
             return Ok(TimeAxis { start_s: 0.0, interval_s, jitter: 0.0 });
         }
-        let stated = time_axis::from_metadata(self.table).map_err(|(what, remedy)| self.whole(what, remedy))?;
+        let stated = time_axis::from_metadata(&self.table).map_err(|(what, remedy)| self.whole(what, remedy))?;
         if let Some(found) = uses.get(&Role::Time) {
             let every_row = vec![true; rows];
-            let (t, _) = self.si(Role::Time, found, &every_row)?;
+            let (t, _) = self.si(Role::Time, found, 1.0, &every_row, false)?;
             let mut axis = time_axis::check(&without_fill(t, usable))
                 .map_err(|f| self.at(f.row, Some(found.source.column), &f.what, f.remedy.clone()))?;
             if let Some(interval) = stated {
