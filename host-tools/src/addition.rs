@@ -4,13 +4,14 @@
 //! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::diagnose::classes::class_of;
 use crate::error::Result;
 use crate::identify::space::Key;
 use crate::identify::{Identification, Settings, identify};
-use crate::model::{Assignment, Model};
+use crate::model::{Assignment, Model, Status};
 use crate::recording::Recording;
 use crate::term::Formula;
 
@@ -84,8 +85,12 @@ pub fn add_to(model: &Model, terms: &[Formula], recordings: &[Recording], effect
     loop {
         let mut added = identify_with(recordings, &settings, effects)?;
         let told = &added.identification.model.parameters;
+        // Friction that is not told is none; of R, L, K and J the model knows better than where a fit starts.
+        let positive = |name: &str| BaseParameter::of_name(name).is_some_and(BaseParameter::is_positive);
+        let is_told =
+            |name: &String| told.get(name).is_some_and(|p| p.status != Status::NotIdentifiable || !positive(name));
         // What is held may leave others that these recordings do not tell either.
-        let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name) && !untold.contains(name));
+        let further = model.parameters.iter().filter(|(name, _)| !is_told(name) && !untold.contains(name));
         let held: Vec<Assignment> =
             further.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
         if held.is_empty() {

@@ -27,7 +27,7 @@ use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::identify::scales::Scales;
 use crate::identify::space::{Key, Space};
-use crate::identify::{self, Settings, identifiability};
+use crate::identify::{self, Settings, identifiability, slow_sampling};
 use crate::model::{Kind, Model};
 use crate::output;
 use crate::recording::{Motion, Recording};
@@ -233,8 +233,10 @@ impl<'a> Rig<'a> {
         let mut start = identify::build_space(settings)?;
         let mut space = start.clone();
         space.take_model(model);
-        let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-        diagnose::base::start(&mut start, full, &coarse)?;
+        let mut along = full.to_vec();
+        slow_sampling::prepare(&mut start, &mut along, settings.course)?;
+        let coarse: Vec<Experiment> = along.iter().map(Experiment::coarse).collect();
+        diagnose::base::start(&mut start, &along, &coarse)?;
         let scales = start.scales(full);
         for id in found {
             start = start.with_effect(*id, &scales);

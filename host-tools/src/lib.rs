@@ -8,6 +8,7 @@ pub mod challenge;
 pub mod check;
 pub mod commands;
 pub mod compare;
+pub mod counts;
 pub mod device;
 pub mod diagnose;
 pub mod edges;

@@ -19,6 +19,7 @@ mod master;
 mod monitor;
 mod monitor_live;
 mod plan_and_challenge;
+mod rates;
 mod real_data;
 mod recording;
 mod recording_mutation;

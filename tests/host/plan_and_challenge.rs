@@ -30,6 +30,7 @@ fn true_model(kind: Kind) -> Model {
         terms: Vec::new(),
         correction: None,
         detector: None,
+        accepted: None,
         provenance: Default::default(),
     }
 }

@@ -55,6 +55,7 @@ pub fn traces(seconds: f64) -> Traces {
         modelled_torque: Vec::new(),
         diverges: false,
         counted: (0..samples).map(|k| time(k) > 0.5 && !(20.0..20.3).contains(&time(k))).collect(),
+        diverges: false,
     }
 }
 
@@ -113,6 +114,7 @@ pub fn recording(name: &str, traces: Traces) -> RecordingComparison {
         rms: figures(4.31, 1874.0),
         input: Some(Course::Smooth),
         input_share: None,
+        pulses_a_turn: None,
         cutoff_hz: 250.0,
         diverges: false,
         warnings: Vec::new(),
@@ -209,6 +211,7 @@ pub fn model(motion: Motion) -> Model {
         terms: Vec::new(),
         correction: None,
         detector: None,
+        accepted: None,
         provenance: Provenance {
             greyrig: "0.1.0".into(),
             method: "output error".into(),

@@ -89,6 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     recording";
         final_fit.notes.push(note.to_owned());
     }
+    final_fit.model.judged(accepted);
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::model::Model;
 use crate::output;
 
@@ -41,6 +41,9 @@ pub struct Args {
     /// Serial number or name of the rig; without it the rig keeps its own over --port
     #[arg(long, value_name = "NAME")]
     rig: Option<String>,
+    /// Also a model of which the data held out said that what was added last does not belong to it
+    #[arg(long)]
+    unaccepted: bool,
     /// Check everything, write nothing
     #[arg(long)]
     dry_run: bool,
@@ -58,6 +61,13 @@ pub struct Args {
 /// A model that cannot be used, trouble with the link.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
+    if model.accepted == Some(false) && !args.unaccepted {
+        return Err(Error::input(
+            Place::file(&args.model),
+            "this model was not accepted: what was added last does not lower the error on data that the fit has not seen",
+            "flash the model from before, or give --unaccepted",
+        ));
+    }
     let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
     // Over the link the rig keeps what nobody gives anew.

@@ -88,6 +88,7 @@ pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Cou
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
                 input: of_voltage.then(|| e.between.into()),
                 input_share: e.between.share(),
+                pulses_a_turn: e.pulses,
                 cutoff_hz: e.filter.cutoff_hz,
                 diverges: traces.diverges,
                 warnings: recording.warnings().to_vec(),
@@ -100,7 +101,9 @@ pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Cou
     let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
     let traces: Vec<&Traces> = free_runs.iter().collect();
     let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion());
-    let (esr, noise_floor) = (ratio(&all_errors, &floors), floor_ratio(&floors, &all_errors));
+    let diverges = per_recording.iter().any(|r| r.diverges);
+    let esr = if diverges { PerSignal::default() } else { ratio(&all_errors, &floors) };
+    let noise_floor = floor_ratio(&floors, &all_errors);
     regions.retain(|r| {
         let (error, floor) = (esr.of(r.quantity), noise_floor.of(r.quantity));
         // What stands out of pure noise says nothing about the model.
@@ -111,7 +114,7 @@ pub fn compare_along(model: &Model, recordings: &[Recording], course: Option<Cou
     courses.dedup();
     Ok(Comparison {
         input: if let [course] = courses[..] { course } else { None },
-        diverges: per_recording.iter().any(|r| r.diverges),
+        diverges,
         esr,
         noise_floor,
         noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),

@@ -9,7 +9,7 @@ use super::fit::Fit;
 use crate::error::Result;
 use crate::experiment::{Drive, Experiment};
 use crate::identify::space::{Freedom, Space};
-use crate::identify::{self, Settings, identifiability, regression};
+use crate::identify::{self, Settings, identifiability, regression, slow_sampling};
 use crate::recording::Recording;
 
 /// Free-run error-to-signal ratios, current and speed, of a model that has been fitted to recordings.
@@ -17,16 +17,18 @@ use crate::recording::Recording;
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
 pub fn error(recordings: &[Recording], settings: &Settings) -> Result<[f64; 2]> {
-    let full = identify::prepare(recordings, &settings.filter)?;
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
+    let mut full = identify::prepare(recordings, &settings.filter)?;
     let mut space = identify::build_space(settings)?;
+    slow_sampling::prepare(&mut space, &mut full, settings.course)?;
+    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     start(&mut space, &full, &coarse)?;
     let audit = Audit::new(&coarse, &space)?;
     let esr = audit.ratio(audit.fit(&space)?.rms);
     Ok([esr.current.unwrap_or(0.0), esr.speed.unwrap_or(0.0)])
 }
 
-/// Start values of the base model, and what these recordings cannot hold taken out of it.
+/// Start values of the base model, where slow samples have not told them already, and what these recordings cannot hold
+/// taken out of it.
 ///
 /// # Errors
 /// A channel is missing without which a parameter that is to be identified cannot be.
@@ -37,16 +39,23 @@ pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> R
         return Ok(());
     }
     if full.iter().all(|e| e.current.is_none()) {
-        // Without a current R is a unit of torque, and viscous friction counts to K: what is found does not depend on it.
+        // Without a current R is a unit of torque, and viscous friction counts to K: what is found does not depend on
+        // it.
         space.hold([BaseParameter::Mu1], Freedom::Pinned);
         for (parameter, value) in [(BaseParameter::R, 1.0), (BaseParameter::L, 1e-6)] {
-            space.start(parameter, value);
-            space.hold([parameter], Freedom::Fixed);
+            if space.get(parameter).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))) {
+                space.hold([parameter], Freedom::Fixed);
+                if let Some(entry) = space.get_mut(parameter) {
+                    entry.value = value;
+                }
+            }
         }
     }
     identifiability::missing_channels(space, full)?;
-    space.take_typical_values();
-    regression::start_values(space, coarse);
+    if !slow_sampling::is_slow(coarse) {
+        space.take_typical_values();
+        regression::start_values(space, coarse);
+    }
     space.take_scales(&space.scales(coarse));
     Ok(())
 }
@@ -54,7 +63,8 @@ pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> R
 /// Least part of its column that dry friction has to have for itself.
 const VISIBLE_FRICTION: f64 = 0.05;
 
-/// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot acquit.
+/// Every motor has dry friction: where the base model lacks it and the recordings could not show it, they cannot
+/// acquit.
 pub fn hidden_dry_friction(climb: &Climb<'_>, base: &Fit, space: &Space) -> Option<String> {
     if space.get(BaseParameter::Mu0).is_some_and(|e| e.freedom != Freedom::Absent) {
         return None;

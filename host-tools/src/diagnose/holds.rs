@@ -20,6 +20,8 @@ pub struct Holds {
     pub locked_rotor: bool,
     /// An open supply.
     pub open_supply: bool,
+    /// Samples close enough to show the inductance: without, what goes with the current's rate is as fast as the samples.
+    pub inductance: bool,
     /// A rotor that turns: without, some effects are one ([`at_standstill`](super::classes::at_standstill)).
     pub motion: bool,
 }
@@ -36,6 +38,7 @@ impl Holds {
             direct: experiments.iter().filter(electrical).any(|e| e.mains_period_s.is_none()),
             locked_rotor: anywhere(Experiment::is_locked),
             open_supply: anywhere(Experiment::is_open),
+            inductance: true,
             motion: low < high,
             both_directions: (-low).min(high) > BOTH * (-low).max(high),
         }
@@ -44,7 +47,10 @@ impl Holds {
     /// Whether such recordings can tell an effect.
     pub fn tells(self, d: &Description) -> bool {
         let both_directions = d.excited_by.contains(&Excitation::BothDirections);
-        (self.electrical || d.shows_in_motion()) && (self.both_directions || !both_directions)
+        let of_rate = d.excited_by.contains(&Excitation::Alternating);
+        (self.electrical || d.shows_in_motion())
+            && (self.both_directions || !both_directions)
+            && (self.inductance || !of_rate)
     }
 
     /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
@@ -95,6 +101,7 @@ mod tests {
         both_directions: false,
         locked_rotor: false,
         open_supply: false,
+        inductance: true,
         motion: true,
     };
 

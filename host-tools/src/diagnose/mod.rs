@@ -39,7 +39,7 @@ use greyrig::effects::{EffectId, MAX_EFFECTS};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
-use crate::identify::{self, Settings, identifiability};
+use crate::identify::{self, Settings, identifiability, slow_sampling};
 use crate::model::Kind;
 use crate::recording::Recording;
 use audit::Audit;
@@ -141,14 +141,15 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     findings.retain(|f| !options.excludes(f.id) && !settings.effects.contains(&f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = identify::build_space(settings)?;
     if let Err(error) = identifiability::check_excitation(&full) {
         return Ok(insufficient(&error.to_string()));
     }
+    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course)?;
+    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     base::start(&mut space, &full, &coarse)?;
 
-    let holds = Holds::of(&full);
+    let holds = Holds { inductance: out_of_reach.is_none(), ..Holds::of(&full) };
     let known: Vec<EffectId> = space.effects().to_vec();
     let left_out = |id: EffectId| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
     let candidates = screening::candidates(settings.kind, holds, left_out);
@@ -192,6 +193,7 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
         wandering.and_then(|wandering| remarks::wandering(verdict.kind, wandering)),
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
+    out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
     Ok(Diagnosis {

@@ -1,4 +1,7 @@
-//! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the data do not tell.
+//! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the
+//! data do not tell.
+
+use greyrig::motor::BaseParameter;
 
 use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
@@ -14,8 +17,8 @@ use crate::error::{Error, Result};
 use crate::experiment::Experiment;
 use crate::output;
 
-/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a model
-/// lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
+/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a
+/// model lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
 struct Earlier {
     outcome: Outcome,
     error: f64,
@@ -46,6 +49,7 @@ pub fn fit(
     }
     let mut neutral = space.clone();
     let mut earlier: Option<Earlier> = None;
+    let mut ambiguous: Vec<String> = Vec::new();
     loop {
         if space.free().next().is_none() {
             let reasons: Vec<&str> = weaknesses.iter().map(|w| w.text.as_str()).collect();
@@ -69,7 +73,13 @@ pub fn fit(
                 if space.entries.iter().any(Entry::of_effect) {
                     space = with_effects_started(&space, &bare, experiments)?;
                 }
-                refine(&space, &problem)?
+                if experiments.iter().all(|e| e.current.is_none()) {
+                    let (best, differing) = from_several_starts(&space, &problem)?;
+                    ambiguous = differing;
+                    best
+                } else {
+                    refine(&space, &problem)?
+                }
             }
             Method::LeastSquares => as_it_is(&space, &problem),
         };
@@ -119,10 +129,48 @@ pub fn fit(
                         refined.jacobian.ncols()
                     ));
                 }
-                return Ok(Outcome::of_simulation(refined.space, covariance, weaknesses, method));
+                if !ambiguous.is_empty() {
+                    notes.push(format!(
+                        "fits from several starts end alike with different values of {}: these recordings do not tell them apart",
+                        ambiguous.join(", ")
+                    ));
+                }
+                let mut outcome = Outcome::of_simulation(refined.space, covariance, weaknesses, method);
+                outcome.ambiguous = ambiguous;
+                return Ok(outcome);
             }
         }
     }
+}
+
+/// Factors of the inertia from which a fit without a current starts besides: without one, balances say little of where
+/// to begin.
+const STARTS: [f64; 4] = [0.1, 0.3, 3.0, 10.0];
+/// Ends whose errors differ by less than this, mean of the logarithms, are as good: a per cent.
+const AS_GOOD: f64 = 0.01;
+/// Distance of their parameters, as a share of the value or of a typical friction, from which they differ.
+const ANOTHER: f64 = 0.1;
+
+/// Fits from several inertias: the best end, and the names of the parameters of which ends that are as good say
+/// otherwise.
+fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Refined, Vec<String>)> {
+    let mut ends = vec![refine(space, problem)?];
+    for factor in STARTS {
+        let mut start = space.clone();
+        let inertia = start.value(BaseParameter::J);
+        start.start(BaseParameter::J, factor * inertia);
+        ends.push(refine(&start, problem)?);
+    }
+    let error = |end: &Refined| end.log_error(problem.groups());
+    ends.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let best = ends.remove(0);
+    let as_good: Vec<&Refined> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
+    let differs = |entry: &&Entry| {
+        let size = if entry.positive { entry.value.abs() } else { entry.scale };
+        as_good.iter().any(|end| (end.space.value(&entry.name) - entry.value).abs() > ANOTHER * size)
+    };
+    let ambiguous = best.space.free().filter(differs).map(|entry| entry.name.clone()).collect();
+    Ok((best, ambiguous))
 }
 
 /// The output-error fit, with a progress bar.
@@ -135,8 +183,8 @@ fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
 
 /// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
 /// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
-/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from zero,
-/// and another effect no way down.
+/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from
+/// zero, and another effect no way down.
 fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment]) -> Result<Space> {
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
     let mut typical = space.clone();

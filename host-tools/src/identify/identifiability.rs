@@ -83,8 +83,13 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
                 "record the speed; if the rotor was held, say so with a line '# rotor: locked' or a column rotor_locked",
             ));
         }
-        space.hold([BaseParameter::K, BaseParameter::J], Freedom::Pinned);
-        space.hold(BaseParameter::FRICTIONS, Freedom::Pinned);
+        for parameter in [BaseParameter::K, BaseParameter::J].into_iter().chain(BaseParameter::FRICTIONS) {
+            if let Some(entry) = space.get_mut(parameter)
+                && matches!(entry.freedom, Freedom::Free(_))
+            {
+                entry.freedom = Freedom::Untold;
+            }
+        }
         found.push(Weakness {
             held: BaseParameter::K.into(),
             text: "with a locked rotor, K, J and the friction do not act: record the running motor as well".to_owned(),

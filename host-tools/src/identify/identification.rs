@@ -63,6 +63,27 @@ pub struct Outcome {
     pub method: &'static str,
     /// Error-to-signal ratio of each signal.
     pub esr: BTreeMap<String, f64>,
+    /// Parameters to which fits from several starts gave several values.
+    pub ambiguous: Vec<String>,
+}
+
+/// Largest factor, either way, of an interval that says anything of R, L, K or J: an order of magnitude.
+const WIDEST: f64 = 10.0;
+
+/// Whether an interval is so wide that nothing is known: of more than the decades of [`WIDEST`], or no number at all;
+/// of friction, of more than the largest torque either way, which is ten times the typical friction.
+fn says_nothing(entry: &Entry, [low, high]: [f64; 2]) -> bool {
+    if !low.is_finite() || !high.is_finite() {
+        return true;
+    }
+    if entry.of_effect() {
+        return false;
+    }
+    if entry.positive {
+        !(high <= WIDEST * entry.value && low * WIDEST >= entry.value)
+    } else {
+        high - low > 2.0 * 10.0 * entry.scale
+    }
 }
 
 impl Outcome {
@@ -77,7 +98,7 @@ impl Outcome {
             Method::OutputError => "output error",
             Method::LeastSquares => "least squares in continuous time",
         };
-        Self { space, covariance, weaknesses, method, esr: BTreeMap::new() }
+        Self { space, covariance, weaknesses, method, esr: BTreeMap::new(), ambiguous: Vec::new() }
     }
 
     /// Estimates that no motor can have, as a sign of missing physics.
@@ -108,12 +129,18 @@ impl Outcome {
                 Freedom::Free(_) => {
                     let ci95 = coordinates.next().zip(self.covariance.as_ref());
                     let ci95 = ci95.map(|((k, theta), c)| interval(entry, *theta, c.half_width_95_of(k)));
-                    (Some(entry.value), ci95, Status::Identified)
+                    if self.ambiguous.contains(&entry.name) || ci95.is_some_and(|ci95| says_nothing(entry, ci95)) {
+                        (Some(entry.value), None, Status::NotIdentifiable)
+                    } else {
+                        (Some(entry.value), ci95, Status::Identified)
+                    }
                 }
                 Freedom::Fixed => (Some(entry.value), None, Status::Fixed),
+                // What is held has a value that the others were fitted with.
+                Freedom::Pinned => (Some(entry.value), None, Status::NotIdentifiable),
                 // A friction term held at zero and the usual shape of an effect are usable values; an R, L, K or J that
                 // nothing tells is not.
-                Freedom::Pinned | Freedom::Absent => {
+                Freedom::Untold | Freedom::Absent => {
                     let usable = !entry.positive || entry.of_effect();
                     (usable.then_some(entry.value), None, Status::NotIdentifiable)
                 }
@@ -163,6 +190,7 @@ impl Outcome {
             terms: settings.terms.iter().enumerate().map(of_term).collect(),
             correction: None,
             detector: None,
+            accepted: None,
             provenance: Provenance {
                 greyrig: env!("CARGO_PKG_VERSION").to_owned(),
                 method: self.method.to_owned(),

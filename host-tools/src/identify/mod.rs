@@ -62,7 +62,7 @@ pub fn identify(recordings: &[Recording], settings: &Settings) -> Result<Identif
             by_torque::fit(space, &experiments, filter.cutoff_hz)?
         }
         Drive::Voltage => {
-            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments)?;
+            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, settings.course)?;
             by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes)?
         }
     };

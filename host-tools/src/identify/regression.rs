@@ -47,8 +47,8 @@ impl Regression {
         self.target.push(target);
     }
 
-    /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than twice as
-    /// many rows as unknowns or a column says nothing.
+    /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than
+    /// twice as many rows as unknowns or a column says nothing.
     pub fn solve(&self, space: &Space) -> Option<Vec<(BaseParameter, f64)>> {
         let mut target = self.target.clone();
         let mut columns = Vec::new();
@@ -64,7 +64,7 @@ impl Regression {
                     }
                 }
                 Freedom::Absent => {}
-                Freedom::Fixed | Freedom::Pinned => {
+                Freedom::Fixed | Freedom::Pinned | Freedom::Untold => {
                     for (t, x) in target.iter_mut().zip(column) {
                         *t -= entry.value * x;
                     }
@@ -143,8 +143,9 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
 /// Share of the largest voltage within which a voltage stands still.
 const STILL: f64 = 0.05;
 
-/// Samples of a slow recording before which the voltage has stood still for two intervals: there the current has settled, and
-/// `u = R i + K φ ω` whatever the voltage does between samples. `None` where there are few, or samples are quick enough for derivatives.
+/// Samples of a slow recording before which the voltage has stood still for two intervals: there the current has
+/// settled, and `u = R i + K φ ω` whatever the voltage does between samples. `None` where there are few, or samples are
+/// quick enough for derivatives.
 fn settled_samples(e: &Experiment) -> Option<Vec<usize>> {
     const FEWEST_SHARE: f64 = 0.2;
     if !e.is_slow(None) {

@@ -4,6 +4,7 @@ use greyrig::effects::EffectId;
 use greyrig::motor::MAX_TERMS;
 
 use super::space::{Freedom, Space};
+use crate::between::Course;
 use crate::error::{Error, Result};
 use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
 use crate::term::Formula;
@@ -39,6 +40,8 @@ pub struct Settings {
     pub filter: Filter,
     /// Whether the user chose the cut-off.
     pub cutoff_given: bool,
+    /// What the voltage does between its samples, if the user knows it.
+    pub course: Option<Course>,
 }
 
 impl Settings {
@@ -54,6 +57,7 @@ impl Settings {
             bounds: Vec::new(),
             filter: Filter::default(),
             cutoff_given: false,
+            course: None,
         }
     }
 

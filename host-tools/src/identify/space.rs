@@ -24,6 +24,8 @@ pub enum Freedom {
     Fixed,
     /// The recordings cannot tell it; it keeps its value.
     Pinned,
+    /// The recordings do not hold what it acts on; its value means nothing.
+    Untold,
     /// The model does not have it.
     Absent,
 }

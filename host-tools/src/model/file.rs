@@ -5,7 +5,7 @@ use std::path::Path;
 use greyrig::butterworth;
 use greyrig::motor::BaseParameter;
 
-use super::{Model, SCHEMA, unit};
+use super::{Model, Parameter, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
@@ -142,6 +142,15 @@ impl Model {
     /// # Errors
     /// A number that TOML cannot hold.
     pub fn text(&self) -> Result<String> {
+        let effects = self.effects.iter().flat_map(|e| &e.parameters);
+        let terms = self.terms.iter().flat_map(|t| &t.parameters);
+        let unusable = |p: &Parameter| !p.value.is_finite() || p.ci95.iter().flatten().any(|x| !x.is_finite());
+        if let Some((name, _)) = self.parameters.iter().chain(effects).chain(terms).find(|(_, p)| unusable(p)) {
+            return Err(Error::usage(
+                format!("{name} has come to no number, so that there is no model to write"),
+                "leave out what was added last, or record more excitation",
+            ));
+        }
         toml::to_string_pretty(self)
             .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))
     }

@@ -196,6 +196,10 @@ pub struct Model {
     /// Name of the motor type, if the recordings told it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<String>,
+    /// `false`: what was added last did not lower the error on data that the fit had not seen. Absent where nothing was
+    /// judged, or all is well.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accepted: Option<bool>,
     /// Filter of the comparison.
     #[serde(default)]
     pub filter: Filter,
@@ -219,6 +223,11 @@ pub struct Model {
 }
 
 impl Model {
+    /// Marks a model by what the data held out say of what was added last.
+    pub fn judged(&mut self, accepted: bool) {
+        self.accepted = (!accepted).then_some(false);
+    }
+
     /// The detector's limits; `path` is where the model comes from.
     ///
     /// # Errors

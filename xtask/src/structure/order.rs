@@ -43,6 +43,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "mains",
             "edges",
             "between",
+            "counts",
             "filtering",
             "recording",
             "held_out",

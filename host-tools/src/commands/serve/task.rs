@@ -97,8 +97,9 @@ fn added(recordings: &[Recording], before: &Version, id: EffectId, watch: &(dyn 
     let with = stage(&before.model, &[id], &[], &training, &held_out)?;
     let judged = with.shows(&before.model, &held_out)?;
     watch("all recordings");
-    let whole = add_to(&before.model, &[], recordings, &[id])?;
+    let mut whole = add_to(&before.model, &[], recordings, &[id])?;
     let accepted = judged && without.held_out.esr.falls_to(&with.held_out.esr);
+    whole.identification.model.judged(accepted);
     let label = format!("+ {}", catalogue::joined(&whole.effects, " + "));
     Ok(version(label, whole.identification, &with, Some(accepted), recordings.len()))
 }
