@@ -18,13 +18,13 @@ use serde::Serialize;
 
 use crate::compare::{PerSignal, compare};
 use crate::diagnose::climb::Climb;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening;
 use crate::diagnose::{self, VerdictKind, classes, dither, samples};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
+use crate::identify::minimise::Fit;
 use crate::identify::scales::Scales;
 use crate::identify::space::{Key, Space};
 use crate::identify::{self, Settings, identifiability, slow_sampling};

@@ -8,19 +8,18 @@ use std::collections::BTreeMap;
 use greyrig::effects::{Description, EffectId};
 use greyrig::motor::BaseParameter;
 
-use super::blocks::{self, HeldOut, p_value};
 use super::classes;
 use super::completeness::{self, Completeness, Course, Floor};
 use super::criteria::SMALLEST_GAIN;
-use super::fit::Fit;
-use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
+use crate::identify::cross_validation::{self, p_value};
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, have_rows, log_error, minimise, resume, rms_of};
+use crate::identify::minimise::{Effort, Fit, HeldOut, Residuals, have_rows, log_error, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
+use crate::identify::refitted::held_out_refitted;
 use crate::identify::scales::Scales;
 use crate::identify::space::{Key, Space};
 use crate::repeats;
@@ -71,7 +70,7 @@ impl<'a> Audit<'a> {
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let time_constant_s = time_constant_s(&problem, space).max(period_s);
         let repeats = repeats::of_experiments(experiments);
-        Ok(Self { blocks: blocks::blocks(&times), times, problem, period_s, time_constant_s, repeats })
+        Ok(Self { blocks: cross_validation::blocks(&times), times, problem, period_s, time_constant_s, repeats })
     }
 
     /// Fits a model by output error.
@@ -87,14 +86,14 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, None, &mut || ()).map(Fit::from)
+        minimise(space, &self.problem, effort, None, &mut || ())
     }
 
     /// Goes on from a rough fit.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish(&self, rough: &Refined) -> Result<Fit> {
+    pub fn finish(&self, rough: &Fit) -> Result<Fit> {
         self.finish_with(rough, Effort::USUAL)
     }
 
@@ -102,8 +101,8 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Fit> {
-        resume(rough, &self.problem, effort).map(Fit::from)
+    pub fn finish_with(&self, rough: &Fit, effort: Effort) -> Result<Fit> {
+        resume(rough, &self.problem, effort)
     }
 
     /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current, or is no
@@ -112,7 +111,7 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit_with_effects(&self, space: &Space, base: &Refined, scales: &Scales) -> Result<Fit> {
+    pub fn fit_with_effects(&self, space: &Space, base: &Fit, scales: &Scales) -> Result<Fit> {
         let fit = self.fit(space)?;
         let [left, was] = [&fit, base].map(|other| self.excess(other, &fit)[0]);
         let leaves_little = left < STRUCTURE || fit.ended && left < MUCH * was;
@@ -162,7 +161,7 @@ impl<'a> Audit<'a> {
 
     /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more than the error
     /// rises by with all other parameters as they are, which it cannot.
-    fn worth(&self, fit: &Refined, id: EffectId) -> f64 {
+    fn worth(&self, fit: &Fit, id: EffectId) -> f64 {
         let worth = screening::worth(fit, self.problem.groups(), id);
         let without = self.error_at(&fit.space.without_effect(id));
         let most = log_error(without, self.has()) - self.log_error(fit);
@@ -170,29 +169,29 @@ impl<'a> Audit<'a> {
     }
 
     /// Tries candidates at a fit by linearisation of the free run, most promising first.
-    pub fn screen(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+    pub fn screen(&self, fit: &Fit, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
         screening::screen(fit, &self.problem, scales, candidates, Loops::AsTheyAre)
     }
 
     /// Tries the candidates of a screening two at a time, most promising first.
-    pub fn pairs(&self, fit: &Refined, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+    pub fn pairs(&self, fit: &Fit, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
         screening::pairs(fit, &self.problem, scales, promises)
     }
 
     /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
-    pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
+    pub fn excess(&self, fit: &Fit, best: &Fit) -> [f64; 2] {
         let over = self.over_floor(fit, best);
         [over.electrical.ln(), over.mechanical.ln()]
     }
 
     /// A fit's error over what does not repeat in another fit's.
-    pub fn over_floor(&self, fit: &Refined, best: &Refined) -> Completeness {
+    pub fn over_floor(&self, fit: &Fit, best: &Fit) -> Completeness {
         Completeness::of(fit, &self.floor(best))
     }
 
     /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence makes of the current by
     /// way of the speed.
-    pub fn completeness_of_both(&self, without: &Refined, with: &Refined) -> (Completeness, Completeness) {
+    pub fn completeness_of_both(&self, without: &Fit, with: &Fit) -> (Completeness, Completeness) {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
         let passed_on = self.problem.through_the_speed(with);
         let floor = self.floor(with);
@@ -201,16 +200,16 @@ impl<'a> Audit<'a> {
     }
 
     /// How the speed of a fit wanders: [`completeness::wandering`].
-    pub fn wandering(&self, fit: &Refined) -> f64 {
+    pub fn wandering(&self, fit: &Fit) -> f64 {
         completeness::wandering(fit, &self.problem, &self.course())
     }
 
     /// How much of a fit's error of the speed comes back in recordings of the same excitation: [`completeness::comes_back`].
-    pub fn comes_back(&self, fit: &Refined) -> Option<f64> {
+    pub fn comes_back(&self, fit: &Fit) -> Option<f64> {
         completeness::comes_back(fit, &self.problem, &self.course())
     }
 
-    fn floor(&self, best: &Refined) -> Floor {
+    fn floor(&self, best: &Fit) -> Floor {
         Floor::of_free_run(best, &self.problem, &self.course(), self.time_constant_s)
     }
 
@@ -224,12 +223,12 @@ impl<'a> Audit<'a> {
     }
 
     /// Logarithm of a fit's error: [`log_error`].
-    pub fn log_error(&self, fit: &Refined) -> f64 {
+    pub fn log_error(&self, fit: &Fit) -> f64 {
         fit.log_error(self.problem.groups())
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
-    pub fn fall(&self, before: &Refined, after: &Refined) -> f64 {
+    pub fn fall(&self, before: &Fit, after: &Fit) -> f64 {
         self.log_error(before) - self.log_error(after)
     }
 
@@ -249,7 +248,7 @@ impl<'a> Audit<'a> {
     }
 
     /// 95 % intervals of the free parameters of a fit.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<Key, [f64; 2]> {
+    pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of_fit(&self.problem, fit)
     }
 

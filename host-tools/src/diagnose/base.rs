@@ -5,9 +5,9 @@ use greyrig::motor::BaseParameter;
 
 use super::audit::Audit;
 use super::climb::Climb;
-use super::fit::Fit;
 use crate::error::Result;
 use crate::experiment::{Drive, Experiment};
+use crate::identify::minimise::Fit;
 use crate::identify::space::{Freedom, Space};
 use crate::identify::{self, Settings, identifiability, regression, slow_sampling};
 use crate::recording::Recording;

@@ -9,13 +9,12 @@ use serde::Serialize;
 
 use super::Options;
 use super::audit::Audit;
-use super::fit::Fit;
 use super::ladder::{Ladder, Objection, Step, Tried};
 use super::sizes::{Size, sizes};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::identify::Settings;
-use crate::identify::minimise::Effort;
+use crate::identify::minimise::{Effort, Fit};
 use crate::recording::Recording;
 
 /// Candidates whose free-run error is refined for the report, at most.

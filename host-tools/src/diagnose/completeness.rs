@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 use crate::noise::median;
 
 /// Windows that the second differences of the torque balance are apart.
@@ -91,7 +91,7 @@ impl Floor {
 
     /// Of both balances from a fit by equation error. Structure that grows or fades counts to some degree, so the floor of the best fit is
     /// that of all.
-    pub fn of_balances(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> Self {
+    pub fn of_balances(fit: &Fit, problem: &impl Residuals, course: &Course<'_>) -> Self {
         let Course { times, period_s, repeats } = *course;
         let [voltage, torque] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
         let bent = STRIDES.map(|stride| torque.bent(stride)).into_iter().fold(0.0, f64::max);
@@ -100,7 +100,7 @@ impl Floor {
     }
 
     /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
-    pub fn of_free_run(fit: &Refined, problem: &impl Residuals, course: &Course<'_>, time_constant_s: f64) -> Self {
+    pub fn of_free_run(fit: &Fit, problem: &impl Residuals, course: &Course<'_>, time_constant_s: f64) -> Self {
         let Course { times, period_s, repeats } = *course;
         let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
         let turbulent = speed.with_turbulence(period_s, time_constant_s);
@@ -120,7 +120,7 @@ impl Floor {
     /// makes of each row (A, rad/s).
     pub fn with_turbulence_passed_on(
         self,
-        fit: &Refined,
+        fit: &Fit,
         problem: &impl Residuals,
         through_the_speed: &DVector<f64>,
         course: &Course<'_>,
@@ -136,13 +136,13 @@ impl Floor {
         Self([current.hypot(passed_on.sqrt()), speed])
     }
 
-    fn new(fit: &Refined, variances: [f64; 2]) -> Self {
+    fn new(fit: &Fit, variances: [f64; 2]) -> Self {
         Self([0, 1].map(|g| variances[g].sqrt() * fit.rms[g]))
     }
 }
 
 /// The error of a fit's speed in the free run over what it differs by from one period to the next: 1 of noise, more of what is slow.
-pub fn wandering(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> f64 {
+pub fn wandering(fit: &Fit, problem: &impl Residuals, course: &Course<'_>) -> f64 {
     let speed = Signal::of(&fit.residuals, problem, course.times, 1);
     // The variance of the weighted residuals is 1.
     let apart = speed.apart(course.period_s);
@@ -151,7 +151,7 @@ pub fn wandering(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -
 
 /// Share of what is slow in the error of a fit's speed in the free run, over periods of the mains, that comes back in recordings of the
 /// same excitation, two by two. `None`: there are none.
-pub fn comes_back(fit: &Refined, problem: &impl Residuals, course: &Course<'_>) -> Option<f64> {
+pub fn comes_back(fit: &Fit, problem: &impl Residuals, course: &Course<'_>) -> Option<f64> {
     let Course { times, period_s, repeats } = *course;
     Signal::of(&fit.residuals, problem, times, 1).means(period_s).comes_back(repeats).map(|back| back.share)
 }
@@ -285,7 +285,7 @@ fn mean(squares: impl Iterator<Item = f64>) -> f64 {
 
 impl Completeness {
     /// Of a fit against a floor.
-    pub fn of(fit: &Refined, floor: &Floor) -> Self {
+    pub fn of(fit: &Fit, floor: &Floor) -> Self {
         let ratio = |g: usize| if floor.0[g] > 0.0 { fit.rms[g] / floor.0[g] } else { 1.0 };
         Self { electrical: ratio(0), mechanical: ratio(1) }
     }

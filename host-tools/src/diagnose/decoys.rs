@@ -11,9 +11,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::blocks::{HeldOut, held_out};
 use super::screening::Complement;
-use crate::identify::minimise::Refined;
+use crate::identify::cross_validation::held_out;
+use crate::identify::minimise::{Fit, HeldOut};
 
 /// Cosine to a candidate's column above which a decoy is none.
 const LIKENESS: f64 = 0.2;
@@ -23,7 +23,7 @@ const EACH: usize = 4;
 
 /// Held-out errors of a fit with each decoy added.
 pub fn tried(
-    fit: &Refined,
+    fit: &Fit,
     groups: &[u8],
     times: &[(usize, f64)],
     blocks: &[usize],
@@ -77,7 +77,7 @@ pub fn tried(
 
 /// The held-out errors of a fit with one more column, at its least-squares coefficient.
 fn with_column(
-    fit: &Refined,
+    fit: &Fit,
     complement: &Complement,
     column: &DVector<f64>,
     groups: &[u8],
@@ -109,12 +109,12 @@ mod tests {
     const ROWS: usize = 400;
 
     /// A fit of R alone, whose column is a constant, with these residuals.
-    fn fit(residuals: DVector<f64>) -> Refined {
+    fn fit(residuals: DVector<f64>) -> Fit {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
         let others = BaseParameter::ALL.into_iter().filter(|p| *p != BaseParameter::R);
         space.hold(others, Freedom::Pinned);
         let jacobian = DMatrix::from_element(residuals.len(), 1, 1.0);
-        Refined { space, residuals, jacobian, rms: [1.0; 2], ended: true }
+        Fit { space, residuals, jacobian, rms: [1.0; 2], ended: true, known_held_out: std::sync::OnceLock::new() }
     }
 
     fn blocks() -> Vec<usize> {

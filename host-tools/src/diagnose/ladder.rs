@@ -6,7 +6,7 @@ use greyrig::effects::{Acts, EffectId};
 
 use super::classes;
 use super::completeness::{Completeness, Floor};
-use super::fit::Fit;
+use crate::identify::minimise::Fit;
 use crate::model::Kind;
 
 /// Why a candidate does not count.

@@ -11,10 +11,10 @@ use greyrig::motor::BaseParameter;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::blocks::{held_out, p_value};
 use super::screening::Complement;
+use crate::identify::cross_validation::{held_out, p_value};
 use crate::identify::equation_error::{Balance, EquationError};
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 use crate::model::Kind;
 
 /// Terms in a lead at most.
@@ -96,7 +96,7 @@ impl Lead {
 }
 
 /// Looks for a lead in what a fit leaves over.
-pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
+pub fn find(fit: &Fit, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
     let groups = problem.groups();
     let columns: Vec<DVector<f64>> = TERMS
         .iter()
@@ -156,7 +156,7 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
 }
 
 /// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was measured.
-fn drive(fit: &Refined, problem: &EquationError<'_>) -> f64 {
+fn drive(fit: &Fit, problem: &EquationError<'_>) -> f64 {
     let column = match fit.space.kind() {
         Kind::Universal => problem.column(Balance::Torque, &|i, _, _| i * i),
         Kind::PmDc => problem.column(Balance::Torque, &|i, _, _| i),
@@ -165,7 +165,7 @@ fn drive(fit: &Refined, problem: &EquationError<'_>) -> f64 {
 }
 
 /// Coefficients of the chosen columns with all parameters free.
-fn solve(fit: &Refined, columns: &[DVector<f64>], chosen: &[usize]) -> Vec<f64> {
+fn solve(fit: &Fit, columns: &[DVector<f64>], chosen: &[usize]) -> Vec<f64> {
     if chosen.is_empty() {
         return Vec::new();
     }

@@ -3,7 +3,7 @@
 //! 1. What the samples show before any fit ([`samples`]).
 //! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of base +
 //!    effect for those that promise something, all other parameters free to move ([`climb`]).
-//! 3. Judgement on blocks of time held out ([`blocks`]), against decoys ([`decoys`]), with a correction for how many were
+//! 3. Judgement on blocks of time held out ([`cross_validation`](crate::identify::cross_validation)), against decoys ([`decoys`]), with a correction for how many were
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back.
 //! 5. All that was found once more in the free run, where each effect has to earn its place ([`audit`]).
@@ -12,7 +12,6 @@
 
 pub mod audit;
 pub mod base;
-pub mod blocks;
 pub mod candidates;
 pub mod classes;
 pub mod climb;
@@ -20,12 +19,10 @@ pub mod completeness;
 pub mod criteria;
 pub mod decoys;
 pub mod dither;
-pub mod fit;
 pub mod holds;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
-pub mod refitted;
 mod remarks;
 pub mod samples;
 pub mod screening;
@@ -39,6 +36,7 @@ use greyrig::effects::{EffectId, MAX_EFFECTS};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::experiment::Experiment;
+use crate::identify::minimise::Fit;
 use crate::identify::{self, Settings, identifiability, slow_sampling};
 use crate::model::Kind;
 use crate::recording::Recording;
@@ -46,7 +44,6 @@ use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use climb::Climb;
 use completeness::Completeness;
-use fit::Fit;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::classes;
 use super::holds::Holds;
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 use crate::identify::scales::Scales;
 use crate::identify::space::{Freedom, Key, Space};
 use crate::model::Kind;
@@ -86,7 +86,7 @@ impl Complement {
 
 /// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
 /// groups' RMS.
-pub fn worth(fit: &Refined, groups: &[u8], id: EffectId) -> f64 {
+pub fn worth(fit: &Fit, groups: &[u8], id: EffectId) -> f64 {
     let own = |key: Key| matches!(key, Key::Effect(other, _) if other == id);
     let keys: Vec<Key> = fit.space.free().map(|e| e.key).collect();
     let others: Vec<usize> = (0..keys.len()).filter(|k| !own(keys[*k])).collect();
@@ -111,7 +111,7 @@ fn at_size(space: &Space, id: EffectId, size: f64) -> Space {
 }
 
 /// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
-pub fn independence(fit: &Refined, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
+pub fn independence(fit: &Fit, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
     let space = at_small_size(&fit.space.with_effect(d.id, scales), d.id);
     let mut column = problem.at(&space, &space.coordinates()) - unweighted(fit, problem);
     for (x, group) in column.iter_mut().zip(problem.groups()) {
@@ -132,7 +132,7 @@ pub enum Loops {
 
 /// Tries candidates at the fit of a model, most promising first.
 pub fn screen(
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     scales: &Scales,
     candidates: &[&'static Description],
@@ -148,7 +148,7 @@ pub fn screen(
 
 fn promise(
     d: &'static Description,
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     scales: &Scales,
     loops: Loops,
@@ -169,7 +169,7 @@ fn promise(
 fn best_of(
     d: &'static Description,
     mut tried: Vec<(f64, Space)>,
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     complement: &Complement,
     left: &DVector<f64>,
@@ -224,7 +224,7 @@ pub struct Pair {
 
 /// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be named once
 /// and fitted twice.
-pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+pub fn pairs(fit: &Fit, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
     let complement = Complement::of(&fit.jacobian);
     let left = complement.project(&fit.residuals);
     let columns: Vec<DVector<f64>> = promises.par_iter().map(|p| complement.project(&p.column)).collect();
@@ -275,7 +275,7 @@ pub fn log_fall(before: &DVector<f64>, after: &DVector<f64>, groups: &[u8]) -> f
         .sum()
 }
 
-fn unweighted(fit: &Refined, problem: &impl Residuals) -> DVector<f64> {
+fn unweighted(fit: &Fit, problem: &impl Residuals) -> DVector<f64> {
     DVector::from_iterator(
         fit.residuals.len(),
         fit.residuals.iter().zip(problem.groups()).map(|(r, g)| r * fit.rms[usize::from(*g)]),

@@ -8,7 +8,7 @@ use super::equation_error::EquationError;
 use super::identifiability::Weakness;
 use super::identification::Outcome;
 use super::intervals::of_fit::blocks_of_rows;
-use super::minimise::{Effort, Refined, Residuals as _, as_it_is, have_rows, minimise};
+use super::minimise::{Effort, Fit, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
@@ -59,7 +59,7 @@ pub fn fit(
                 "record more excitation, or give what you know with --fix",
             ));
         }
-        let mut bare = without_effects(&space);
+        let mut bare = space.bare();
         if slow {
             slow_sampling::start_values(&mut bare, experiments)?;
         } else {
@@ -174,7 +174,7 @@ fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Refi
 }
 
 /// The output-error fit, with a progress bar.
-fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Refined> {
+fn refine(space: &Space, problem: &OutputError<'_>) -> Result<Fit> {
     let bar = output::progress("output-error fit", Effort::FULL.steps as u64);
     let refined = minimise(space, problem, Effort::FULL, None, &mut || bar.inc(1));
     bar.finish_and_clear();
@@ -200,12 +200,7 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment])
     let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
     let fit = |from: &Space| minimise(from, &balances, effort, None, &mut || ());
     let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
-    let error = |fit: &Refined| fit.log_error(balances.groups());
+    let error = |fit: &Fit| fit.log_error(balances.groups());
     let (from_absent, from_typical) = (from_absent?, from_typical?);
     Ok(if error(&from_typical) < error(&from_absent) { from_typical } else { from_absent }.space)
-}
-
-/// The base model of a space.
-pub fn without_effects(space: &Space) -> Space {
-    space.effects().to_vec().into_iter().fold(space.clone().with_terms(&[]), |less, id| less.without_effect(id))
 }

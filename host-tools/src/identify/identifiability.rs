@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
-use super::minimise::Refined;
+use super::minimise::{Fit};
 use super::space::{Entry, Freedom, Key, Space};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};
@@ -143,7 +143,7 @@ fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The weakest direction of an output-error fit, if it is too weak.
-pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
+pub fn of_fit(refined: &Fit, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
     let entries: Vec<&Entry> = refined.space.free().collect();
     let direction = open_direction(refined, covariance)?;
     let has_current = experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some());
@@ -151,13 +151,13 @@ pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &
 }
 
 /// The shape of an effect that takes part in the weakest direction of an output-error fit, if that is too weak.
-pub fn open_shape(refined: &Refined, covariance: Option<&Covariance>) -> Option<Key> {
+pub fn open_shape(refined: &Fit, covariance: Option<&Covariance>) -> Option<Key> {
     let entries: Vec<&Entry> = refined.space.free().collect();
     let direction = open_direction(refined, covariance)?;
     involved(&entries, &direction).into_iter().find(|e| e.is_shape()).map(|e| e.key)
 }
 
-fn open_direction(refined: &Refined, covariance: Option<&Covariance>) -> Option<Vec<f64>> {
+fn open_direction(refined: &Fit, covariance: Option<&Covariance>) -> Option<Vec<f64>> {
     match covariance {
         Some(c) => too_wide(&c.matrix),
         None => null_direction(&refined.jacobian),

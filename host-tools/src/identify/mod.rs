@@ -9,6 +9,7 @@
 
 mod by_simulation;
 mod by_torque;
+pub mod cross_validation;
 mod determined;
 pub mod equation_error;
 pub mod flux;
@@ -18,6 +19,7 @@ pub mod intervals;
 pub mod inverse_dynamics;
 pub mod minimise;
 pub mod output_error;
+pub mod refitted;
 pub mod regression;
 pub mod scales;
 mod settings;

@@ -11,7 +11,7 @@ use greyrig::scalar::Scalar;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::minimise::{Refined, Residuals, rms_of};
+use super::minimise::{Fit, Residuals, rms_of};
 use super::regression::stride;
 use super::space::Space;
 use crate::error::{Error, Result};
@@ -225,7 +225,7 @@ impl<'a> OutputError<'a> {
 
     /// What the error of the speed makes of the rows at a fit, A and rad/s: the model at the speed that its measuring chain shows of the
     /// free run less the model at the measured one.
-    pub fn through_the_speed(&self, fit: &Refined) -> DVector<f64> {
+    pub fn through_the_speed(&self, fit: &Fit) -> DVector<f64> {
         let theta = fit.space.coordinates();
         let made = |rows: &Rows<'_>| -> Vec<f64> {
             let measured = rows.experiment.speed.as_deref().map_or(Imposed::Nothing, Imposed::Speed);

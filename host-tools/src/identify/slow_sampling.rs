@@ -13,10 +13,11 @@ use rayon::prelude::*;
 
 use super::equation_error::EquationError;
 use super::identifiability::Weakness;
-use super::minimise::{Effort, Refined, Residuals as _, minimise};
+use super::minimise::{Effort, Fit, Residuals as _, minimise};
+use super::regression;
 use super::space::{Freedom, Space};
-use super::{by_simulation, regression};
 use crate::between::{Between, Course};
+use super::{by_simulation, regression};
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::prediction;
@@ -47,7 +48,7 @@ pub fn prepare(space: &mut Space, experiments: &mut [Experiment], course: Option
     if !is_slow(experiments) {
         return Ok(None);
     }
-    let mut bare = by_simulation::without_effects(space);
+    let mut bare = space.bare();
     bare.take_typical_values();
     regression::start_values(&mut bare, experiments);
     let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
@@ -121,7 +122,7 @@ pub fn start_values(space: &mut Space, experiments: &[Experiment]) -> Result<()>
 /// A fit of the balances and its error; `None` without a balance, or where it comes to no number.
 fn fit(start: &Space, experiments: &[Experiment], effort: Effort) -> Result<Option<(f64, Space)>> {
     let Some(balances) = EquationError::new(experiments) else { return Ok(None) };
-    let fit: Refined = minimise(start, &balances, effort, None, &mut || ())?;
+    let fit: Fit = minimise(start, &balances, effort, None, &mut || ())?;
     let error = fit.log_error(balances.groups());
     Ok(error.is_finite().then_some((error, fit.space)))
 }

@@ -404,6 +404,12 @@ impl Space {
         less
     }
 
+    /// The base model alone, without effects and terms.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        self.effects.clone().into_iter().fold(self.clone().with_terms(&[]), |less, id| less.without_effect(id))
+    }
+
     /// Kind of motor.
     pub fn kind(&self) -> Kind {
         self.kind

@@ -67,7 +67,22 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "commands",
         ],
     ),
-    ("xtask", &["tally", "cargo", "needs", "firmware", "size", "structure", "checks"]),
+    (
+        "xtask",
+        &[
+            "tally",
+            "cargo",
+            "needs",
+            "firmware",
+            "size",
+            "packages",
+            "semver",
+            "dependencies",
+            "mutation",
+            "structure",
+            "checks",
+        ],
+    ),
 ];
 
 /// What does not agree with an order.

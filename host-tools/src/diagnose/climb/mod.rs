@@ -11,21 +11,20 @@ use greyrig::effects::{Description, EffectId};
 use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
-use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
-use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
-use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use super::shape::{self, Shape};
 use super::{Progress, Watch};
 use crate::error::Result;
 use crate::experiment::Experiment;
+use crate::identify::cross_validation::{self, held_out, p_value};
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
+use crate::identify::minimise::{CARRIED_ON, Effort, Fit, HeldOut, Residuals, minimise, minimise_beside, resume};
+use crate::identify::refitted::held_out_refitted;
 use crate::identify::space::{Key, Space};
 use crate::repeats;
 use step::{SHOWN, winner};
@@ -61,7 +60,7 @@ impl<'a> Climb<'a> {
     /// `candidates` are tried at each step, `most` effects are added at most. `None` if no balance can be formed.
     pub fn new(experiments: &'a [Experiment], candidates: Vec<&'static Description>, most: usize) -> Option<Self> {
         let problem = EquationError::new(experiments)?;
-        let blocks = blocks::blocks(problem.times());
+        let blocks = cross_validation::blocks(problem.times());
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let repeats = repeats::of_experiments(experiments);
         Some(Self { experiments, problem, blocks, period_s, repeats, candidates, most })
@@ -77,21 +76,21 @@ impl<'a> Climb<'a> {
 
     /// Fits a model, from the weights that another fit has ended on.
     fn fit_from(&self, weights: Option<[f64; 2]>, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, weights, &mut || ()).map(Fit::from)
+        minimise(space, &self.problem, effort, weights, &mut || ())
     }
 
     /// Fits a model that is that of a fit and a few parameters more.
-    fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise_beside(fit, space, &self.problem, effort).map(Fit::from)
+    fn fit_beside(&self, fit: &Fit, space: &Space, effort: Effort) -> Result<Fit> {
+        minimise_beside(fit, space, &self.problem, effort)
     }
 
     /// Goes on from where a fit has ended.
-    fn go_on(&self, fit: &Refined, effort: Effort) -> Result<Fit> {
-        resume(fit, &self.problem, effort).map(Fit::from)
+    fn go_on(&self, fit: &Fit, effort: Effort) -> Result<Fit> {
+        resume(fit, &self.problem, effort)
     }
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
-    fn screen(&self, fit: &Refined, left_out: &[EffectId]) -> Vec<Promise> {
+    fn screen(&self, fit: &Fit, left_out: &[EffectId]) -> Vec<Promise> {
         let scales = fit.space.scales(self.experiments);
         screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out), Loops::AsTheyAre)
     }
@@ -253,7 +252,7 @@ impl<'a> Climb<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[EffectId], free: &Refined) -> Result<()> {
+    pub fn narrow(&self, ladder: &mut Ladder, base: &Fit, kept: &[EffectId], free: &Fit) -> Result<()> {
         let inertia = ladder.fit.space.value(BaseParameter::J);
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
         let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(**id));
@@ -290,35 +289,35 @@ impl<'a> Climb<'a> {
     }
 
     /// Share of an effect's column that the other parameters do not explain.
-    pub fn independence(&self, fit: &Refined, d: &Description) -> Option<f64> {
+    pub fn independence(&self, fit: &Fit, d: &Description) -> Option<f64> {
         screening::independence(fit, &self.problem, &fit.space.scales(self.experiments), d)
     }
 
     /// What generic terms make of what a fit leaves over.
-    pub fn lead(&self, fit: &Refined) -> Lead {
+    pub fn lead(&self, fit: &Fit) -> Lead {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
     /// The shape of what a fit leaves over, in the balance that lacks more.
-    pub fn shape(&self, fit: &Refined, floor: &Floor) -> Option<Shape> {
+    pub fn shape(&self, fit: &Fit, floor: &Floor) -> Option<Shape> {
         let left = Completeness::of(fit, floor);
         let balance = if left.electrical > left.mechanical { Balance::Voltage } else { Balance::Torque };
         shape::of(fit, &self.problem, balance)
     }
 
     /// 95 % intervals of the parameters of a fit by equation error, from its blocks.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<Key, [f64; 2]> {
+    pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of(fit, &self.blocks)
     }
 
     /// What does not repeat.
-    fn floor(&self, fit: &Refined) -> Floor {
+    fn floor(&self, fit: &Fit) -> Floor {
         let course = Course { times: self.problem.times(), period_s: self.period_s, repeats: &self.repeats };
         Floor::of_balances(fit, &self.problem, &course)
     }
 
     /// The logarithm of a fit's error on the data that it was fitted to.
-    fn error(&self, fit: &Refined) -> f64 {
+    fn error(&self, fit: &Fit) -> f64 {
         fit.log_error(self.problem.groups())
     }
 

@@ -5,12 +5,11 @@ use rayon::prelude::*;
 
 use super::{Climb, THOROUGH, Way};
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch, classes, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals};
+use crate::identify::minimise::{Effort, Fit, Residuals};
 use crate::identify::space::{Freedom, Key, Space};
 
 /// A rival that gains less than this share of the winner's gain is none.
@@ -179,7 +178,7 @@ impl Climb<'_> {
     }
 
     /// The exchanges that come closest after a few steps.
-    fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>, progress: &Watch<'_>) -> Result<Vec<Pair<'t>>> {
+    fn closest<'t>(&self, fit: &Fit, pairs: Vec<Pair<'t>>, progress: &Watch<'_>) -> Result<Vec<Pair<'t>>> {
         let look = |(given, other): Pair<'t>| {
             progress(Progress::Doing(other.id.id()));
             let begun = self.fit_beside(fit, &self.space_swapped(fit, given, other), FIRST_LOOK)?;
@@ -265,7 +264,7 @@ impl Climb<'_> {
     }
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
-    fn swapped(&self, fit: &Refined, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
+    fn swapped(&self, fit: &Fit, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
         let mut space = self.space_swapped(fit, id, rival);
         if bends {
             space.hold(Key::shapes_of(rival.id), Freedom::Pinned);
@@ -274,7 +273,7 @@ impl Climb<'_> {
     }
 
     /// Where such a fit begins: with the rival of the size that it had when it was tried.
-    fn space_swapped(&self, fit: &Refined, id: EffectId, rival: &Tried) -> Space {
+    fn space_swapped(&self, fit: &Fit, id: EffectId, rival: &Tried) -> Space {
         let scales = fit.space.scales(self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
         let size = Key::size_of(rival.id);

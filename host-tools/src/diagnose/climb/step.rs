@@ -7,16 +7,15 @@ use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::Climb;
-use crate::diagnose::blocks::p_value;
 use crate::diagnose::criteria::{BEYOND_DOUBT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::decoys;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
-use crate::identify::minimise::Residuals;
+use crate::identify::cross_validation::p_value;
+use crate::identify::minimise::{Fit, Residuals};
 use crate::identify::space::Space;
 
 /// Candidates that are fitted after the screening.

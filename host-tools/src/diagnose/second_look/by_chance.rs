@@ -11,12 +11,11 @@ use rayon::prelude::*;
 
 use super::{Judged, SecondLook};
 use crate::diagnose::audit::LEAST_SHARE_OF_A_LAW;
-use crate::diagnose::blocks::HeldOut;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Tried};
 use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
+use crate::identify::minimise::{Fit, HeldOut};
 use crate::identify::space::{Freedom, Key, Space};
 
 /// Error of the free run at the fit of a candidate by the balances over that of what was found, sum of the logarithms of both signals, up

@@ -19,12 +19,11 @@ use super::audit::Audit;
 use super::climb::{Climb, Way};
 
 use super::completeness::Completeness;
-use super::fit::Fit;
 use super::ladder::Ladder;
 use super::{Progress, Watch};
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined};
+use crate::identify::minimise::{Effort, Fit};
 
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
 const SMALLEST_FALL: f64 = 0.5;
@@ -155,7 +154,7 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Completeness of the free run without and with effects.
-    fn completeness(&self, fit: &Refined) -> (Completeness, Completeness) {
+    fn completeness(&self, fit: &Fit) -> (Completeness, Completeness) {
         self.audit.completeness_of_both(&self.free, fit)
     }
 

@@ -7,12 +7,11 @@ use rayon::prelude::*;
 
 use super::{Judged, SMALLEST_FALL, SecondLook};
 use crate::diagnose::criteria::{LEAST_INDEPENDENT, SAME_ERROR};
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined};
+use crate::identify::minimise::{Effort, Fit};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
@@ -118,7 +117,7 @@ impl SecondLook<'_> {
     }
 
     /// The candidates that have a column of their own in the free run, most promising first.
-    fn promises(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+    fn promises(&self, fit: &Fit, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
         let mut promises = self.audit.screen(fit, scales, candidates);
         promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
         promises
@@ -187,7 +186,7 @@ impl SecondLook<'_> {
 
     /// Whether a fit leaves less than a share, in the signal that gains more, of the logarithm by which the error of an earlier one
     /// exceeds the floor.
-    fn takes_all_but(&self, share: f64, before: &Refined, after: &Refined) -> bool {
+    fn takes_all_but(&self, share: f64, before: &Fit, after: &Fit) -> bool {
         let (over, left) = (self.audit.excess(before, after), self.audit.excess(after, after));
         let gains_more = if over[0] - left[0] > over[1] - left[1] { 0 } else { 1 };
         left[gains_more] < share * over[gains_more]

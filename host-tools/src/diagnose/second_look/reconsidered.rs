@@ -8,10 +8,10 @@ use greyrig::effects::EffectId;
 
 use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::Tried;
 use crate::diagnose::{Progress, Watch};
 use crate::error::Result;
+use crate::identify::minimise::Fit;
 
 impl SecondLook<'_> {
     /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::{SYSTEMATIC, block_length_s, slowest_correlation_time_s};
-use crate::identify::minimise::Refined;
+use crate::identify::minimise::Fit;
 use crate::identify::output_error::{OutputError, Rows};
 use crate::identify::space::{Entry, Freedom, Key};
 
@@ -15,7 +15,7 @@ const AT_LIMIT: f64 = 1e-4;
 const NORMAL_95: f64 = 1.96;
 
 /// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
-pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
+pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Fit) -> Vec<usize> {
     let rows = problem.rows();
     let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
     let total: f64 = rows.iter().map(Rows::covered_s).sum();
@@ -48,7 +48,7 @@ pub fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
 
 /// Shapes of effects that have run into their physical limits no longer answer to the data: they stay there, without an
 /// interval.
-pub fn pin_shapes_at_limits(refined: &mut Refined) {
+pub fn pin_shapes_at_limits(refined: &mut Fit) {
     let theta = refined.space.coordinates();
     let at_limit = |(entry, theta): (&Entry, &f64)| {
         let (low, high) = entry.limits();

@@ -14,9 +14,14 @@
 //! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
 
 mod damping;
+mod errors;
+
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+
+pub use errors::{HeldOut, have_rows, log_error};
 
 use damping::{ALIKE, Coordinate, Trial, bounded_step, descend};
 
@@ -87,9 +92,9 @@ impl Effort {
     pub const ESTIMATE: Self = Self { steps: 8, tolerance: 1e-2, carried_on: 4, confirmed: false };
 }
 
-/// The end of a fit.
+/// A fit to one problem: where it has ended.
 #[derive(Debug, Clone)]
-pub struct Refined {
+pub struct Fit {
     /// The parameters there.
     pub space: Space,
     /// Weighted residuals, experiment by experiment.
@@ -100,15 +105,30 @@ pub struct Refined {
     pub rms: [f64; 2],
     /// Whether the search came to an end before its steps did.
     pub ended: bool,
+    /// The errors on blocks of time held out, once they have been asked for: [`Fit::held_out`].
+    pub known_held_out: OnceLock<HeldOut>,
 }
 
-impl Refined {
+impl Fit {
     /// Holds a free parameter where it is.
     pub fn hold(&mut self, key: Key) {
         let place = self.space.free().position(|entry| entry.key == key);
         if let Some(place) = place {
             self.space.hold([key], Freedom::Pinned);
             self.jacobian = std::mem::take(&mut self.jacobian).remove_column(place);
+            self.known_held_out = OnceLock::new();
+        }
+    }
+
+    /// Its errors on blocks of time held out, found `by` leaving them out the first time.
+    pub fn held_out(&self, by: impl FnOnce(&Self) -> HeldOut) -> &HeldOut {
+        match self.known_held_out.get() {
+            Some(known) => known,
+            None => {
+                // Not within `get_or_init`: what leaves blocks out waits for other work meanwhile, which may ask for the same.
+                let held_out = by(self);
+                self.known_held_out.get_or_init(|| held_out)
+            }
         }
     }
 
@@ -116,17 +136,6 @@ impl Refined {
     pub fn log_error(&self, groups: &[u8]) -> f64 {
         log_error(self.rms, have_rows(groups))
     }
-}
-
-/// Logarithm of an error: Σ ln RMS over the groups that have rows. Where both have n rows and noises of unknown size, the
-/// log-likelihood is −n times that, up to a constant.
-pub fn log_error(rms: [f64; 2], has: [bool; 2]) -> f64 {
-    (0..2).filter(|g| has[*g]).map(|g| rms[g].ln()).sum()
-}
-
-/// Whether the two groups have rows.
-pub fn have_rows(groups: &[u8]) -> [bool; 2] {
-    [0u8, 1].map(|g| groups.contains(&g))
 }
 
 /// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known, and
@@ -140,7 +149,7 @@ pub fn minimise(
     effort: Effort,
     weights: Option<[f64; 2]>,
     step: &mut dyn FnMut(),
-) -> Result<Refined> {
+) -> Result<Fit> {
     let theta = within_limits(space);
     let start = Point {
         residuals: problem.at(space, &theta),
@@ -157,7 +166,7 @@ pub fn minimise(
 ///
 /// # Errors
 /// An interrupt.
-pub fn minimise_beside(fit: &Refined, space: &Space, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+pub fn minimise_beside(fit: &Fit, space: &Space, problem: &impl Residuals, effort: Effort) -> Result<Fit> {
     let theta = within_limits(space);
     let residuals = problem.at(space, &theta);
     let mut known = fit.jacobian.clone();
@@ -185,7 +194,7 @@ fn within_limits(space: &Space) -> Vec<f64> {
 ///
 /// # Errors
 /// An interrupt.
-pub fn resume(fit: &Refined, problem: &impl Residuals, effort: Effort) -> Result<Refined> {
+pub fn resume(fit: &Fit, problem: &impl Residuals, effort: Effort) -> Result<Fit> {
     let mut residuals = fit.residuals.clone();
     let mut jacobian = fit.jacobian.clone();
     weigh(&mut residuals, &mut jacobian, problem.groups(), fit.rms);
@@ -210,7 +219,7 @@ fn search(
     effort: Effort,
     start: Point,
     step: &mut dyn FnMut(),
-) -> Result<Refined> {
+) -> Result<Fit> {
     let Point { mut theta, mut residuals, mut weights, mut known } = start;
     let groups = problem.groups();
     let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
@@ -277,7 +286,7 @@ fn coordinate(entry: &Entry) -> Coordinate {
 }
 
 /// The residuals and their derivatives at the present values, without a step.
-pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Refined {
+pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Fit {
     let theta = space.coordinates();
     let residuals = problem.at(space, &theta);
     let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
@@ -368,10 +377,10 @@ fn weighted(
     mut residuals: DVector<f64>,
     mut jacobian: DMatrix<f64>,
     ended: bool,
-) -> Refined {
+) -> Fit {
     let rms = weights_of(&residuals, problem);
     weigh(&mut residuals, &mut jacobian, problem.groups(), rms.map(|w| 1.0 / w));
-    Refined { space, residuals, jacobian, rms, ended }
+    Fit { space, residuals, jacobian, rms, ended, known_held_out: OnceLock::new() }
 }
 
 /// Multiplies the rows of each group by a weight.
@@ -427,6 +436,27 @@ mod tests {
     use super::damping::RUNGS;
     use super::*;
     use crate::model::{Base, Kind};
+
+    #[test]
+    fn blocks_are_held_out_once() {
+        let fit = Fit {
+            space: Space::new(Kind::PmDc, Base::Full, &[]),
+            residuals: DVector::zeros(1),
+            jacobian: DMatrix::zeros(1, 1),
+            rms: [1.0; 2],
+            ended: true,
+            known_held_out: OnceLock::new(),
+        };
+        let asked = AtomicUsize::new(0);
+        let by = |_: &Fit| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            HeldOut { squares: vec![[4.0, 9.0]], rows: vec![[1.0; 2]] }
+        };
+        assert_eq!(fit.held_out(by).rms(), [2.0, 3.0]);
+        // A copy knows it, too.
+        assert_eq!(fit.clone().held_out(by).rms(), [2.0, 3.0]);
+        assert_eq!(asked.load(Ordering::Relaxed), 1);
+    }
 
     /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the eighth one
     /// stands for; the others do nothing.

@@ -1,4 +1,4 @@
-//! Blocks of time held out by a fit of all others, where the linear step of [`blocks`](super::blocks) does not reach.
+//! Blocks of time held out by a fit of all others, where the linear step of [`cross_validation`](super::cross_validation) does not reach.
 //!
 //! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far for such a
 //! block, and would reject the right law; such blocks are left out by a refit of all others.
@@ -6,9 +6,9 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::blocks::{HeldOut, held_out, squares_of};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, resume};
+use crate::identify::cross_validation::{held_out, squares_of};
+use crate::identify::minimise::{Effort, Fit, HeldOut, Residuals, resume};
 use crate::identify::space::Space;
 
 /// Squares on data held out over those of the fit beyond which blocks are looked at.
@@ -18,7 +18,7 @@ const MUCH: f64 = 0.1;
 
 /// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is many times the
 /// fit's.
-pub fn held_out_refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize]) -> HeldOut {
+pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize]) -> HeldOut {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
     let anew = |block: usize| (block, refitted(fit, problem, blocks, block));
@@ -45,7 +45,7 @@ fn far_off(held_out: &[[f64; 2]], inside: &[[f64; 2]]) -> Vec<usize> {
 }
 
 /// Squares of a block by the parameters that all others lead to.
-fn refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize], block: usize) -> Result<[f64; 2]> {
+fn refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], block: usize) -> Result<[f64; 2]> {
     let others = Others { problem, blocks, block };
     let mut start = fit.clone();
     others.clear(&mut start.residuals);
