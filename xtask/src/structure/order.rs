@@ -48,6 +48,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "recording",
             "held_out",
             "model",
+            "check",
             "experiment",
             "repeats",
             "lockstep",
