@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
 use crate::dependencies;
+use crate::fuzz;
 use crate::needs::{self, Need};
 use crate::packages;
 use crate::size;
@@ -96,6 +97,12 @@ pub const ALL: &[Check] = &[
         what: "all tests of the workspace, the emulated microcontroller, the virtual board and the browser included",
         needs: &[Need::Target, Need::Qemu, Need::Browser, Need::BoardTools],
         run: tests,
+    },
+    Check {
+        name: "fuzz",
+        what: "no fuzz target fails within some seconds; overflows panic",
+        needs: &[],
+        run: |_| fuzz::smoke(),
     },
 ];
 

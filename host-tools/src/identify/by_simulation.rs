@@ -153,7 +153,7 @@ const ANOTHER: f64 = 0.1;
 
 /// Fits from several inertias: the best end, and the names of the parameters of which ends that are as good say
 /// otherwise.
-fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Refined, Vec<String>)> {
+fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Fit, Vec<String>)> {
     let mut ends = vec![refine(space, problem)?];
     for factor in STARTS {
         let mut start = space.clone();
@@ -161,10 +161,10 @@ fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Refi
         start.start(BaseParameter::J, factor * inertia);
         ends.push(refine(&start, problem)?);
     }
-    let error = |end: &Refined| end.log_error(problem.groups());
+    let error = |end: &Fit| end.log_error(problem.groups());
     ends.sort_by(|a, b| error(a).total_cmp(&error(b)));
     let best = ends.remove(0);
-    let as_good: Vec<&Refined> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
+    let as_good: Vec<&Fit> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
     let differs = |entry: &&Entry| {
         let size = if entry.positive { entry.value.abs() } else { entry.scale };
         as_good.iter().any(|end| (end.space.value(&entry.name) - entry.value).abs() > ANOTHER * size)

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
-use super::minimise::{Fit};
+use super::minimise::Fit;
 use super::space::{Entry, Freedom, Key, Space};
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment};

@@ -81,6 +81,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "dependencies",
             "mutation",
             "structure",
+            "fuzz",
             "checks",
         ],
     ),
