@@ -11,7 +11,7 @@
 //! What diagnosis finds in the recordings as they are is taken into the model before. An effect that the balances show
 //! there and the free run does not confirm would win every step: it is left out, and named.
 
-use greyrig::effects::{Acts, Description, EffectId, MAX_EFFECTS, Seen};
+use greyrig::effects::{Description, EffectId, MAX_EFFECTS, Seen};
 use greyrig::motor::Motor;
 use rayon::prelude::*;
 use serde::Serialize;

@@ -124,7 +124,7 @@ fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {
     row("deviation of the current", of(&|s| s.current_deviation[1]), band(detector.current_deviation), 100.0, " %");
     row("deviation of the speed", of(&|s| s.speed_deviation[1]), band(detector.speed_deviation), 100.0, " %");
     for (name, limits) in &detector.parameters {
-        let words = parameters::described(name).unwrap_or(name.as_str());
+        let words = BaseParameter::of_name(name).and_then(parameters::described).unwrap_or(name.as_str());
         let own = of(&|s| s.parameters.get(name).map_or(f64::NAN, |x| x.exp_m1()));
         let [low, high] = [limits[0] - limits[1], limits[0] + limits[1]].map(f64::exp_m1);
         row(&format!("{words}, from the model's"), own, format!("{} … {}", percent(low), percent(high)), 100.0, " %");
