@@ -257,12 +257,12 @@ mod tests {
     }
 
     /// Theory: (1 + ρ)/(1 − ρ) values. The sum ends at a correlation of 0.05 and takes wide steps, and loses up to a tenth by that;
-    /// 100,000 values leave some 2 %.
+    /// 100,000 values, worth 2,500 of the slowest, leave some 4 % (0.87 to 1.02 in twelve other draws).
     #[test]
     fn correlation_times_are_those_of_noise_of_the_first_order() {
         for (correlation, expected) in [(0.0, 1.0), (0.5, 3.0), (0.8, 9.0), (0.95, 39.0)] {
             let time = correlation_time_s(&noise(correlation, 100_000, 7), 1e-3) / 1e-3;
-            assert!((0.86..1.04).contains(&(time / expected)), "{correlation}: {time} against {expected}");
+            assert!((0.8..1.1).contains(&(time / expected)), "{correlation}: {time} against {expected}");
         }
         assert_eq!(correlation_time_s(&[2.0; 100], 0.1), 0.1, "a constant tells nothing of time");
         assert_eq!(correlation_time_s(&[1.0, -1.0, 1.0], 0.1), 0.1);
