@@ -25,17 +25,17 @@ pub(super) fn bridge(values: &mut [f64]) -> Option<Vec<usize>> {
     Some(missing)
 }
 
-/// Lets each masked flag be the last one that is not masked; the first such one before it.
-pub(super) fn hold(flags: &mut [bool], masked: &[usize]) {
-    let mut open = vec![true; flags.len()];
+/// Lets each masked value be the last one that is not masked; the first such one before it.
+pub(super) fn hold<T: Copy>(values: &mut [T], masked: &[usize]) {
+    let mut open = vec![true; values.len()];
     masked.iter().for_each(|&k| open[k] = false);
     let Some(first) = open.iter().position(|open| *open) else { return };
-    let mut last = flags[first];
-    for (flag, open) in flags.iter_mut().zip(open) {
+    let mut last = values[first];
+    for (value, open) in values.iter_mut().zip(open) {
         if open {
-            last = *flag;
+            last = *value;
         }
-        *flag = last;
+        *value = last;
     }
 }
 
