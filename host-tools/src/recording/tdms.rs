@@ -465,7 +465,9 @@ fn scale(file: &Path, channel: &str, about: &BTreeMap<&str, &Value>, values: &mu
         }
         let kind = match about.get(format!("NI_Scale[{k}]_Scale_Type").as_str()) {
             Some(Value::Text(kind)) => kind.as_str(),
-            _ => "unknown",
+            Some(Value::Number(_)) => return refuse("unknown"),
+            // One without a kind, which LabVIEW counts first, stands for the raw values.
+            None => break,
         };
         let input = number(format!("NI_Scale[{k}]_{kind}_Input_Source"));
         chain.push(match kind {

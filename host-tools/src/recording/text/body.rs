@@ -46,7 +46,7 @@ impl<'a> Body<'a> {
                     Cell::Missing => {}
                     Cell::Number(_) | Cell::Infinite => seen[k].0 += 1,
                     Cell::Stamp(..) => seen[k].1 += 1,
-                    Cell::Text => seen[k].2 += 1,
+                    Cell::Date | Cell::Text => seen[k].2 += 1,
                 }
             }
         }

@@ -62,6 +62,8 @@ pub enum Cell {
     Infinite,
     /// Seconds since an arbitrary day, split so that microseconds survive.
     Stamp(i64, f64),
+    /// A day, without a time.
+    Date,
     /// Anything else.
     Text,
 }
@@ -91,7 +93,11 @@ pub fn cell(text: &str, decimal_comma: bool) -> Cell {
         "inf" | "+inf" | "-inf" | "infinity" | "+infinity" | "-infinity" => Cell::Infinite,
         "true" => Cell::Number(1.0),
         "false" => Cell::Number(0.0),
-        _ => stamp(text, decimal_comma).map_or(Cell::Text, |(s, f)| Cell::Stamp(s, f)),
+        _ => match stamp(text, decimal_comma) {
+            Some((seconds, part)) => Cell::Stamp(seconds, part),
+            None if day(text).is_some() => Cell::Date,
+            None => Cell::Text,
+        },
     }
 }
 
@@ -113,28 +119,7 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
     };
     let days = match date {
         None => 0,
-        Some(date) => {
-            let (separator, backwards) = if date.contains('.') {
-                ('.', true)
-            } else if date.contains('/') {
-                ('/', false)
-            } else {
-                ('-', false)
-            };
-            let parts: Vec<i64> = date.split(separator).map(|p| p.parse().ok()).collect::<Option<_>>()?;
-            let [a, month, b] = parts[..] else { return None };
-            // A year at the end: the month comes first after slashes, and the day otherwise or where it can be none.
-            let (year, month, day) = match (backwards, b > 31) {
-                (true, _) => (b, month, a),
-                (false, false) => (a, month, b),
-                (false, true) if separator == '/' && a <= 12 => (b, a, month),
-                (false, true) => (b, month, a),
-            };
-            if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1..=9999).contains(&year) {
-                return None;
-            }
-            days_from_civil(year, month, day)
-        }
+        Some(date) => day(date)?,
     };
     let (time, zone) = if let Some(time) = time.strip_suffix(['Z', 'z']) {
         (time, 0)
@@ -167,6 +152,30 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
         return None;
     }
     Some((days * 86_400 + h * 3600 + m * 60 + whole - zone * 60, part))
+}
+
+/// `2026-03-01`, `01.03.2026`, `3/1/2026`: days since 1970.
+fn day(date: &str) -> Option<i64> {
+    let (separator, backwards) = if date.contains('.') {
+        ('.', true)
+    } else if date.contains('/') {
+        ('/', false)
+    } else {
+        ('-', false)
+    };
+    let parts: Vec<i64> = date.split(separator).map(|p| p.parse().ok()).collect::<Option<_>>()?;
+    let [a, month, b] = parts[..] else { return None };
+    // A year at the end: the month comes first after slashes, and the day otherwise or where it can be none.
+    let (year, month, day) = match (backwards, b > 31) {
+        (true, _) => (b, month, a),
+        (false, false) => (a, month, b),
+        (false, true) if separator == '/' && a <= 12 => (b, a, month),
+        (false, true) => (b, month, a),
+    };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1..=9999).contains(&year) {
+        return None;
+    }
+    Some(days_from_civil(year, month, day))
 }
 
 /// Days since 1970-01-01 of the Gregorian calendar (the year is counted from March, so that the leap day comes last).

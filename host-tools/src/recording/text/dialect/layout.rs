@@ -82,7 +82,10 @@ impl Layout {
     fn is_row(self, line: &str) -> bool {
         let cells = self.split(line);
         let kinds: Vec<Cell> = cells.iter().map(|c| self.cell(c)).collect();
-        let numbers = kinds.iter().filter(|c| matches!(c, Cell::Number(_) | Cell::Infinite | Cell::Stamp(..))).count();
+        let numbers = kinds
+            .iter()
+            .filter(|c| matches!(c, Cell::Number(_) | Cell::Infinite | Cell::Stamp(..) | Cell::Date))
+            .count();
         // A row of empty cells is a gap of a logger, not a header.
         kinds.first().is_some_and(|c| *c != Cell::Text)
             && 2 * numbers >= cells.iter().filter(|c| !c.is_empty()).count()
