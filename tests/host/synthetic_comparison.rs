@@ -55,7 +55,6 @@ pub fn traces(seconds: f64) -> Traces {
         modelled_torque: Vec::new(),
         diverges: false,
         counted: (0..samples).map(|k| time(k) > 0.5 && !(20.0..20.3).contains(&time(k))).collect(),
-        diverges: false,
     }
 }
 
