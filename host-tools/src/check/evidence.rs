@@ -28,7 +28,7 @@ const TIMES_WORSE: f64 = 4.0;
 const UNEXPLAINED: f64 = 0.01;
 
 /// Share of its mean square that the voltage has to vary by: at one voltage both kinds slow down as they draw more current.
-const VARIES: f64 = 0.05;
+const VARIES: f64 = 0.005;
 
 impl Evidence {
     /// Of a recording.

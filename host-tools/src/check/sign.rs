@@ -17,7 +17,7 @@ use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Severity};
 
 /// A voltage of which the balance leaves more than this share is not that of this motor; its signs mean nothing.
-const MOST_UNEXPLAINED: f64 = 0.5;
+const MOST_UNEXPLAINED: f64 = 0.1;
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
