@@ -130,6 +130,9 @@ fn golden_motor(
 ) -> Result<Shift> {
     let digest = digest(model);
     let mut history = args.history.as_deref().map(History::open).transpose()?;
+    if let Some(warning) = history.as_ref().and_then(History::warning) {
+        eprintln!("greyrig: {warning}");
+    }
     for (path, line) in args.history.iter().zip(&history).flat_map(|(path, h)| h.torn.iter().map(move |n| (path, n))) {
         eprintln!("greyrig: {}:{line}: not a whole line, left out", path.display());
     }

@@ -167,7 +167,7 @@ fn from_several_starts(space: &Space, problem: &OutputError<'_>) -> Result<(Fit,
     let as_good: Vec<&Fit> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
     let differs = |entry: &&Entry| {
         let size = if entry.positive { entry.value.abs() } else { entry.scale };
-        as_good.iter().any(|end| (end.space.value(&entry.name) - entry.value).abs() > ANOTHER * size)
+        as_good.iter().any(|end| (end.space.value(entry.key) - entry.value).abs() > ANOTHER * size)
     };
     let ambiguous = best.space.free().filter(differs).map(|entry| entry.name.clone()).collect();
     Ok((best, ambiguous))

@@ -16,7 +16,6 @@ use super::identifiability::Weakness;
 use super::minimise::{Effort, Fit, Residuals as _, minimise};
 use super::regression;
 use super::space::{Freedom, Space};
-use super::{by_simulation, regression};
 use crate::between::{Between, Course};
 use crate::error::Result;
 use crate::experiment::Experiment;

@@ -116,6 +116,11 @@ impl History {
         journal::check(path, HEADER)
     }
 
+    /// As [`Journal::warning`].
+    pub fn warning(&self) -> Option<String> {
+        self.journal.warning()
+    }
+
     /// Adds runs; they are on the disk before this returns.
     ///
     /// # Errors

@@ -201,7 +201,11 @@ fn note(results: Option<&Path>, test: &Test) -> Result<()> {
         first.map_or_else(String::new, |a| format!("{:.3}", a.ratio)),
         journal::cell(&test.reasons.join("; ")),
     ];
-    Journal::open(path, RESULTS)?.append(&[line.join(",")])
+    let mut journal = Journal::open(path, RESULTS)?;
+    if let Some(warning) = journal.warning() {
+        eprintln!("greyrig: {warning}");
+    }
+    journal.append(&[line.join(",")])
 }
 
 fn print(test: &Test) -> Result<()> {
