@@ -27,9 +27,9 @@
 //! | v, τ | further voltage drop, further braking torque | V, N m |
 //!
 //! # At zero
-//! sign 0 = 0, with slope 0. The slopes of √x and x^y, 0 < y < 1, are infinite at x = 0; there both count as constant, lest
-//! a motor that starts at rest starts from NaN. What has no value, such as 1/0 or ln 0, gives an infinity or NaN, and the
-//! term with it: that a term is finite wherever the motor gets is up to its author.
+//! sign 0 = 0, with slope 0. The slopes of √x and x^y, 0 < y < 1, are infinite at x = 0; there both count as constant,
+//! lest a motor that starts at rest starts from NaN. What has no value, such as 1/0 or ln 0, gives an infinity or NaN,
+//! and the term with it: that a term is finite wherever the motor gets is up to its author.
 
 use core::fmt;
 
@@ -212,7 +212,8 @@ pub struct Term<S> {
 }
 
 impl<S: Scalar<Base = S>> Term<S> {
-    /// Checks the operations and rounds constants and unknowns to `S`. Unknowns that no operation asks for do not count.
+    /// Checks the operations and rounds constants and unknowns to `S`. Unknowns that no operation asks for do not
+    /// count.
     ///
     /// # Errors
     /// The first operation that cannot be executed, or a program that is empty, too long, or leaves several results.

@@ -7,8 +7,8 @@
 //! The raw voltage drives the model; one and the same filter then runs over the measured and the modelled signals.
 //! (Filtering u instead would not do: the products K i ω and K i² of filtered signals are not the filtered products.)
 //!
-//! The model, corrected or not, never sees the measured current or speed after its start: it runs freely, and what it departs from the
-//! motor is what the residual shows.
+//! The model, corrected or not, never sees the measured current or speed after its start: it runs freely, and what it
+//! departs from the motor is what the residual shows.
 //! # Example
 //! ```
 //! use greyrig::butterworth;
@@ -59,8 +59,8 @@ impl Output {
     }
 }
 
-/// The state of the rig's computation between two samples. In this order, because an instruction of the processor reaches a
-/// kilobyte beyond the address that it has.
+/// The state of the rig's computation between two samples. In this order, because an instruction of the processor
+/// reaches a kilobyte beyond the address that it has.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Tick {

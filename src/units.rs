@@ -76,8 +76,8 @@ pub struct CalibrationSettings {
 }
 
 impl Default for CalibrationSettings {
-    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0 to
-    /// 5,000 rad/s (nominal 3,455).
+    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0
+    /// to 5,000 rad/s (nominal 3,455).
     fn default() -> Self {
         Self {
             voltage: Scale::spanning(-400.0, 400.0),

@@ -1,7 +1,7 @@
 //! Effects added to a model, each as the member of its class that the recordings want.
 //!
-//! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late commutation
-//! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
+//! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late
+//! commutation takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
 
 use greyrig::effects::EffectId;
 use greyrig::motor::BaseParameter;
@@ -73,8 +73,8 @@ pub fn stage(
     })
 }
 
-/// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell, such as the inertia
-/// on a single slow ramp, stays as it is; a note says so.
+/// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell,
+/// such as the inertia on a single slow ramp, stays as it is; a note says so.
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
@@ -106,8 +106,8 @@ pub fn add_to(model: &Model, terms: &[Formula], recordings: &[Recording], effect
     }
 }
 
-/// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another member
-/// of its class takes its place if that lowers the error of the free run; a note says so.
+/// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another
+/// member of its class takes its place if that lowers the error of the free run; a note says so.
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.

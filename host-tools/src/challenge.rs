@@ -4,9 +4,9 @@
 //! ```text
 //! i' = i + (i_with − i_without)      ω' = ω + (ω_with − ω_without)
 //! ```
-//! where both free runs of the model, unfiltered and at the recording's rate, differ by the effect alone. The noise, the
-//! turbulence of the load and all else that the rig did stay as they are. Diagnosis makes one step on that. The smallest
-//! size at which it names the effect, or one of its class, is found by bisection over a geometric grid.
+//! where both free runs of the model, unfiltered and at the recording's rate, differ by the effect alone. The noise,
+//! the turbulence of the load and all else that the rig did stay as they are. Diagnosis makes one step on that. The
+//! smallest size at which it names the effect, or one of its class, is found by bisection over a geometric grid.
 //!
 //! What diagnosis finds in the recordings as they are is taken into the model before. An effect that the balances show
 //! there and the free run does not confirm would win every step: it is left out, and named.
@@ -56,7 +56,8 @@ pub struct Challenged {
     pub revealed_from: Option<f64>,
     /// Largest size tried at which it does not.
     pub hidden_up_to: Option<f64>,
-    /// What the smallest revealed size adds to the free-run error-to-signal ratio; where none is revealed, the largest one.
+    /// What the smallest revealed size adds to the free-run error-to-signal ratio; where none is revealed, the largest
+    /// one.
     pub esr: PerSignal,
     /// The effect that diagnosis names at the largest hidden size instead.
     pub mistaken_for: Option<EffectId>,

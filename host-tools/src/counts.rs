@@ -1,7 +1,7 @@
 //! A speed that was counted: pulses of an encoder in the window from one sample to the next.
 //!
-//! Such a speed is the mean over the window, (θ(n) − θ(n − 1))/h, in steps of one pulse a window, `q = 2π/(N h)` with N pulses a
-//! turn. The quantum tells it: h q goes into a turn a whole number of times.
+//! Such a speed is the mean over the window, (θ(n) − θ(n − 1))/h, in steps of one pulse a window, `q = 2π/(N h)` with N
+//! pulses a turn. The quantum tells it: h q goes into a turn a whole number of times.
 
 use std::f64::consts::TAU;
 

@@ -80,8 +80,8 @@ pub struct Experiment {
     pub edges: Vec<Edge>,
     /// What the voltage does between its samples, where the data were asked ([`between`]); else smooth.
     pub between: Between,
-    /// Intervals within which the voltage is switched at an instant of its own, by the sample that they end with, in their order, and the
-    /// share of the interval after it.
+    /// Intervals within which the voltage is switched at an instant of its own, by the sample that they end with, in
+    /// their order, and the share of the interval after it.
     pub instants: Vec<(usize, f64)>,
     /// Pulses a turn of an encoder whose counts from sample to sample are the speed: it is the mean over each interval.
     pub pulses: Option<u32>,
@@ -459,7 +459,8 @@ impl Experiment {
         }
     }
 
-    /// What the measuring chain shows at sample `n` of a motor that was in the measured state, `[current, speed]`, at the sample before.
+    /// What the measuring chain shows at sample `n` of a motor that was in the measured state, `[current, speed]`, at
+    /// the sample before.
     pub fn after_an_interval<S: Scalar<Base = S>>(
         &self,
         stepper: &mut impl Stepped<S>,
@@ -512,8 +513,8 @@ impl Experiment {
         }
     }
 
-    /// Advances by the interval that ends at sample `n`, and tells the mean of the speed over it where a chain shows that; `edges` are
-    /// those from about there on.
+    /// Advances by the interval that ends at sample `n`, and tells the mean of the speed over it where a chain shows
+    /// that; `edges` are those from about there on.
     #[inline(always)]
     fn advance<S: Scalar<Base = S>>(
         &self,

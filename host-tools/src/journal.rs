@@ -7,8 +7,8 @@
 //! | power cut or kill within a line | the rest of that line moves to `NAME.cut`, so that no number that lacks digits is read |
 //! | the disk is full | the file is as long as before |
 //!
-//! A line counts once its end is there. A number that has lost its last digits is a number like any other, so that only the
-//! end tells whether the line is whole.
+//! A line counts once its end is there. A number that has lost its last digits is a number like any other, so that only
+//! the end tells whether the line is whole.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Write};
@@ -211,8 +211,8 @@ fn is_still(_: &File, _: &Path) -> std::io::Result<bool> {
     Ok(true)
 }
 
-/// A cell of a table with commas, quoted where it has to be. Line ends become blanks: a line of the file is a line of the
-/// table.
+/// A cell of a table with commas, quoted where it has to be. Line ends become blanks: a line of the file is a line of
+/// the table.
 pub fn cell(text: &str) -> String {
     let text = text.replace(['\n', '\r'], " ");
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }

@@ -25,7 +25,8 @@ pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Takes note of a Ctrl-C that has ended the work, so that what there is of it can be written; the next one stops that, too.
+/// Takes note of a Ctrl-C that has ended the work, so that what there is of it can be written; the next one stops that,
+/// too.
 pub fn take_interrupt() {
     INTERRUPTED.store(false, Ordering::Relaxed);
 }
@@ -35,7 +36,8 @@ pub fn stop_work(stopped: bool) {
     STOPPED.store(stopped, Ordering::Relaxed);
 }
 
-/// Fails with [`Error::Interrupted`] once the user has pressed Ctrl-C or the work was stopped. Long loops call this often.
+/// Fails with [`Error::Interrupted`] once the user has pressed Ctrl-C or the work was stopped. Long loops call this
+/// often.
 pub fn check_interrupt() -> Result<()> {
     if is_interrupted() || STOPPED.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
 }

@@ -1,5 +1,5 @@
-//! ANFIS: the network that learns what the physical model leaves, after J.-S. R. Jang, "ANFIS: adaptive-network-based fuzzy
-//! inference system", IEEE Transactions on Systems, Man, and Cybernetics 23(3), 1993.
+//! ANFIS: the network that learns what the physical model leaves, after J.-S. R. Jang, "ANFIS: adaptive-network-based
+//! fuzzy inference system", IEEE Transactions on Systems, Man, and Cybernetics 23(3), 1993.
 //!
 //! Rules of the first-order Takagi–Sugeno kind, "if x is A and y is B then f = p x + q y + r", on a full grid:
 //! every combination of the inputs' membership functions is a rule.
@@ -38,9 +38,10 @@
 //!
 //! # Evaluation
 //!
-//! On a full grid with the product, w̄ = Π μ_ij/Σ_j μ_ij: one normalisation of M terms for each input instead of one of M^N,
-//! and no 0/0. The rules are then summed input by input. The count of instructions is the same for every input, and no
-//! step branches on data (the form of the membership functions and the operator are branched on, which do not change).
+//! On a full grid with the product, w̄ = Π μ_ij/Σ_j μ_ij: one normalisation of M terms for each input instead of one of
+//! M^N, and no 0/0. The rules are then summed input by input. The count of instructions is the same for every input,
+//! and no step branches on data (the form of the membership functions and the operator are branched on, which do not
+//! change).
 //!
 //! # Where it can be relied on
 //!

@@ -12,8 +12,9 @@
 //! | sparking | √⟨h²⟩ | A |
 //! | arcing | ⟨\|i\|⟩ (⟨h² \|i\|⟩ − ⟨h²⟩⟨\|i\|⟩)/(⟨i²⟩ − ⟨\|i\|⟩²) | A² |
 //!
-//! Noise of the sensor is there with and without a current; sparks need one. The last line, the mean of h² that goes with |i| by
-//! linear regression over the period, holds them alone. On direct current, where |i| does not change, nothing can tell, and it is zero.
+//! Noise of the sensor is there with and without a current; sparks need one. The last line, the mean of h² that goes
+//! with |i| by linear regression over the period, holds them alone. On direct current, where |i| does not change,
+//! nothing can tell, and it is zero.
 
 use crate::motor::State;
 use crate::scalar::root;

@@ -1,7 +1,7 @@
 //! Where a fault sits, from the signs of the two deviations.
 //!
-//! The model runs freely from the voltage, so a fault moves the motor's current and speed away from the model's, and a wrong
-//! sensor moves its own signal alone:
+//! The model runs freely from the voltage, so a fault moves the motor's current and speed away from the model's, and a
+//! wrong sensor moves its own signal alone:
 //!
 //! | current | speed | where |
 //! | --- | --- | --- |

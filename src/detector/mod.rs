@@ -5,11 +5,12 @@
 //! raw current ─► above 1 kHz ─┘                                      ├─► fast: abrupt change of the deviations
 //!                                                                    └─► cumulative: deviation of current, speed
 //! ```
-//! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much longer than
-//! another; where the tick itself took longer, that step waits for the next sample.
+//! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much
+//! longer than another; where the tick itself took longer, that step waits for the next sample.
 //!
-//! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
-//! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
+//! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where
+//! the correction is used outside what it has been trained on; a run in which too little could be judged has no
+//! verdict.
 
 mod cumulative;
 mod fast;
@@ -258,8 +259,8 @@ impl Settings {
 }
 
 impl Detector {
-    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, or up to [`MOST_WAITS`] later, gives what that
-    /// period brought.
+    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, or up to [`MOST_WAITS`] later, gives what
+    /// that period brought.
     pub fn process(&mut self, output: &Output) -> Option<Period> {
         (self.advance(output) == Progress::Told).then_some(*self.period())
     }

@@ -1,7 +1,7 @@
 //! Resolution of the converter: readings are whole multiples of a step.
 //!
-//! `i_shown = q_i round(i/q_i)` and `ω_shown = q_ω round(ω/q_ω)`, q_i in A and q_ω in rad/s; 0 stands for no steps. For a
-//! signal that crosses many steps this is white noise with the variance q²/12.
+//! `i_shown = q_i round(i/q_i)` and `ω_shown = q_ω round(ω/q_ω)`, q_i in A and q_ω in rad/s; 0 stands for no steps. For
+//! a signal that crosses many steps this is white noise with the variance q²/12.
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 

@@ -1,8 +1,8 @@
 //! Friction that depends on the direction: brushes that are not radial, a helical gear, a worm or a spindle.
 //!
-//! `J dω/dt = … − a |ω| − d |s|`, s = direction of motion, a in N m s/rad, d in N m: forwards the viscous friction is μ1 + a
-//! and the dry friction μ0 + d, backwards μ1 − a and μ0 − d. At rest the dry part is absent, and the rotor breaks away at μ0
-//! either way.
+//! `J dω/dt = … − a |ω| − d |s|`, s = direction of motion, a in N m s/rad, d in N m: forwards the viscous friction is
+//! μ1 + a and the dry friction μ0 + d, backwards μ1 − a and μ0 − d. At rest the dry part is absent, and the rotor
+//! breaks away at μ0 either way.
 //!
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.

@@ -1,8 +1,9 @@
 //! Warm-up of bearings and grease: the friction of the base model is larger in the cold and falls while the motor runs.
 //!
-//! `μ0 (1 + a x)` and `μ1 (1 + a x)` with `dx/dt = −x/τ`, x = 1 at the start of a run, when the bearings count as cold; a is
-//! dimensionless, τ in s. The change in one step is less than a rounding unit of `f32`, so that what rounding loses is kept
-//! in the memory as well. Where nothing is remembered (a torque at a speed, without a run) the bearings count as warm.
+//! `μ0 (1 + a x)` and `μ1 (1 + a x)` with `dx/dt = −x/τ`, x = 1 at the start of a run, when the bearings count as cold;
+//! a is dimensionless, τ in s. The change in one step is less than a rounding unit of `f32`, so that what rounding
+//! loses is kept in the memory as well. Where nothing is remembered (a torque at a speed, without a run) the bearings
+//! count as warm.
 //!
 //! Source: viscosity of grease, with one thermal time constant.
 

@@ -1,9 +1,9 @@
 //! Arcs between brush and commutator: at random bar passages a voltage of at least the minimum of an arc is lost.
 //!
 //! `V min(|i|/i_n, 1) sign(i)` is what they take in the mean, V in V and i_n in A: arcs become more frequent with the
-//! current until every passage has one. The mean hides in the resistance (below i_n it is exactly V/i_n); what shows is the
-//! variance, which follows |i| ω and rises twice per mains period. The model has the mean alone, since a random part cannot
-//! be predicted.
+//! current until every passage has one. The mean hides in the resistance (below i_n it is exactly V/i_n); what shows is
+//! the variance, which follows |i| ω and rises twice per mains period. The model has the mean alone, since a random
+//! part cannot be predicted.
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 

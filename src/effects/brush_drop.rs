@@ -2,8 +2,8 @@
 //!
 //! `V (1 − exp(−|i|/i_0)) sign(i)`, both brushes together.
 //!
-//! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
-//! exponential transition is the usual smooth one.
+//! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low
+//! current); the exponential transition is the usual smooth one.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,

@@ -1,13 +1,15 @@
-//! Delay between the channels: sampling in sequence, a digital filter or unequal anti-alias filters make the current late.
+//! Delay between the channels: sampling in sequence, a digital filter or unequal anti-alias filters make the current
+//! late.
 //!
-//! `i_shown(t) = i(t − d)`, d in s. A late voltage would be a negative d; it has the sign of eddy currents, and no place
-//! here.
+//! `i_shown(t) = i(t − d)`, d in s. A late voltage would be a negative d; it has the sign of eddy currents, and no
+//! place here.
 //!
-//! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole number
-//! of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps. Through them
-//! and the present goes a parabola: a chord would show an alternating current smaller, and a direct one not. What is remembered besides is the change `i(t − d) − i(t)` of the true
-//! current, which is added to whatever the earlier parts of the chain show: a gain error or compression of the sensor does
-//! not act on the change, which would be a product of two small errors.
+//! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole
+//! number of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps.
+//! Through them and the present goes a parabola: a chord would show an alternating current smaller, and a direct one
+//! not. What is remembered besides is the change `i(t − d) − i(t)` of the true current, which is added to whatever the
+//! earlier parts of the chain show: a gain error or compression of the sensor does not act on the change, which would
+//! be a product of two small errors.
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 

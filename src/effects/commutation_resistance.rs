@@ -1,8 +1,9 @@
 //! Reactance voltage of the commutation: a series resistance that grows with the speed and gives no torque.
 //!
-//! `(R + r |ω|) i`, r in Ω s/rad. The energy of the leakage field of every commutating coil is lost in the brush, once per
-//! bar. In a series motor r ω i has the form of the back-EMF K i ω: K of the voltage balance becomes larger than K of the
-//! torque balance, and inertia and friction scale with it, so that recordings of voltage, current and speed cannot show it.
+//! `(R + r |ω|) i`, r in Ω s/rad. The energy of the leakage field of every commutating coil is lost in the brush, once
+//! per bar. In a series motor r ω i has the form of the back-EMF K i ω: K of the voltage balance becomes larger than K
+//! of the torque balance, and inertia and friction scale with it, so that recordings of voltage, current and speed
+//! cannot show it.
 //!
 //! Source: general machine theory (energy of the commutating coils).
 

@@ -1,7 +1,7 @@
 //! Gain error of the current channel.
 //!
-//! `i_shown = (1 + e) i`, e dimensionless. With g = 1 + e a fit gives R/g and L/g and, for a series motor, K/g, g J and g μ,
-//! for permanent magnets K, g J and g μ, exactly: the voltage stays and the power grows by g.
+//! `i_shown = (1 + e) i`, e dimensionless. With g = 1 + e a fit gives R/g and L/g and, for a series motor, K/g, g J and
+//! g μ, for permanent magnets K, g J and g μ, exactly: the voltage stays and the power grows by g.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 

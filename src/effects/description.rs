@@ -163,18 +163,19 @@ pub struct Description {
     pub prior: Prior,
     /// Effects that stand for it, as no recording separates them: they are a class, which is named by that effect.
     pub represented_by: &'static [Representative],
-    /// The effect that it is while the rotor stands still: without a speed the flux shows in the inductance alone, a lag fades by
-    /// nothing, and a constant current is a constant voltage over R.
+    /// The effect that it is while the rotor stands still: without a speed the flux shows in the inductance alone, a
+    /// lag fades by nothing, and a constant current is a constant voltage over R.
     pub at_standstill: Option<EffectId>,
-    /// Two others that take its part while the motor runs on a closed supply: the columns of the three in the voltage balance, K ω,
-    /// R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
+    /// Two others that take its part while the motor runs on a closed supply: the columns of the three in the voltage
+    /// balance, K ω, R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
     pub two_make_it: Option<[EffectId; 2]>,
     /// Two others that are together what it is by itself.
     pub sum_of: Option<Sum>,
     /// Effects of which a little takes up the difference between two forms of its law, on which no two sources agree.
     pub rest_of_law: &'static [EffectId],
-    /// Effects that a straight line credits with the rest of its law, where the law's own shape can take that up on a curved way: of a
-    /// motor with saturation that runs steadily an inductance seemed to earn a fifth of all, and earned nothing.
+    /// Effects that a straight line credits with the rest of its law, where the law's own shape can take that up on a
+    /// curved way: of a motor with saturation that runs steadily an inductance seemed to earn a fifth of all, and
+    /// earned nothing.
     pub overrated_beside: &'static [EffectId],
     /// Whether it takes flux away where the current is large.
     pub weakens_flux: bool,
@@ -262,7 +263,8 @@ impl Description {
         matches!(self.acts, Acts::Mechanical) || self.on_speed_channel
     }
 
-    /// The effect that is named in its place in a motor with a flux law: itself, if it is in no class or stands for one.
+    /// The effect that is named in its place in a motor with a flux law: itself, if it is in no class or stands for
+    /// one.
     pub fn named_as(&self, law: FluxLaw) -> EffectId {
         let here = |r: &&Representative| r.law.is_none_or(|of| of == law);
         self.represented_by.iter().find(here).map_or(self.id, |r| r.effect)

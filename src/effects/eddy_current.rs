@@ -1,7 +1,7 @@
 //! Eddy currents in laminations and poles: the flux lags in time.
 //!
-//! `T dφ/dt = F(i) − φ`: with g, which follows di/dt with the lag T, φ is F(i − T g), to first order in T g, in back-EMF and torque,
-//! and of the inductive voltage the share χ is χ L g.
+//! `T dφ/dt = F(i) − φ`: with g, which follows di/dt with the lag T, φ is F(i − T g), to first order in T g, in
+//! back-EMF and torque, and of the inductive voltage the share χ is χ L g.
 //!
 //! Source: classical eddy-current loss as a resistance parallel to the magnetising inductance; field form
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.

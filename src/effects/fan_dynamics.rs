@@ -1,8 +1,9 @@
 //! Inertia of the air: the flow through a fan and its duct lags the speed, and part of the torque follows the flow.
 //!
 //! `J dω/dt = … − (1 − b) μ2 ω|ω| − b μ2 q |ω|` with `τ dq/dt = ω − q`; q is the flow, in rad/s of the speed that would
-//! drive it in the long run, and starts there. b is dimensionless, τ in s. The lag is solved exactly for a speed that is
-//! straight within the step. Where nothing is remembered (a torque at a speed, without a run) the flow counts as settled.
+//! drive it in the long run, and starts there. b is dimensionless, τ in s. The lag is solved exactly for a speed that
+//! is straight within the step. Where nothing is remembered (a torque at a speed, without a run) the flow counts as
+//! settled.
 //!
 //! Source: momentum of an air column in a duct, linearised; the shares follow the characteristic of a radial fan, whose
 //! torque falls when the flow is throttled.

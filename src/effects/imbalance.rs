@@ -2,8 +2,8 @@
 //!
 //! `J dω/dt = … + c cos θ + s sin θ`, c and s in N m, θ in rad the angle since the start of the run: gravity on an
 //! unbalanced rotor with a horizontal shaft, a belt or a coupling that runs out of true. The angle at the start is not
-//! known, hence cosine and sine, and the effect is absent when both are zero. The torque of the beginning of a step holds
-//! throughout it.
+//! known, hence cosine and sine, and the effect is absent when both are zero. The torque of the beginning of a step
+//! holds throughout it.
 //!
 //! Source: mechanics of a pendulum that turns.
 

@@ -1,13 +1,13 @@
-//! Iron loss of the armature as a torque: hysteresis and eddy currents in the teeth, whose field is in proportion to the
-//! current.
+//! Iron loss of the armature as a torque: hysteresis and eddy currents in the teeth, whose field is in proportion to
+//! the current.
 //!
-//! `J dω/dt = … − c (i² ω + h |i|^1.5 sign(ω))`, c in N m s/(A² rad), h in A^½ rad/s: at a speed of h/√|i| both parts are the
-//! same. The eddy currents' loss (f B)² over the speed is a torque in proportion to ω B². The loss of hysteresis, f B^n with
-//! Steinmetz's n from 1.5 to 2, is one that does not depend on the speed and that holds a rotor at rest; with n = 2 it would
-//! be no term of its own, as K and J can take its place.
+//! `J dω/dt = … − c (i² ω + h |i|^1.5 sign(ω))`, c in N m s/(A² rad), h in A^½ rad/s: at a speed of h/√|i| both parts
+//! are the same. The eddy currents' loss (f B)² over the speed is a torque in proportion to ω B². The loss of
+//! hysteresis, f B^n with Steinmetz's n from 1.5 to 2, is one that does not depend on the speed and that holds a rotor
+//! at rest; with n = 2 it would be no term of its own, as K and J can take its place.
 //!
-//! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
-//! Machines.Losses.DCMachines.Core.
+//! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard
+//! Library, Machines.Losses.DCMachines.Core.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,

@@ -10,8 +10,8 @@ use crate::motor::FluxLaw;
 pub struct Representative {
     /// The effect that is named.
     pub effect: EffectId,
-    /// The motors in which the two are one, if not in all. A resistance and a weaker flux are the same voltage where the flux is the
-    /// current; with magnets, two laws by which a resistance grows with the speed are.
+    /// The motors in which the two are one, if not in all. A resistance and a weaker flux are the same voltage where
+    /// the flux is the current; with magnets, two laws by which a resistance grows with the speed are.
     pub law: Option<FluxLaw>,
 }
 

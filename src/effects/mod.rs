@@ -1,9 +1,9 @@
 //! Physical effects beyond the base model: a file each, listed once in `catalogue!` below.
 //!
-//! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of the
-//! true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new effect is
-//! one new file and one line here. The list is in the order in which effects act: what magnetises first, then what the
-//! flux does, the circuit, the rotor, and at last the measuring chain.
+//! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of
+//! the true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new
+//! effect is one new file and one line here. The list is in the order in which effects act: what magnetises first, then
+//! what the flux does, the circuit, the rotor, and at last the measuring chain.
 //! # Example
 //! ```
 //! use greyrig::effects::{Effect, EffectId, UnknownEffect};
@@ -87,7 +87,8 @@ pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     /// Moves the memory on over a step.
     #[inline(always)]
     fn advance(&self, _passed: &Passed<S>, _memory: &mut Memory<S>) {}
-    /// What it remembers at a point that stands for the half step before and after it, instead of for the step that begins there.
+    /// What it remembers at a point that stands for the half step before and after it, instead of for the step that
+    /// begins there.
     #[inline(always)]
     fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
         *memory
@@ -225,7 +226,8 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Moves the memory on over many steps, and tells what it was around the end of each; a step that is none leaves it.
+            /// Moves the memory on over many steps, and tells what it was around the end of each; a step that is none
+            /// leaves it.
             #[inline(never)]
             pub fn advance_over_each(
                 &self,

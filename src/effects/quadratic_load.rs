@@ -2,8 +2,8 @@
 //!
 //! `J dω/dt = … − c ω|ω|`, c in N m s²/rad².
 //!
-//! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
-//! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
+//! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard
+//! Library, Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,

@@ -14,11 +14,11 @@
 //! | b | `saturation_softness`, 0 is a sharp knee (generalised Froelich, n = 4), 2 a soft one (n = 2) | 1 |
 //! | c | `saturation_linked`, share of the inductance that belongs to the saturating path | 1 |
 //!
-//! With the softness the law follows arc tangent, Langevin, hyperbolic tangent and generalised Froelich curves with n from 2
-//! to 4 to about 0.1 % of the flux.
+//! With the softness the law follows arc tangent, Langevin, hyperbolic tangent and generalised Froelich curves with n
+//! from 2 to 4 to about 0.1 % of the flux.
 //!
-//! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
-//! n = 4 blended under the root, which needs a fourth root alone.
+//! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2
+//! and n = 4 blended under the root, which needs a fourth root alone.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative, Role,

@@ -1,5 +1,5 @@
-//! Skin and proximity effect: the current in the armature bars alternates with the rotation and is crowded out of part of
-//! the copper.
+//! Skin and proximity effect: the current in the armature bars alternates with the rotation and is crowded out of part
+//! of the copper.
 //!
 //! `R (1 + k ω²)`, k in s²/rad²: the first term of the expansion in the frequency, which holds while the conductor is
 //! thinner than the skin depth.

@@ -1,7 +1,7 @@
 //! Gain error of the speed channel.
 //!
-//! `ω_shown = (1 + e) ω`, e dimensionless. With g = 1 + e a fit gives K/g, J/g², μ0/g, μ1/g² and μ2/g³, exactly: neither the
-//! voltage nor the power changes.
+//! `ω_shown = (1 + e) ω`, e dimensionless. With g = 1 + e a fit gives K/g, J/g², μ0/g, μ1/g² and μ2/g³, exactly:
+//! neither the voltage nor the power changes.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 

@@ -1,7 +1,7 @@
 //! Lag of the speed channel: the filter of a tacho or of a frequency-to-voltage converter.
 //!
-//! `τ dω_s/dt = ω − ω_s`, τ in s, solved exactly for a speed that is straight within the step; at τ = 0 there is no lag.
-//! What is added to the reading is the change ω_s − ω, so that what the earlier parts of the chain show is kept.
+//! `τ dω_s/dt = ω − ω_s`, τ in s, solved exactly for a speed that is straight within the step; at τ = 0 there is no
+//! lag. What is added to the reading is the change ω_s − ω, so that what the earlier parts of the chain show is kept.
 //!
 //! Source: first-order low-pass filter.
 

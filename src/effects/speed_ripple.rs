@@ -1,7 +1,7 @@
 //! Ripple of a tacho that runs out of true: the speed shown varies once per turn.
 //!
-//! `ω_shown = ω (1 + c cos θ + s sin θ)`, c and s dimensionless, θ in rad the angle since the start of the run. The angle at
-//! the start is not known, hence cosine and sine; the effect is absent when both are zero.
+//! `ω_shown = ω (1 + c cos θ + s sin θ)`, c and s dimensionless, θ in rad the angle since the start of the run. The
+//! angle at the start is not known, hence cosine and sine; the effect is absent when both are zero.
 //!
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 

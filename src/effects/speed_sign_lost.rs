@@ -1,7 +1,7 @@
 //! Lost sign of the speed: a pulse counter shows how fast, not which way.
 //!
-//! `ω_shown = ω + k (|ω| − ω)`, k dimensionless: 1 when the sign is lost, 0 when it is kept; values between have no meaning
-//! but let a fit find the way.
+//! `ω_shown = ω + k (|ω| − ω)`, k dimensionless: 1 when the sign is lost, 0 when it is kept; values between have no
+//! meaning but let a fit find the way.
 //!
 //! Source: counting of pulses on one track.
 

@@ -1,7 +1,7 @@
 //! Stribeck friction: more friction at low speed, before the lubricant carries.
 //!
-//! `J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)`, T in N m, ω_s in rad/s, δ from 0.5 to 2 according to the lubrication; at rest
-//! it adds to the torque that holds the rotor.
+//! `J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)`, T in N m, ω_s in rad/s, δ from 0.5 to 2 according to the lubrication;
+//! at rest it adds to the torque that holds the rotor.
 //!
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.

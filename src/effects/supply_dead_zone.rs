@@ -1,7 +1,7 @@
 //! Dead zone of a converter or amplifier whose command is what is recorded.
 //!
-//! `u_motor = u − sign(u) min(|u|, w)`, w in V. Within ±w nothing reaches the motor, beyond it w is missing: two saturation
-//! voltages or the dead time of a half-bridge.
+//! `u_motor = u − sign(u) min(|u|, w)`, w in V. Within ±w nothing reaches the motor, beyond it w is missing: two
+//! saturation voltages or the dead time of a half-bridge.
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 

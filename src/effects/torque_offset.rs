@@ -3,8 +3,8 @@
 //! `J dω/dt = … − T` with T in N m (a force in N on a linear drive). Unlike dry friction it does not change its sign
 //! with the direction of motion, which is what tells the two apart: a recording in both directions.
 //!
-//! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
-//! is the offset of the drive's force.
+//! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where
+//! it is the offset of the drive's force.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,

@@ -1,8 +1,9 @@
 //! Torque ripple by slots and commutator bars, and cogging.
 //!
-//! `J dω/dt = … + c cos nθ + s sin nθ`, c and s in N m, n waves per turn, θ in rad the angle since the start of the run. The
-//! angle at the start is not known, hence cosine and sine: the amplitude is √(c² + s²), and the effect is absent when both
-//! are zero. The phase nθ is remembered, wrapped to ±π; the torque of the beginning of a step holds throughout it.
+//! `J dω/dt = … + c cos nθ + s sin nθ`, c and s in N m, n waves per turn, θ in rad the angle since the start of the
+//! run. The angle at the start is not known, hence cosine and sine: the amplitude is √(c² + s²), and the effect is
+//! absent when both are zero. The phase nθ is remembered, wrapped to ±π; the torque of the beginning of a step holds
+//! throughout it.
 //!
 //! Source: general machine theory (slot harmonics).
 

@@ -1,7 +1,7 @@
 //! Transformer EMF in the coils that the brushes short-circuit: a damper winding on the main flux.
 //!
-//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`. A lag that has not halved at the largest
-//! speed of the recordings is not told from that of eddy currents, which does not fade.
+//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`. A lag that has not halved at the
+//! largest speed of the recordings is not told from that of eddy currents, which does not fade.
 //!
 //! Source: general machine theory (AC commutator machines).
 

@@ -1,7 +1,7 @@
 //! Gain error of the voltage channel.
 //!
-//! `u_recorded = (1 + e) u`, so that `u/(1 + e)` of the record reaches the motor; e is dimensionless. R, L, K, J and the
-//! friction of a fit all become larger by the same factor, exactly.
+//! `u_recorded = (1 + e) u`, so that `u/(1 + e)` of the record reaches the motor; e is dimensionless. R, L, K, J and
+//! the friction of a fit all become larger by the same factor, exactly.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 

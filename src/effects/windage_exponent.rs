@@ -1,8 +1,8 @@
 //! Windage with another exponent than 2: fans between the radial and the axial form, leaking or blocked ducts.
 //!
-//! `J dω/dt = … − μ2 ω|ω| (|ω|/ω_r + ε)^δ`, δ = p − 2 for a torque in proportion to |ω|^p, ω_r in rad/s, ε = 10⁻³. At ω_r
-//! the torque is that of the base model, so that μ2 keeps its meaning; ε keeps the power finite at standstill. ω_r and μ2
-//! say the same twice, so that a fit can find one of them only.
+//! `J dω/dt = … − μ2 ω|ω| (|ω|/ω_r + ε)^δ`, δ = p − 2 for a torque in proportion to |ω|^p, ω_r in rad/s, ε = 10⁻³. At
+//! ω_r the torque is that of the base model, so that μ2 keeps its meaning; ε keeps the power finite at standstill. ω_r
+//! and μ2 say the same twice, so that a fit can find one of them only.
 //!
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.

@@ -1,10 +1,10 @@
 //! Winding temperature: the resistance rises as the copper heats up.
 //!
-//! `R (1 + r)` with `dr/dt = g (1 + r) i² − r/τ`, since the warm resistance heats more than the cold one; r = 0 at the start
-//! of a run, when the winding counts as cold. r is relative to R, so that neither the temperature nor the temperature
-//! coefficient (0.0039 per kelvin for copper) has to be known: 60 K are r = 0.23. g in 1/(A² s), τ in s. The square of the
-//! current is averaged over the step as if the current were straight within it. The rise in one step is less than a rounding
-//! unit of `f32`, so that what rounding loses is kept in the memory as well.
+//! `R (1 + r)` with `dr/dt = g (1 + r) i² − r/τ`, since the warm resistance heats more than the cold one; r = 0 at the
+//! start of a run, when the winding counts as cold. r is relative to R, so that neither the temperature nor the
+//! temperature coefficient (0.0039 per kelvin for copper) has to be known: 60 K are r = 0.23. g in 1/(A² s), τ in s.
+//! The square of the current is averaged over the step as if the current were straight within it. The rise in one step
+//! is less than a rounding unit of `f32`, so that what rounding loses is kept in the memory as well.
 //!
 //! Source: one thermal body with the temperature coefficient of copper of the Modelica Standard Library,
 //! Machines.Thermal.Constants.

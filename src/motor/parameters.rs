@@ -105,8 +105,8 @@ impl BaseParameter {
     }
 
     /// Smallest and largest value that a motor may have. They span watch motors to traction drives; within them no
-    /// intermediate result of the stepper leaves the range of `f32`. Friction may be slightly negative: a fit that wants
-    /// that tells of missing physics, and the model must still run so that the fit can be looked at.
+    /// intermediate result of the stepper leaves the range of `f32`. Friction may be slightly negative: a fit that
+    /// wants that tells of missing physics, and the model must still run so that the fit can be looked at.
     pub const fn range(self) -> (f64, f64) {
         match self {
             Self::R => (1e-4, 1e5),

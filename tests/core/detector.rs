@@ -1,5 +1,5 @@
-//! The detector against formulas and figures written out here, as docs/detector.md has them: no constant of the detector
-//! is imported.
+//! The detector against formulas and figures written out here, as docs/detector.md has them: no constant of the
+//! detector is imported.
 
 use std::f32::consts::TAU;
 
@@ -65,8 +65,8 @@ fn direct_voltage_has_periods_of_20_ms() {
     assert!(found.iter().all(|n| *n == 200));
 }
 
-/// A rise through zero ends a period if the voltage has been below −5 % of the nominal one, 15 ms or more after the last end,
-/// and 22 ms after it at the latest.
+/// A rise through zero ends a period if the voltage has been below −5 % of the nominal one, 15 ms or more after the
+/// last end, and 22 ms after it at the latest.
 #[test]
 fn periods_end_where_the_voltage_rises_after_it_was_clearly_negative() {
     // On 20 V, of 230 V, with a dip every 17 ms: 170 samples.
@@ -141,7 +141,8 @@ fn power_that_goes_with_the_current_is_arcing_and_power_that_does_not_is_noise()
     assert!((f.sparking.powi(2) - 1e-4 - f.arcing).abs() < 1e-8);
     assert!(period(&sine, &|_| 1e-4).arcing.abs() < 1e-8);
     assert_eq!(period(&|_| 5.0, &|i| 1e-4 * i).arcing, 0.0, "direct current cannot tell");
-    // Ripple r cos on a direct current: the variance of |i| over its mean square is r²/2/(1 + r²/2), of which 0.02 are needed.
+    // Ripple r cos on a direct current: the variance of |i| over its mean square is r²/2/(1 + r²/2), of which 0.02 are
+    // needed.
     let rippled = |ripple: f32| period(&|phase| 5.0 * (1.0 + ripple * phase.cos()), &|i| 1e-4 + 1e-5 * i).arcing;
     assert_eq!(rippled(0.19), 0.0, "0.0177");
     assert!((rippled(0.22) - 5e-5).abs() < 2e-6, "0.0236: 1e-5 A² a ampere, at 5 A: {}", rippled(0.22));
@@ -184,8 +185,8 @@ fn cumulative_sum_calls_after_the_time_that_the_excess_says() {
     assert!((0..10_000).all(|n| healthy.process(if n % 2 == 0 { 0.069 } else { -0.029 }).is_none()));
 }
 
-/// At 50 Hz: half a second at twice the tolerance until it calls; once the cause is gone, however long it was there and however
-/// large it was, one and a half until it is quiet: from 4 h = 100 down to h = 25, by one each period.
+/// At 50 Hz: half a second at twice the tolerance until it calls; once the cause is gone, however long it was there and
+/// however large it was, one and a half until it is quiet: from 4 h = 100 down to h = 25, by one each period.
 #[test]
 fn cumulative_sum_comes_back_when_the_cause_is_gone() {
     for (periods, excess) in [(1_000, 3.0f32), (20, 1e6)] {
@@ -211,7 +212,8 @@ fn a_step_is_a_jump_and_what_stays_is_none() {
     let mut jump = Jump::default();
     assert!((0..100).all(|_| jump.process(0.07) == 0.0), "what differs from motor to motor drops out");
     assert!((jump.process(0.09) - 0.02).abs() < 1e-6);
-    // The past follows by a fiftieth of what is left each period, a time constant of a second at 50 Hz: 0.02 (1 − 1/50)⁵⁰.
+    // The past follows by a fiftieth of what is left each period, a time constant of a second at 50 Hz: 0.02 (1 −
+    // 1/50)⁵⁰.
     let after_a_second = (0..50).map(|_| jump.process(0.09)).last().unwrap();
     assert!((after_a_second - 7.283_4e-3).abs() < 1e-6, "{after_a_second}");
     let later = (0..450).map(|_| jump.process(0.09)).last().unwrap();
@@ -310,7 +312,8 @@ fn a_period_is_judged_where_the_correction_can_be_relied_on() {
     assert!(judged(182) > 70, "91 %");
 }
 
-/// What calls, and where it then sits: 50 Hz, with a current and a speed that the model has otherwise, and noise above 1 kHz.
+/// What calls, and where it then sits: 50 Hz, with a current and a speed that the model has otherwise, and noise above
+/// 1 kHz.
 fn alarm(limits: Limits, current: f32, speed: f32, noise: f32) -> Option<Alarm> {
     let mut detector = Settings { limits, ..settings() }.build().unwrap();
     let told = (0..(3.0 * RATE) as u32).filter_map(|n| {
@@ -349,7 +352,8 @@ fn the_strongest_cause_is_told_with_its_ratio() {
 #[test]
 fn sparks_are_electrical_whatever_else_calls() {
     let limits = Limits { current: 0.01, sparking: 0.1, ..Limits::default() };
-    // 0.5 A at 3 kHz, 0.354 A RMS, which the high-pass lets through: 3.5 times its limit; the current's error is 11 times its own.
+    // 0.5 A at 3 kHz, 0.354 A RMS, which the high-pass lets through: 3.5 times its limit; the current's error is 11
+    // times its own.
     let sparks = alarm(limits, 0.9, 1.0, 0.5).unwrap();
     assert_eq!((sparks.cause, sparks.kind), (Cause::Sparking, Kind::Electrical));
     assert!((sparks.ratio - 3.54).abs() < 0.02, "{sparks:?}");

@@ -1,7 +1,7 @@
 //! Recordings as other programs write them: read right, or refused by name.
 //!
-//! The small files in tests/data/foreign were made by tests/data/make_foreign.py; those of `shared/cases` are read where
-//! that folder is.
+//! The small files in tests/data/foreign were made by tests/data/make_foreign.py; those of `shared/cases` are read
+//! where that folder is.
 
 use std::path::{Path, PathBuf};
 

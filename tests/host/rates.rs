@@ -1,7 +1,8 @@
 //! Any rate: what is sampled slowly beside the motor, against a reference of its own.
 //!
-//! The reference integrates `L di/dt = u − R i − K ω` and `J dω/dt = K i − μ0 s − c ω|ω|` by the classical Runge–Kutta method, in steps of
-//! a twentieth of L/R or a fiftieth of the interval, along the voltage as it truly goes between the samples.
+//! The reference integrates `L di/dt = u − R i − K ω` and `J dω/dt = K i − μ0 s − c ω|ω|` by the classical Runge–Kutta
+//! method, in steps of a twentieth of L/R or a fiftieth of the interval, along the voltage as it truly goes between the
+//! samples.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +45,8 @@ impl Truth {
 
     /// Current and speed after a time along a voltage.
     fn run(&self, from: [f64; 2], seconds: f64, u: impl Fn(f64) -> f64) -> [f64; 2] {
-        // The slope of the friction near rest, μ0/(0.05 rad/s)/J, is the fastest there is: 2.8/RATE is where Runge–Kutta blows up.
+        // The slope of the friction near rest, μ0/(0.05 rad/s)/J, is the fastest there is: 2.8/RATE is where
+        // Runge–Kutta blows up.
         let fastest = (self.r / self.l).max(self.mu0 / 0.05 / self.j) + self.brushes / 0.05 / self.l;
         let steps = (seconds * fastest * 2.0).max(50.0).ceil() as usize;
         let h = seconds / steps as f64;

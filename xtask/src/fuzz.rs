@@ -1,5 +1,5 @@
-//! Fuzzing: each target of `tests/fuzz`, with overflow checks in our own crates. Only these are built anew; what they stand
-//! on is that of the tests.
+//! Fuzzing: each target of `tests/fuzz`, with overflow checks in our own crates. Only these are built anew; what they
+//! stand on is that of the tests.
 //!
 //! An input that fails goes to `tests/fuzz/reproducers`, where the tests run it from then on.
 
@@ -137,7 +137,8 @@ fn one(program: &Path, target: &str, plan: &Plan) -> Result<([u64; 3], bool), St
         words.nth(1).and_then(|n| n.parse().ok()).unwrap_or(0)
     };
     if text.is_empty() && output.status.code() != Some(1) {
-        // Neither a panic nor a hang: a stack that is full, or memory. The same inputs again, each written down before it runs.
+        // Neither a panic nor a hang: a stack that is full, or memory. The same inputs again, each written down before
+        // it runs.
         let trace = save.join("aborted");
         std::fs::create_dir_all(&save).map_err(|e| format!("{}: {e}", save.display()))?;
         eprintln!("{target} ended with {}: once more, with the input in {}", output.status, trace.display());

@@ -1,7 +1,7 @@
 //! Factors of a thousand, and speeds in rpm or °/s that were taken for rad/s.
 //!
-//! The equations of a motor hold in any unit of a channel (K, R, L, J follow it), so a factor shows only where a quantity was recorded
-//! twice, as angle and speed, or where a figure is beyond what is built.
+//! The equations of a motor hold in any unit of a channel (K, R, L, J follow it), so a factor shows only where a
+//! quantity was recorded twice, as angle and speed, or where a figure is beyond what is built.
 
 use super::criteria::T_SIGN;
 use super::evidence::Evidence;
@@ -24,8 +24,9 @@ const SPEEDS: [(&str, f64); 6] = [
 /// How closely angle and speed have to agree, relative: ten times the gain error of a tacho of class 1.
 const SAME: f64 = 0.1;
 
-/// What is built, by kind: greatest voltage at least and at most, V; current, A; speed, rad/s; and greatest product of voltage and current, W.
-/// Magnet motors from a phone's to a machine tool's, universal motors from a shaver's to a hammer's; a debt, since it is a list.
+/// What is built, by kind: greatest voltage at least and at most, V; current, A; speed, rad/s; and greatest product of
+/// voltage and current, W. Magnet motors from a phone's to a machine tool's, universal motors from a shaver's to a
+/// hammer's; a debt, since it is a list.
 struct Built {
     voltage_v: (f64, f64),
     current_a: (f64, f64),

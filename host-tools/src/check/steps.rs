@@ -1,4 +1,5 @@
-//! What a channel's steps tell: coarse quantisation, counts of an encoder, values held for several rows, bits that rest.
+//! What a channel's steps tell: coarse quantisation, counts of an encoder, values held for several rows, bits that
+//! rest.
 
 use super::criteria::CHANCE;
 use super::signals::{self, Signals, extremes, short};
@@ -7,8 +8,8 @@ use crate::recording::{Channel, clipping};
 
 /// Samples of a stretch.
 const STRETCH: usize = 8;
-/// Range about a straight line that steps alone make, in steps: counts of a steady rate take two values. Gaussian noise of half a step,
-/// rounded, has a deviation of √(1/4 + 1/12) = 0.58 and a range of 1.6 in eight samples.
+/// Range about a straight line that steps alone make, in steps: counts of a steady rate take two values. Gaussian noise
+/// of half a step, rounded, has a deviation of √(1/4 + 1/12) = 0.58 and a range of 1.6 in eight samples.
 const STEPS_ALONE: f64 = 1.5;
 /// Share of the stretches with a turn in which that is all, from which on the steps, not noise, make the turns.
 const NO_NOISE: f64 = 0.7;
@@ -116,7 +117,8 @@ fn levels(values: &[f64]) -> usize {
     sorted.len()
 }
 
-/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the probability 1/rows each.
+/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the
+/// probability 1/rows each.
 fn held(values: &[f64]) -> Option<usize> {
     let changes: Vec<usize> = (1..values.len()).filter(|&n| values[n] != values[n - 1]).collect();
     if changes.len() < CHANGES {
@@ -135,8 +137,8 @@ fn held(values: &[f64]) -> Option<usize> {
     (most && chance < CHANCE).then_some(rows)
 }
 
-/// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in which bit k is set (or not)
-/// never occurs, though the channel has gone through many such periods.
+/// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in
+/// which bit k is set (or not) never occurs, though the channel has gone through many such periods.
 fn stuck(s: &Signals<'_>, channel: Channel, values: &[f64], low: f64, high: f64) -> Option<DataFinding> {
     let step = clipping::quantum(values, 1e-6 * (high - low));
     let codes = ((high - low) / step).round();

@@ -45,7 +45,8 @@ pub struct Args {
     /// Effect that is not to be considered (repeatable)
     #[arg(long, value_name = "ID")]
     exclude: Vec<String>,
-    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else smooth]
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else
+    /// smooth]
     #[arg(long = "input", value_enum, value_name = "COURSE")]
     course: Option<Course>,
     #[command(flatten)]
@@ -93,7 +94,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let compared = || {
         let fitted = identify::identify(&recordings, &settings).ok()?.model;
         let mut comparison = compare_along(&fitted, &recordings, args.course).ok();
-        // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of `compare`.
+        // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of
+        // `compare`.
         let given = model.as_ref().and_then(|model| compare_along(model, &recordings, args.course).ok());
         if let (Some(comparison), Some(given)) = (&mut comparison, given) {
             comparison.noise_floor = given.noise_floor;

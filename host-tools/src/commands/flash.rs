@@ -34,8 +34,8 @@ pub struct Args {
     /// By a debug probe (cargo greyrig-full); the chip is an STM32G474RETx unless another is named
     #[arg(long, value_name = "CHIP", num_args = 0..=1, default_missing_value = "STM32G474RETx")]
     probe: Option<String>,
-    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets the usual
-    /// ranges elsewhere
+    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets
+    /// the usual ranges elsewhere
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
     /// Serial number or name of the rig; without it the rig keeps its own over --port
@@ -158,8 +158,8 @@ enum Calibration {
     Usual,
 }
 
-/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot be read
-/// are an error: nobody may guess it.
+/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot
+/// be read are an error: nobody may guess it.
 fn in_force(port: &Port, calibration: bool) -> Result<Option<Settings>> {
     let (mut connection, device) = Connection::open(port)?;
     check_layout(&device)?;

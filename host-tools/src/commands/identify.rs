@@ -37,7 +37,8 @@ pub struct Args {
     /// Effect of the catalogue that the model shall have besides (repeatable)
     #[arg(long, value_name = "ID")]
     effect: Vec<String>,
-    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)' (repeatable)
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)'
+    /// (repeatable)
     #[arg(long, value_name = "FORMULA")]
     term: Vec<Formula>,
     /// Parameter with a known value, SI (repeatable)
@@ -46,7 +47,8 @@ pub struct Args {
     /// Parameter with bounds, SI (repeatable)
     #[arg(long, value_name = "NAME=LEAST:GREATEST", value_parser = parse_bound)]
     bound: Vec<(String, f64, f64)>,
-    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else smooth]
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else
+    /// smooth]
     #[arg(long = "input", value_enum, value_name = "COURSE")]
     course: Option<Course>,
     /// Cut-off of the Butterworth filter, Hz [default: 250; from the data where only torque and motion are recorded]

@@ -43,8 +43,8 @@ pub struct Args {
     /// Checks at the begin of the history that teach what is usual
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(FEWEST as u64..=1000))]
     baseline: u64,
-    /// Gauge study: several motors (# serial:), each run as often, perhaps on several rigs (# rig:) or by several people
-    /// (# operator:)
+    /// Gauge study: several motors (# serial:), each run as often, perhaps on several rigs (# rig:) or by several
+    /// people (# operator:)
     #[arg(long)]
     study: bool,
     #[command(flatten)]
@@ -54,7 +54,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or written.
+/// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or
+/// written.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;

@@ -262,7 +262,8 @@ fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]], floors
     [of(0), of(1), None].into()
 }
 
-/// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves both.
+/// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves
+/// both.
 fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
     let electrical = traces::simulate(motor, None, e, Imposed::Speed(w))?;
@@ -275,8 +276,8 @@ fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Opt
     ])
 }
 
-/// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave over
-/// before anything is simulated.
+/// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave
+/// over before anything is simulated.
 fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>; 2] {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return [None; 2] };
     let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));

@@ -90,8 +90,9 @@ pub struct Ended {
     pub early: Option<Error>,
 }
 
-/// Records a number of samples. What an earlier program has left running is stopped first. If the link breaks, it is opened
-/// again; samples that went by meanwhile are lost. If it does not come back, or at Ctrl-C, what there is is kept.
+/// Records a number of samples. What an earlier program has left running is stopped first. If the link breaks, it is
+/// opened again; samples that went by meanwhile are lost. If it does not come back, or at Ctrl-C, what there is is
+/// kept.
 ///
 /// # Errors
 /// Whatever comes before the first sample.

@@ -1,7 +1,8 @@
 //! The effects found, looked at once more in the free run.
 //!
-//! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output error,
-//! and each has to earn its place there: how far would the error rise without it, with all other parameters free to move?
+//! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output
+//! error, and each has to earn its place there: how far would the error rise without it, with all other parameters free
+//! to move?
 
 use std::collections::BTreeMap;
 
@@ -27,22 +28,25 @@ use crate::repeats;
 /// A little friction, relative to what motors have.
 const SMALL: f64 = 1e-3;
 
-/// An effect that earns less than this share of what all together earn may only be making up for the form of another one.
+/// An effect that earns less than this share of what all together earn may only be making up for the form of another
+/// one.
 const LEAST_SHARE: f64 = 0.03;
 
-/// And one that may be the rest of another one's law ([`classes::rounds_off`]). Where the plant's Stribeck or stray-load law differs from
-/// the catalogue's, the mismatch earns 5 to 9 % as a spurious quadratic load or windage exponent; genuine ones earn 13 % and more. The
-/// threshold lies between (80 pairs and 4 motors).
+/// And one that may be the rest of another one's law ([`classes::rounds_off`]). Where the plant's Stribeck or
+/// stray-load law differs from the catalogue's, the mismatch earns 5 to 9 % as a spurious quadratic load or windage
+/// exponent; genuine ones earn 13 % and more. The threshold lies between (80 pairs and 4 motors).
 pub const LEAST_SHARE_OF_A_LAW: f64 = 0.105;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;
 
-/// Share of what the fit without effects exceeds it by, of the current, that a fit may leave without such a suspicion, if it has ended. In
-/// 120 cases with two and one withheld effect on AC a second fit came to another end only where that was 86 % or the first had not.
+/// Share of what the fit without effects exceeds it by, of the current, that a fit may leave without such a suspicion,
+/// if it has ended. In 120 cases with two and one withheld effect on AC a second fit came to another end only where
+/// that was 86 % or the first had not.
 const MUCH: f64 = 0.5;
 
-/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, is not finished.
+/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, is not
+/// finished.
 const FAR_OFF: f64 = 1.0;
 
 /// The free run of a set of recordings.
@@ -105,9 +109,9 @@ impl<'a> Audit<'a> {
         resume(rough, &self.problem, effort)
     }
 
-    /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current, or is no
-    /// better than `base`, the fit without them, the start may lie in another valley: then once more from `base`, with the
-    /// effects as they usually are.
+    /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current,
+    /// or is no better than `base`, the fit without them, the start may lie in another valley: then once more from
+    /// `base`, with the effects as they usually are.
     ///
     /// # Errors
     /// An interrupt.
@@ -129,8 +133,8 @@ impl<'a> Audit<'a> {
         Ok(if self.fall(&fit, &other) > 0.0 { other } else { fit })
     }
 
-    /// Drops effects that do not earn their place, the least one first; all of them, if the error hardly falls by all. `base` is the fit
-    /// without any.
+    /// Drops effects that do not earn their place, the least one first; all of them, if the error hardly falls by all.
+    /// `base` is the fit without any.
     ///
     /// # Errors
     /// An interrupt.
@@ -159,8 +163,8 @@ impl<'a> Audit<'a> {
         }
     }
 
-    /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more than the error
-    /// rises by with all other parameters as they are, which it cannot.
+    /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more
+    /// than the error rises by with all other parameters as they are, which it cannot.
     fn worth(&self, fit: &Fit, id: EffectId) -> f64 {
         let worth = screening::worth(fit, self.problem.groups(), id);
         let without = self.error_at(&fit.space.without_effect(id));
@@ -189,8 +193,8 @@ impl<'a> Audit<'a> {
         Completeness::of(fit, &self.floor(best))
     }
 
-    /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence makes of the current by
-    /// way of the speed.
+    /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence
+    /// makes of the current by way of the speed.
     pub fn completeness_of_both(&self, without: &Fit, with: &Fit) -> (Completeness, Completeness) {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
         let passed_on = self.problem.through_the_speed(with);
@@ -204,7 +208,8 @@ impl<'a> Audit<'a> {
         completeness::wandering(fit, &self.problem, &self.course())
     }
 
-    /// How much of a fit's error of the speed comes back in recordings of the same excitation: [`completeness::comes_back`].
+    /// How much of a fit's error of the speed comes back in recordings of the same excitation:
+    /// [`completeness::comes_back`].
     pub fn comes_back(&self, fit: &Fit) -> Option<f64> {
         completeness::comes_back(fit, &self.problem, &self.course())
     }

@@ -46,8 +46,8 @@ pub struct Candidate {
 /// The fit of a candidate by the balances, and its error in the free run.
 pub type InFreeRun = (Arc<Fit>, PerSignal);
 
-/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at the
-/// estimate by the balances. What is `known` is not computed again.
+/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at
+/// the estimate by the balances. What is `known` is not computed again.
 pub fn errors_in_free_run(
     steps: &[Step],
     audit: &Audit<'_>,

@@ -43,7 +43,8 @@ pub fn same(kind: Kind, a: EffectId, b: EffectId) -> bool {
     named(a) == named(b)
 }
 
-/// Effects that are one with another while the rotor stands still, itself included; the first of them stands for the others.
+/// Effects that are one with another while the rotor stands still, itself included; the first of them stands for the
+/// others.
 pub fn at_standstill(id: EffectId) -> Vec<EffectId> {
     let first = id.description().at_standstill.unwrap_or(id);
     let others = Description::all().filter(|d| d.at_standstill == Some(first)).map(|d| d.id);
@@ -55,7 +56,8 @@ pub fn rounds_off(id: EffectId, present: &[EffectId]) -> bool {
     present.iter().any(|law| law.description().rest_of_law.contains(&id))
 }
 
-/// Whether an effect may be the rest of a law of the flux that is `present`: whatever a linearisation says, a fit has to prove what it earns.
+/// Whether an effect may be the rest of a law of the flux that is `present`: whatever a linearisation says, a fit has
+/// to prove what it earns.
 pub fn bends_with(id: EffectId, present: &[EffectId]) -> bool {
     present.iter().any(|law| law.description().overrated_beside.contains(&id))
 }

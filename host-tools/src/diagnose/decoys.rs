@@ -1,8 +1,8 @@
 //! Causes that are none: what a candidate has to beat before it counts.
 //!
-//! A random walk and a sine of unrelated frequency in the voltage and in the torque, and the best candidates' own columns
-//! shifted in time. A residual with structure of its own is "explained" by such things to some degree, often with an
-//! impressive t-value; nothing that does not clearly beat them is named.
+//! A random walk and a sine of unrelated frequency in the voltage and in the torque, and the best candidates' own
+//! columns shifted in time. A residual with structure of its own is "explained" by such things to some degree, often
+//! with an impressive t-value; nothing that does not clearly beat them is named.
 
 use std::f64::consts::TAU;
 
@@ -135,7 +135,8 @@ mod tests {
         };
         // Of either sign and any size; the curvature that keeps parameters in place is a millionth.
         assert!(error(&(sine(3.0) * -7.0)) < 1e-4);
-        // One that is orthogonal to the residuals takes nothing: what is left is the sine, 1/√2, and on data held out a little more.
+        // One that is orthogonal to the residuals takes nothing: what is left is the sine, 1/√2, and on data held out a
+        // little more.
         let unrelated = error(&sine(5.0));
         assert!((0.7..0.8).contains(&unrelated), "{unrelated}");
     }
@@ -150,8 +151,8 @@ mod tests {
         assert!(tried(sine(1.0)));
     }
 
-    /// Four random walks and four sines in either balance, and a shifted copy of each of the four best candidates, but for those that
-    /// look like a candidate.
+    /// Four random walks and four sines in either balance, and a shifted copy of each of the four best candidates, but
+    /// for those that look like a candidate.
     #[test]
     fn decoys_are_repeatable_and_unlike_the_candidates() {
         let groups: Vec<u8> = (0..ROWS).map(|row| (row % 2) as u8).collect();

@@ -20,7 +20,8 @@ pub struct Holds {
     pub locked_rotor: bool,
     /// An open supply.
     pub open_supply: bool,
-    /// Samples close enough to show the inductance: without, what goes with the current's rate is as fast as the samples.
+    /// Samples close enough to show the inductance: without, what goes with the current's rate is as fast as the
+    /// samples.
     pub inductance: bool,
     /// A rotor that turns: without, some effects are one ([`at_standstill`](super::classes::at_standstill)).
     pub motion: bool,

@@ -1,11 +1,11 @@
 //! When no effect of the catalogue explains what is left: its shape, and a sparse formula as a lead.
 //!
 //! Generic terms in current, speed and their signs are tried in the voltage and in the torque balance by orthogonal
-//! matching pursuit on data held out. They have no physical meaning by themselves; they show what a term for `--term` would
-//! have to look like.
+//! matching pursuit on data held out. They have no physical meaning by themselves; they show what a term for `--term`
+//! would have to look like.
 //!
-//! Source: S. Billings, S. Chen, M. Korenberg: Identification of MIMO non-linear systems using a forward-regression orthogonal
-//! estimator, Int. J. Control 49 (1989) 2157–2189.
+//! Source: S. Billings, S. Chen, M. Korenberg: Identification of MIMO non-linear systems using a forward-regression
+//! orthogonal estimator, Int. J. Control 49 (1989) 2157–2189.
 
 use greyrig::motor::BaseParameter;
 use nalgebra::DVector;
@@ -26,8 +26,8 @@ const LEAST_OWN: f64 = 3e-3;
 /// Largest p-value over the number of terms tried.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// Share of the drive K φ i that a term of the torque balance may have. With inertia and friction free, one that takes the drive away
-/// takes the whole balance away, and with it what is left over.
+/// Share of the drive K φ i that a term of the torque balance may have. With inertia and friction free, one that takes
+/// the drive away takes the whole balance away, and with it what is left over.
 const LARGEST_SHARE: f64 = 0.5;
 
 /// A generic term: its formula, its balance, its value at current (A), speed (rad/s) and di/dt (A/s).
@@ -155,7 +155,8 @@ pub fn find(fit: &Fit, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
     Lead { terms, held_out_gain: 1.0 - (last.log_error() - before.log_error()).exp().sqrt() }
 }
 
-/// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was measured.
+/// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was
+/// measured.
 fn drive(fit: &Fit, problem: &EquationError<'_>) -> f64 {
     let column = match fit.space.kind() {
         Kind::Universal => problem.column(Balance::Torque, &|i, _, _| i * i),

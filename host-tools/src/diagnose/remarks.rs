@@ -25,8 +25,8 @@ pub struct Wandering {
     pub comes_back: Option<f64>,
 }
 
-/// What no effect explains of the speed and may be a load that fluctuates or something slow that is missing: recordings of the same
-/// excitation tell.
+/// What no effect explains of the speed and may be a load that fluctuates or something slow that is missing: recordings
+/// of the same excitation tell.
 pub fn wandering(verdict: VerdictKind, Wandering { times, comes_back }: Wandering) -> Option<String> {
     let wanders = format!("the speed is {times:.0} times as far off as it changes from one period to the next");
     let share = comes_back.map(|share| format!("{:.0} %", 100.0 * share.max(0.0)));

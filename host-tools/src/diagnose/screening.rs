@@ -1,7 +1,7 @@
 //! Which effects could be missing: all candidates tried at once, by linearisation.
 //!
-//! At the fit of the present model each candidate's columns are the changes of the balances when the effect appears at a
-//! small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
+//! At the fit of the present model each candidate's columns are the changes of the balances when the effect appears at
+//! a small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
 use greyrig::effects::{Acts, Description, EffectId, Role};
@@ -17,8 +17,8 @@ use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
-/// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a short one; other
-/// effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
+/// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a
+/// short one; other effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -42,8 +42,9 @@ pub struct Promise {
     pub column: DVector<f64>,
 }
 
-/// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
-/// of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands still, one.
+/// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that
+/// recordings of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands
+/// still, one.
 pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(EffectId) -> bool) -> Vec<&'static Description> {
     let tried = |d: &&Description| d.is_tried(kind.flux_law()) && holds.tells(d) && !left_out(d.id);
     let all: Vec<&'static Description> = Description::all().filter(tried).collect();
@@ -84,8 +85,8 @@ impl Complement {
     }
 }
 
-/// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
-/// groups' RMS.
+/// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of
+/// both groups' RMS.
 pub fn worth(fit: &Fit, groups: &[u8], id: EffectId) -> f64 {
     let own = |key: Key| matches!(key, Key::Effect(other, _) if other == id);
     let keys: Vec<Key> = fit.space.free().map(|e| e.key).collect();
@@ -110,7 +111,8 @@ fn at_size(space: &Space, id: EffectId, size: f64) -> Space {
     sized
 }
 
-/// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
+/// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does
+/// nothing.
 pub fn independence(fit: &Fit, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
     let space = at_small_size(&fit.space.with_effect(d.id, scales), d.id);
     let mut column = problem.at(&space, &space.coordinates()) - unweighted(fit, problem);
@@ -222,8 +224,8 @@ pub struct Pair {
     pub space: Space,
 }
 
-/// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be named once
-/// and fitted twice.
+/// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be
+/// named once and fitted twice.
 pub fn pairs(fit: &Fit, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
     let complement = Complement::of(&fit.jacobian);
     let left = complement.project(&fit.residuals);
@@ -282,8 +284,8 @@ fn unweighted(fit: &Fit, problem: &impl Residuals) -> DVector<f64> {
     )
 }
 
-/// The usual shape, those with the first shape parameter larger and smaller, and one that leaves the inductance alone: what the
-/// inductance does at a reversal may hide what the back-EMF does.
+/// The usual shape, those with the first shape parameter larger and smaller, and one that leaves the inductance alone:
+/// what the inductance does at a reversal may hide what the back-EMF does.
 fn shapes(d: &Description, space: &Space) -> Vec<Space> {
     let with = |place: usize, change: &dyn Fn(f64) -> f64| {
         let mut other = space.clone();

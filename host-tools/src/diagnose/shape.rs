@@ -1,7 +1,9 @@
-//! The shape of what is missing, free of any formula: the residual of a balance against the quantity that orders it best.
+//! The shape of what is missing, free of any formula: the residual of a balance against the quantity that orders it
+//! best.
 //!
-//! The rows are cut into bins with equally many rows along each quantity. The quantity whose bins explain the largest share of
-//! the residual's variance (the correlation ratio η²) is shown as a curve, and the plane of current and speed as a map.
+//! The rows are cut into bins with equally many rows along each quantity. The quantity whose bins explain the largest
+//! share of the residual's variance (the correlation ratio η²) is shown as a curve, and the plane of current and speed
+//! as a map.
 //!
 //! Source: K. Pearson: On the general theory of skew correlation and non-linear regression, 1905, for η².
 

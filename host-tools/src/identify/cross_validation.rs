@@ -1,11 +1,13 @@
 //! Errors on data held out, block by block of time.
 //!
-//! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact for a
-//! model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the parameters from all
-//! other blocks, `r_b + J_b d`. A parameter that rests at an end of its range stays there: the other blocks push it against it as
-//! well. A block of a staircase has an amplitude of its own, so that this is an error on another excitation.
+//! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact
+//! for a model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the
+//! parameters from all other blocks, `r_b + J_b d`. A parameter that rests at an end of its range stays there: the
+//! other blocks push it against it as well. A block of a staircase has an amplitude of its own, so that this is an
+//! error on another excitation.
 //!
-//! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974) 111–147.
+//! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974)
+//! 111–147.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +25,8 @@ const SMALLEST_CURVATURE: f64 = 1e-6;
 /// Shortest block, s.
 const SHORTEST_S: f64 = 0.2;
 
-/// The block of each row, of recordings that begin at time zero: about [`BLOCKS`] in all, within a recording of equal length.
+/// The block of each row, of recordings that begin at time zero: about [`BLOCKS`] in all, within a recording of equal
+/// length.
 pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
     let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
     for (recording, t) in times {
@@ -93,10 +96,11 @@ pub fn squares_of(residuals: &DVector<f64>, unit: [f64; 2], groups: &[u8], block
     squares
 }
 
-/// p-value of an effect by the fall of the held-out error: `2 Σ n ln(RMS before/RMS after)` over both balances against χ² with
-/// as many degrees of freedom as the effect has parameters, where n is the number of independent rows: the rows over the
-/// integrated correlation time of what is left. Where other structure that is still unexplained makes the rows few, the sign
-/// test over the blocks counts instead: how many of them are predicted better? (The smaller of the two, doubled.)
+/// p-value of an effect by the fall of the held-out error: `2 Σ n ln(RMS before/RMS after)` over both balances against
+/// χ² with as many degrees of freedom as the effect has parameters, where n is the number of independent rows: the rows
+/// over the integrated correlation time of what is left. Where other structure that is still unexplained makes the rows
+/// few, the sign test over the blocks counts instead: how many of them are predicted better? (The smaller of the two,
+/// doubled.)
 pub fn p_value(before: &HeldOut, after: &HeldOut, fit: &Fit, groups: &[u8], parameters: usize) -> f64 {
     let (worse, better) = (before.rms(), after.rms());
     let statistic: f64 = (0..2)
@@ -208,8 +212,9 @@ mod tests {
         assert_eq!(sign_test(&before, &before), 1.0);
     }
 
-    /// A fall of the RMS by 1 % over 100 independent rows: 2·100·ln(1/0.99) = 2.010 against χ². The tables have P(χ² > 2.706) = 0.1
-    /// for one degree of freedom and P(χ² > 4.605) = 0.1 for two, between which 2.010 lies at 0.156 and 0.366.
+    /// A fall of the RMS by 1 % over 100 independent rows: 2·100·ln(1/0.99) = 2.010 against χ². The tables have P(χ² >
+    /// 2.706) = 0.1 for one degree of freedom and P(χ² > 4.605) = 0.1 for two, between which 2.010 lies at 0.156 and
+    /// 0.366.
     #[test]
     fn a_fall_of_the_error_is_judged_by_independent_rows() {
         let mut fit = fit(1.0);

@@ -32,8 +32,9 @@ pub fn intervals_of(fit: &Fit, blocks: &[usize]) -> BTreeMap<Key, [f64; 2]> {
         .collect()
 }
 
-/// Covariance of a fit in which the shapes of effects are held that are at their limits, or of which the data leave a combination with
-/// other parameters open. A shape has a prior: it stays where the fit has left it, and nothing else has to move.
+/// Covariance of a fit in which the shapes of effects are held that are at their limits, or of which the data leave a
+/// combination with other parameters open. A shape has a prior: it stays where the fit has left it, and nothing else
+/// has to move.
 pub fn covariance_without_open_shapes(fit: &mut Fit, blocks: &[usize]) -> Option<Covariance> {
     pin_shapes_at_limits(fit);
     loop {

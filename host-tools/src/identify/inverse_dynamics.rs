@@ -1,9 +1,9 @@
 //! The mechanical side alone, from measured torque (or force) and motion.
 //!
-//! In a position-controlled drive the controller hides friction from the position, so the torque is compared:
-//! `T = J dω/dt + s μ0 + μ1 ω + μ2 ω|ω| + …`, linear least squares ("inverse dynamic identification model"). All columns
-//! are formed on the raw samples; then every column and the target go through one zero-phase Butterworth low-pass,
-//! whose cut-off is found from the data.
+//! In a position-controlled drive the controller hides friction from the position, so the torque is compared: `T = J
+//! dω/dt + s μ0 + μ1 ω + μ2 ω|ω| + …`, linear least squares ("inverse dynamic identification model"). All columns are
+//! formed on the raw samples; then every column and the target go through one zero-phase Butterworth low-pass, whose
+//! cut-off is found from the data.
 //!
 //! Source: A. Janot, P.-O. Vandanjon, M. Gautier: A generic instrumental variable approach for industrial robot
 //! identification, IEEE Trans. Control Systems Technology 22 (2014) 132–145, for the procedure.
@@ -62,8 +62,8 @@ fn spectrum(signal: &[f64], rate_hz: f64) -> (Vec<f64>, f64) {
     (density, rate_hz / length as f64)
 }
 
-/// The cut-off, Hz, from the spectrum of the highest derivative that the regression uses: low enough that white noise of the
-/// measured motion stays below 2 % of the derivative, and no higher than where the signal ends.
+/// The cut-off, Hz, from the spectrum of the highest derivative that the regression uses: low enough that white noise
+/// of the measured motion stays below 2 % of the derivative, and no higher than where the signal ends.
 pub fn automatic_cutoff_hz(motion: &[f64], derivatives: i32, interval_s: f64) -> f64 {
     let rate = 1.0 / interval_s;
     let mut signal = motion.to_vec();

@@ -173,7 +173,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The next output of a filter, which comes to rest some time after its input, as the current does where the supply is opened.
+/// The next output of a filter, which comes to rest some time after its input, as the current does where the supply is
+/// opened.
 #[inline(always)]
 fn filter<const MOTORS: usize>(
     bank: &mut Bank<f64, MOTORS>,
@@ -223,8 +224,8 @@ impl<'a> OutputError<'a> {
         self.rows.iter().enumerate().flat_map(of).collect()
     }
 
-    /// What the error of the speed makes of the rows at a fit, A and rad/s: the model at the speed that its measuring chain shows of the
-    /// free run less the model at the measured one.
+    /// What the error of the speed makes of the rows at a fit, A and rad/s: the model at the speed that its measuring
+    /// chain shows of the free run less the model at the measured one.
     pub fn through_the_speed(&self, fit: &Fit) -> DVector<f64> {
         let theta = fit.space.coordinates();
         let made = |rows: &Rows<'_>| -> Vec<f64> {
@@ -294,7 +295,8 @@ mod tests {
             let made = problem.through_the_speed(&as_it_is(&space, &problem));
             rms_of(&made, problem.groups())[0] / problem.sizes()[0]
         };
-        // K Δω/R with a speed that is 15 ms late is most of a run-up's current; the rig's integrator is not the model's.
+        // K Δω/R with a speed that is 15 ms late is most of a run-up's current; the rig's integrator is not the
+        // model's.
         let [known, unknown] = [15e-3, 0.0].map(through_the_speed);
         assert!(known < 0.01 && unknown > 0.3, "{known} {unknown}");
     }

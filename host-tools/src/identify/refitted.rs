@@ -1,7 +1,8 @@
-//! Blocks of time held out by a fit of all others, where the linear step of [`cross_validation`](super::cross_validation) does not reach.
+//! Blocks of time held out by a fit of all others, where the linear step of
+//! [`cross_validation`](super::cross_validation) does not reach.
 //!
-//! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far for such a
-//! block, and would reject the right law; such blocks are left out by a refit of all others.
+//! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far
+//! for such a block, and would reject the right law; such blocks are left out by a refit of all others.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -16,8 +17,8 @@ const FAR: f64 = 4.0;
 /// Share of the squares of a balance that such a block has.
 const MUCH: f64 = 0.1;
 
-/// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is many times the
-/// fit's.
+/// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is
+/// many times the fit's.
 pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize]) -> HeldOut {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
@@ -100,8 +101,8 @@ mod tests {
     use crate::identify::minimise::minimise;
     use crate::model::{Base, Kind};
 
-    /// A magnetisation curve by an arc tangent, `A atan(i/i_k)` with ln A and ln i_k as the first two coordinates, against one of
-    /// Froelich's form. The others do nothing.
+    /// A magnetisation curve by an arc tangent, `A atan(i/i_k)` with ln A and ln i_k as the first two coordinates,
+    /// against one of Froelich's form. The others do nothing.
     struct Curve {
         currents: Vec<f64>,
         groups: Vec<u8>,

@@ -21,7 +21,8 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that was not recorded.
+    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that
+    /// was not recorded.
     pub fn of(kind: Kind, k: f64, r: f64, experiments: &[Experiment]) -> Self {
         let [mut voltage, mut current, mut heat, mut torque, mut speed] = [0.0f64; 5];
         let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));

@@ -139,7 +139,8 @@ impl Entry {
         self.freedom == Freedom::Free(None) && self.value <= self.range.0 / AT_THE_LIMIT
     }
 
-    /// Whether the optimiser's coordinate is the logarithm: of what is positive and has no bounds but its physical range.
+    /// Whether the optimiser's coordinate is the logarithm: of what is positive and has no bounds but its physical
+    /// range.
     pub fn is_logarithmic(&self) -> bool {
         self.positive && !matches!(self.freedom, Freedom::Free(Some(_)))
     }
@@ -242,8 +243,8 @@ impl Space {
         Self { kind, effects: effects.to_vec(), terms: Vec::new(), entries }
     }
 
-    /// The same with terms of the user's own; their unknowns start from absence where the term is proportional to them, and
-    /// from one otherwise.
+    /// The same with terms of the user's own; their unknowns start from absence where the term is proportional to them,
+    /// and from one otherwise.
     #[must_use]
     pub fn with_terms(mut self, terms: &[Formula]) -> Self {
         self.entries.retain(|e| !matches!(e.key, Key::Term(..)));
@@ -353,8 +354,8 @@ impl Space {
         &self.effects
     }
 
-    /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name says
-    /// ([`greyrig::effects::Description::turns_into`]).
+    /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name
+    /// says ([`greyrig::effects::Description::turns_into`]).
     #[must_use]
     pub fn with_effect(&self, id: EffectId, scales: &Scales) -> Self {
         let mut all = self.effects.clone();
@@ -377,8 +378,8 @@ impl Space {
         more
     }
 
-    /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would cease to be what
-    /// its name says.
+    /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would
+    /// cease to be what its name says.
     pub fn turned(&self, id: EffectId) -> Option<EffectId> {
         let turn = id.description().turns_into?;
         let shape = self.get(Key::Effect(id, turn.parameter))?;

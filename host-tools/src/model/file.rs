@@ -16,8 +16,8 @@ impl Model {
     /// Reads a model file.
     ///
     /// # Errors
-    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values that
-    /// no motor can have.
+    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values
+    /// that no motor can have.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         let model: Self = toml::from_str(&text).map_err(|e| {

@@ -251,8 +251,8 @@ impl Model {
         self.parameters.get_mut(parameter.name())
     }
 
-    /// The value of a base parameter; one for R, L, K and J that a model lacks, because nothing in its recordings needs them, and zero
-    /// for a friction term.
+    /// The value of a base parameter; one for R, L, K and J that a model lacks, because nothing in its recordings needs
+    /// them, and zero for a friction term.
     pub fn value(&self, parameter: BaseParameter) -> f64 {
         let lacking = if parameter.is_friction() { 0.0 } else { 1.0 };
         self.base_parameter(parameter).map_or(lacking, |p| p.value)

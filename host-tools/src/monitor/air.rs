@@ -6,8 +6,8 @@
 //! ρ = p/(R_s T),  R_s = 287.05 J/(kg K)          M_fan = μ2 ω² ρ/ρ₀
 //! ```
 //!
-//! with ρ₀ the mean over the healthy motors that have taught the limits. Humid air of 25 °C is up to 1 % lighter than dry air,
-//! which is neglected.
+//! with ρ₀ the mean over the healthy motors that have taught the limits. Humid air of 25 °C is up to 1 % lighter than
+//! dry air, which is neglected.
 //!
 //! Source: ISO 2533:1975, Standard Atmosphere (R_s of dry air).
 

@@ -1,10 +1,11 @@
 //! The physical parameters of one motor, estimated from its test.
 //!
-//! A fault that is there from the start has to exceed what healthy motors differ by. Current and speed of a running motor hardly
-//! tell: a resistance that takes three hundredths of the voltage may nearly double before they leave the scatter of the lot. The
-//! parameters themselves scatter by a few per cent, and a run with its run-up determines them: resistance, inductance, flux,
-//! inertia and the friction that takes most of the torque are fitted by output error, from the type's model, whose effects and
-//! smaller frictions stay as they are. Healthy motors tell how far each may be from the type's.
+//! A fault that is there from the start has to exceed what healthy motors differ by. Current and speed of a running
+//! motor hardly tell: a resistance that takes three hundredths of the voltage may nearly double before they leave the
+//! scatter of the lot. The parameters themselves scatter by a few per cent, and a run with its run-up determines them:
+//! resistance, inductance, flux, inertia and the friction that takes most of the torque are fitted by output error,
+//! from the type's model, whose effects and smaller frictions stay as they are. Healthy motors tell how far each may be
+//! from the type's.
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
@@ -38,9 +39,9 @@ const ESTIMATED: [(BaseParameter, &str); PARAMETERS] = [
 const PARAMETERS: usize = 7;
 
 /// What may be wrong from the start, and the powers of its gain by which it multiplies the estimates, in the order of
-/// [`ESTIMATED`]. With a sensor's gain g the voltage balance u = R i + L di/dt + K φ(i) ω and the torque balance K φ(i) i = J dω/dt + M
-/// hold for what is measured with other parameters: a current that shows g i takes g from R and L, and from K of a series
-/// motor, whose torque then seems g times as large.
+/// [`ESTIMATED`]. With a sensor's gain g the voltage balance u = R i + L di/dt + K φ(i) ω and the torque balance K φ(i)
+/// i = J dω/dt + M hold for what is measured with other parameters: a current that shows g i takes g from R and L, and
+/// from K of a series motor, whose torque then seems g times as large.
 struct Cause {
     name: &'static str,
     kind: &'static str,
@@ -82,8 +83,8 @@ pub fn farthest(limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<String, f64>
     limits.iter().filter_map(ratio).fold(0.0, f64::max)
 }
 
-/// What may be wrong, the likeliest first: each cause by the share of the differences from a healthy motor's parameters, in units of
-/// the limits, that it explains at its best size.
+/// What may be wrong, the likeliest first: each cause by the share of the differences from a healthy motor's
+/// parameters, in units of the limits, that it explains at its best size.
 pub fn suspects(kind: Kind, limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<String, f64>) -> Vec<Suspect> {
     let watched: Vec<(usize, f64, f64)> = ESTIMATED
         .iter()

@@ -1,9 +1,9 @@
 //! What may be broken: each physical parameter is estimated once more from the time of the alarm on.
 //!
-//! A cause (a resistance, a load, a sensor's gain) is put into the model at the time of the alarm, and the deviations of
-//! current and speed that it would make, period by period, are compared with those that were measured, both against what they
-//! were before. Its size is found by Gauss–Newton steps; the cause that explains most is suspected first. What differs from
-//! motor to motor is there before and after, and drops out.
+//! A cause (a resistance, a load, a sensor's gain) is put into the model at the time of the alarm, and the deviations
+//! of current and speed that it would make, period by period, are compared with those that were measured, both against
+//! what they were before. Its size is found by Gauss–Newton steps; the cause that explains most is suspected first.
+//! What differs from motor to motor is there before and after, and drops out.
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
@@ -158,7 +158,8 @@ pub fn suspects(
     Ok(likeliest_first(all))
 }
 
-/// Suspects that explain as much as the best one in the order in which they are frequent, which is theirs, then the others.
+/// Suspects that explain as much as the best one in the order in which they are frequent, which is theirs, then the
+/// others.
 pub(super) fn likeliest_first(all: Vec<Suspect>) -> Vec<Suspect> {
     let best = all.iter().map(|s| s.explains).fold(0.0, f64::max);
     let (mut likely, mut others): (Vec<Suspect>, Vec<Suspect>) =
@@ -191,8 +192,8 @@ struct Station<'a> {
     correction: Option<Anfis3x3>,
 }
 
-/// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is nothing to
-/// this motor.
+/// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is
+/// nothing to this motor.
 fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64) -> Result<Option<Replay>> {
     let Station { model, detector, recording, experiment: e, correction } = station;
     let onset = (0..e.len()).find(|n| recording.start_s() + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());

@@ -30,7 +30,8 @@ pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
     pairs.into_iter().map(|pair| pair.map(EffectId::description)).collect()
 }
 
-/// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single one.
+/// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single
+/// one.
 pub fn pairs(kind: Kind, rivals: &[EffectId]) -> Result<Vec<[&'static Description; 2]>> {
     let mut named = Vec::new();
     for id in rivals {

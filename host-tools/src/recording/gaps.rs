@@ -1,7 +1,7 @@
 //! Samples that are missing.
 
-/// Replaces each NaN by the straight line between the finite values around it, and by the nearest one at an end. What it
-/// has replaced, or nothing where there is no finite value at all.
+/// Replaces each NaN by the straight line between the finite values around it, and by the nearest one at an end. What
+/// it has replaced, or nothing where there is no finite value at all.
 pub(super) fn bridge(values: &mut [f64]) -> Option<Vec<usize>> {
     let mut last = values.iter().position(|x| !x.is_nan())?;
     let mut missing: Vec<usize> = (0..last).collect();

@@ -1,10 +1,10 @@
 //! HDF5, NetCDF-4 and MATLAB 7.3 (which are HDF5 inside), decoded by hdf5-reader.
 //!
-//! Every numeric data set of one or two dimensions becomes a column (or several), every field of a table (compound type)
-//! one. Attributes `unit`, `units` give the unit; `scale_factor`, `add_offset`, `_FillValue`, `missing_value` and
-//! `valid_range` are those of the CF Conventions 1.11, sections 2.5 and 8.1: what is packed is unpacked, what is missing is
-//! missing. A fill value that the file itself declares, other than zero, marks what was never written. Scalar data sets and
-//! attributes of groups are metadata. pandas' two layouts (fixed and table) give its columns.
+//! Every numeric data set of one or two dimensions becomes a column (or several), every field of a table (compound
+//! type) one. Attributes `unit`, `units` give the unit; `scale_factor`, `add_offset`, `_FillValue`, `missing_value` and
+//! `valid_range` are those of the CF Conventions 1.11, sections 2.5 and 8.1: what is packed is unpacked, what is
+//! missing is missing. A fill value that the file itself declares, other than zero, marks what was never written.
+//! Scalar data sets and attributes of groups are metadata. pandas' two layouts (fixed and table) give its columns.
 //!
 //! A data set whose encoding the decoder does not know is left out, and said so; one that is damaged refuses the file.
 

@@ -1,4 +1,5 @@
-//! `--map TARGET=SOURCE[*GAIN][+OFFSET]`: adapts foreign column names and units; the source may be an expression of columns.
+//! `--map TARGET=SOURCE[*GAIN][+OFFSET]`: adapts foreign column names and units; the source may be an expression of
+//! columns.
 
 use std::ffi::OsString;
 
@@ -16,9 +17,9 @@ pub struct MapArgs {
     ///
     /// The channels are t_s, u_v, i_a, omega_rad_s, angle_rad, torque_n_m (v_m_s, q_m, force_n of a linear drive),
     /// rotor_locked, supply_open, valid and temp_c. Gain and offset apply to the number in the file; a unit in square
-    /// brackets, or else the column's own unit, converts the result to SI. Columns can be joined by + - * / and brackets, and
-    /// ddt(...) is the rate of change: `u_v=duty_cycle*input_voltage`, `omega_rad_s=ddt(angle[deg])`; then each column is
-    /// converted by its own unit and the result is SI. `sample_time_s=1e-4` gives the sampling
+    /// brackets, or else the column's own unit, converts the result to SI. Columns can be joined by + - * / and
+    /// brackets, and ddt(...) is the rate of change: `u_v=duty_cycle*input_voltage`, `omega_rad_s=ddt(angle[deg])`;
+    /// then each column is converted by its own unit and the result is SI. `sample_time_s=1e-4` gives the sampling
     /// interval to a file without a time column. Several `A=B` may follow one `--map`; the first argument without `=`
     /// ends them, so recordings may stand before or after.
     #[arg(long = "map", value_name = "TARGET=SOURCE", allow_hyphen_values = true)]

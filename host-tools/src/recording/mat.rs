@@ -2,7 +2,8 @@
 //!
 //! Own reader after MathWorks' "MAT-File Format" (2023), because structs, which is how colleagues send recordings, and
 //! level 4 are needed. Vectors become columns, matrices one column per channel, scalars and texts metadata. A struct
-//! `rec` with the fields `t`, `u`, `i` gives columns of these names; texts in its field `unit` (`unit.u = 'V'`) are units.
+//! `rec` with the fields `t`, `u`, `i` gives columns of these names; texts in its field `unit` (`unit.u = 'V'`) are
+//! units.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,8 +1,8 @@
 //! ASAM MDF 4 and 2/3 (INCA, CANape, asammdf), decoded by falcon_mdf. Each channel group is a raster of its own.
 //!
 //! The decoder takes the length of the data for the truth where the number of cycles contradicts it; then the length of
-//! a record is in doubt, too, and the file is refused here (ASAM MDF 4.2, blocks CG and DT). Floats of 16 bits are decoded
-//! here.
+//! a record is in doubt, too, and the file is refused here (ASAM MDF 4.2, blocks CG and DT). Floats of 16 bits are
+//! decoded here.
 
 use std::path::Path;
 

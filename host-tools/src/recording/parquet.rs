@@ -294,8 +294,8 @@ fn encode(
     writer.into_inner()
 }
 
-/// The few fields needed of an Arrow schema message: names, `unit` entries, units of time spans, metadata (Arrow columnar
-/// format 1.5, Schema.fbs; FlatBuffers internals).
+/// The few fields needed of an Arrow schema message: names, `unit` entries, units of time spans, metadata (Arrow
+/// columnar format 1.5, Schema.fbs; FlatBuffers internals).
 mod arrow_schema {
     use std::collections::BTreeMap;
 

@@ -16,7 +16,8 @@ use super::{Recording, assemble};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
-/// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator each.
+/// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator
+/// each.
 const MAX_BYTES: u64 = 2 << 30;
 
 const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz, .lvm, .nc";

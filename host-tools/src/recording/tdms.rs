@@ -3,9 +3,9 @@
 //!
 //! Own reader, because what LabVIEW streams needs all of it: several chunks of raw data in one segment, segments that
 //! only add channels to the list of the one before, interleaved samples and big-endian files. Raw data of DAQmx devices
-//! are refused. Scalings (`NI_Scale[n]_*`, linear and polynomial, each of the raw values or of another scaling) are applied
-//! unless the data are marked as scaled. A property that a channel lacks is its group's, or else the file's; channels that
-//! begin at different times are different rasters.
+//! are refused. Scalings (`NI_Scale[n]_*`, linear and polynomial, each of the raw values or of another scaling) are
+//! applied unless the data are marked as scaled. A property that a channel lacks is its group's, or else the file's;
+//! channels that begin at different times are different rasters.
 
 use std::collections::BTreeMap;
 use std::path::Path;

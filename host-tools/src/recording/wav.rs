@@ -1,12 +1,13 @@
 //! WAV: audio interfaces used as data loggers. Channels are called `ch1`, `ch2` … and need `--map`.
 //!
-//! Integer samples are fractions of full scale, so the gain in `--map u_v=ch1*20` is the physical full scale: code / 32767
-//! in 16 bits (in general 2^(bits-1) - 1), code / 2^(bits-1) in wider ones, as NumPy users and libsndfile write them. (The
-//! other convention differs by one part in 32768, less than a code.) Floating-point samples are taken as they are.
+//! Integer samples are fractions of full scale, so the gain in `--map u_v=ch1*20` is the physical full scale: code /
+//! 32767 in 16 bits (in general 2^(bits-1) - 1), code / 2^(bits-1) in wider ones, as NumPy users and libsndfile write
+//! them. (The other convention differs by one part in 32768, less than a code.) Floating-point samples are taken as
+//! they are.
 //!
 //! Own reader after EBU Tech 3306 (2009) and Microsoft's "Multiple Channel Audio Data and WAVE Files" (2007), because a
-//! recorder also writes floats of 64 bits and the large kind RF64, and is switched off before its file ends: then the whole
-//! frames are read, with a warning.
+//! recorder also writes floats of 64 bits and the large kind RF64, and is switched off before its file ends: then the
+//! whole frames are read, with a warning.
 
 use std::path::Path;
 

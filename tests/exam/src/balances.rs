@@ -1,4 +1,5 @@
-//! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is judged by.
+//! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is
+//! judged by.
 
 use greyrig::effects::EffectId;
 use greyrig::motor::BaseParameter;
@@ -11,8 +12,8 @@ use greyrig_host::model::Model;
 use crate::cases::Case;
 use crate::score::Outcome;
 
-/// RMS of what the voltage balance leaves over that of the voltage, and of what the torque balance leaves over that of the
-/// air-gap torque.
+/// RMS of what the voltage balance leaves over that of the voltage, and of what the torque balance leaves over that of
+/// the air-gap torque.
 pub type Left = [f64; 2];
 
 /// What the base model leaves, and what one with the named effects does.

@@ -1,8 +1,8 @@
-//! Fuzz targets: a function of bytes for each thing that reads what others have made. None may panic, hang or take memory
-//! without bound, whatever the bytes; most check more than that.
+//! Fuzz targets: a function of bytes for each thing that reads what others have made. None may panic, hang or take
+//! memory without bound, whatever the bytes; most check more than that.
 //!
-//! `corpus/TARGET/` holds seeds, `reproducers/TARGET/` inputs that once failed. `tests/corpus.rs` runs all of them with every
-//! `cargo test`; `cargo xtask fuzz --seconds N [TARGET]…` looks for more.
+//! `corpus/TARGET/` holds seeds, `reproducers/TARGET/` inputs that once failed. `tests/corpus.rs` runs all of them with
+//! every `cargo test`; `cargo xtask fuzz --seconds N [TARGET]…` looks for more.
 
 mod journal;
 mod link;
@@ -22,7 +22,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, Once};
 
-/// What a target did with an input, as far as that tells inputs apart: those that did something new are mutated further.
+/// What a target did with an input, as far as that tells inputs apart: those that did something new are mutated
+/// further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Seen(u64);
 
@@ -108,8 +109,8 @@ pub fn inputs(target: &Target) -> std::io::Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// The panic of our own code that was last seen. The fence that `recording::load` puts around the decoders of others turns
-/// panics into errors about a damaged file; those of our own code show here all the same.
+/// The panic of our own code that was last seen. The fence that `recording::load` puts around the decoders of others
+/// turns panics into errors about a damaged file; those of our own code show here all the same.
 static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
 fn last_panic() -> Option<String> {
@@ -148,8 +149,8 @@ impl Target {
     }
 }
 
-/// A file of a name with a content, for what reads files. On a disk in memory where there is one; the same file again and
-/// again.
+/// A file of a name with a content, for what reads files. On a disk in memory where there is one; the same file again
+/// and again.
 fn with_file<T>(name: &str, content: &[u8], work: impl FnOnce(&Path) -> T) -> T {
     thread_local! {
         static FOLDER: tempfile::TempDir = {

@@ -1,5 +1,5 @@
-//! Model and station files: an error of one line, or a model that can be written, read again, and flashed or refused in a
-//! line.
+//! Model and station files: an error of one line, or a model that can be written, read again, and flashed or refused in
+//! a line.
 
 use std::path::Path;
 

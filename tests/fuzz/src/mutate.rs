@@ -1,7 +1,8 @@
 //! Inputs from inputs: seeds are changed in ways that break readers, and what did something new is changed further.
 //!
-//! There are no counters in the code under test: what an input did is known by what its target has seen of it ([`Seen`]), the
-//! error's sentence above all. So nothing has to be built in a special way, and the same seed gives the same inputs.
+//! There are no counters in the code under test: what an input did is known by what its target has seen of it
+//! ([`Seen`]), the error's sentence above all. So nothing has to be built in a special way, and the same seed gives the
+//! same inputs.
 
 use std::collections::HashSet;
 

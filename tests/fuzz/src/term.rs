@@ -1,4 +1,5 @@
-//! Formulas: an error of one line, or a formula whose text gives the same again and whose value can be asked for anywhere.
+//! Formulas: an error of one line, or a formula whose text gives the same again and whose value can be asked for
+//! anywhere.
 
 use greyrig_host::term::Formula;
 

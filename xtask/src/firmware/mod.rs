@@ -2,8 +2,8 @@
 //! interrupt cannot panic.
 //!
 //! The compiler's own stack sizes need an unstable option, so they are read from the machine code, by a small part of a
-//! disassembler for Thumb-2 (Arm DDI 0403, chapter A7): what lowers the stack pointer, and who calls whom. From that follows
-//! an upper bound, provided that
+//! disassembler for Thumb-2 (Arm DDI 0403, chapter A7): what lowers the stack pointer, and who calls whom. From that
+//! follows an upper bound, provided that
 //!
 //! - every call through a pointer that can be reached is listed in [`report::INDIRECT`] with what it can call; one that is
 //!   not, recursion, and a stack pointer moved by a register are errors, not guesses;

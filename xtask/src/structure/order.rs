@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::arrows::Arrow;
 use super::tree::Tree;
 
-/// Crates and their modules from the lowest on: each may name only what stands before it. A part of a module that stands lower
-/// than the rest has a line of its own.
+/// Crates and their modules from the lowest on: each may name only what stands before it. A part of a module that
+/// stands lower than the rest has a line of its own.
 pub const ORDERS: &[(&str, &[&str])] = &[
     (
         "greyrig",

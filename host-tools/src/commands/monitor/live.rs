@@ -127,7 +127,8 @@ impl Calling {
     }
 }
 
-/// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a terminal.
+/// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a
+/// terminal.
 struct Talk {
     json: bool,
     bar: ProgressBar,

@@ -77,8 +77,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble with the
-/// link.
+/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble
+/// with the link.
 pub fn run(args: &Args) -> Result<ExitCode> {
     for path in args.answer.report.iter().chain(&args.out) {
         output::refuse_overwrite(path, args.answer.force)?;

@@ -12,8 +12,8 @@ use crate::identify::space::Space;
 
 /// How hard each candidate is fitted at first.
 const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, confirmed: false };
-/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once more, from
-/// a small size.
+/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once
+/// more, from a small size.
 const KEPT_PROMISE: f64 = 0.5;
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
@@ -69,9 +69,9 @@ impl Climb<'_> {
         Ok(if again.1 > first.1 { again } else { first })
     }
 
-    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong local
-    /// minimum: then once more, with care, from where the screening suggests. (Not for data without current: there a flexible friction law
-    /// overfits a single step if the fit is continued.)
+    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led
+    /// to a wrong local minimum: then once more, with care, from where the screening suggests. (Not for data without
+    /// current: there a flexible friction law overfits a single step if the fit is continued.)
     fn finish(&self, fit: &Fit, promise: &Promise, begun: &Fit) -> Result<Fit> {
         let usual = self.go_on(begun, Effort::USUAL)?;
         if !self.may_hold_an_inrush() {

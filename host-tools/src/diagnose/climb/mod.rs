@@ -99,7 +99,8 @@ impl<'a> Climb<'a> {
     pub fn candidates_beside(&self, space: &Space, left_out: &[EffectId]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
         let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), *id, d.id));
-        // What the base model has by another name differs from it by rounding alone, of which two at a time make something.
+        // What the base model has by another name differs from it by rounding alone, of which two at a time make
+        // something.
         let in_base =
             |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.key == Key::Base(term)));
         let candidates = self.candidates.iter().copied();
@@ -163,8 +164,9 @@ impl<'a> Climb<'a> {
         Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })
     }
 
-    /// Climbs on from an effect with memory that promises most, but nothing at a small size, as hysteresis does where the noise of a direct
-    /// current turns it round within a small loop; if it lowers the error more than an earlier climb has done, which has not come by it.
+    /// Climbs on from an effect with memory that promises most, but nothing at a small size, as hysteresis does where
+    /// the noise of a direct current turns it round within a small loop; if it lowers the error more than an earlier
+    /// climb has done, which has not come by it.
     ///
     /// # Errors
     /// An interrupt.
@@ -185,8 +187,8 @@ impl<'a> Climb<'a> {
         self.climb_from(base, begun, vec![first.id], &promises, progress).map(Some)
     }
 
-    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
-    /// lower it more than an earlier climb has done, which has not come by them both.
+    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most,
+    /// if they lower it more than an earlier climb has done, which has not come by them both.
     ///
     /// # Errors
     /// An interrupt.
@@ -245,10 +247,10 @@ impl<'a> Climb<'a> {
         self.climb_on(base, Way { fit, found: winners, steps: vec![step] }, progress)
     }
 
-    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
-    /// from where the free run's fit `free` has ended: one of the two may lie in a wrong valley. The floor stays that of the fit with more
-    /// effects, but for the inertia, which a wrong effect can take along, and with it the noise of the torque; it is found anew where
-    /// the same was recorded twice. `base` is the fit without any effects.
+    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were
+    /// and from where the free run's fit `free` has ended: one of the two may lie in a wrong valley. The floor stays
+    /// that of the fit with more effects, but for the inertia, which a wrong effect can take along, and with it the
+    /// noise of the torque; it is found anew where the same was recorded twice. `base` is the fit without any effects.
     ///
     /// # Errors
     /// An interrupt.
@@ -321,8 +323,8 @@ impl<'a> Climb<'a> {
         fit.log_error(self.problem.groups())
     }
 
-    /// Whether a block may reach far beyond all others, which tell of it all the same. Without a current a step does so, but of that
-    /// the others tell next to nothing.
+    /// Whether a block may reach far beyond all others, which tell of it all the same. Without a current a step does
+    /// so, but of that the others tell next to nothing.
     fn may_hold_an_inrush(&self) -> bool {
         self.is_of_whole_motor()
     }

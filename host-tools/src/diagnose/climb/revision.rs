@@ -18,8 +18,8 @@ const RIVAL_SHARE: f64 = 0.5;
 const EXCHANGES: usize = 2;
 /// How hard exchanges are fitted at first where there are more than are fitted any further.
 const FIRST_LOOK: Effort = Effort { steps: 3, ..Effort::ESTIMATE };
-/// Exchanges that are fitted any further. In four hard cases with five effects, with 14 to 25 of them, the two to climb on from, and all that
-/// came near these, were among the first six after these steps.
+/// Exchanges that are fitted any further. In four hard cases with five effects, with 14 to 25 of them, the two to climb
+/// on from, and all that came near these, were among the first six after these steps.
 const CLOSEST: usize = 8;
 /// An effect without which the error would rise by more than this, by linearisation, is not superfluous.
 const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
@@ -37,8 +37,8 @@ pub struct Exchange {
 }
 
 impl Climb<'_> {
-    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
-    /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
+    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when
+    /// what else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
     pub(super) fn better_forms(
         &self,
         fit: &mut Fit,
@@ -159,8 +159,8 @@ impl Climb<'_> {
         Ok(())
     }
 
-    /// Exchanges of an effect found for a candidate that gained something in a step and was not added: the two after which the error
-    /// on data held out is the smallest.
+    /// Exchanges of an effect found for a candidate that gained something in a step and was not added: the two after
+    /// which the error on data held out is the smallest.
     ///
     /// # Errors
     /// An interrupt.
@@ -189,8 +189,8 @@ impl Climb<'_> {
         Ok(looks.into_iter().map(|(_, pair)| pair).take(CLOSEST).collect())
     }
 
-    /// Candidates that another one was preferred to for its error on data held out, though they fit the balances better: with the
-    /// effect found in their place, and the candidate.
+    /// Candidates that another one was preferred to for its error on data held out, though they fit the balances
+    /// better: with the effect found in their place, and the candidate.
     pub fn passed_over<'l>(&self, ladder: &'l Ladder) -> Vec<[&'l Tried; 2]> {
         let kind = ladder.fit.space.kind();
         let of_one = |id: &EffectId| {
@@ -215,7 +215,8 @@ impl Climb<'_> {
         Ok(Exchange { given, taken: other.id, fit })
     }
 
-    /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most beside it.
+    /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most
+    /// beside it.
     pub fn may_come_closer_by(&self, exchange: &Exchange, ladder: &Ladder) -> bool {
         let promised = self.screen(&exchange.fit, &[]).first().map_or(0.0, |promise| promise.gain);
         self.gain(&ladder.fit, &exchange.fit) + promised >= SMALLEST_GAIN
@@ -304,8 +305,8 @@ mod tests {
     use crate::model::Kind;
     use crate::rig::Setup;
 
-    /// What a motor with saturation, hysteresis and a brush drop leaves to `look` at: the climb, the fit that it begins with, and what it
-    /// has found.
+    /// What a motor with saturation, hysteresis and a brush drop leaves to `look` at: the climb, the fit that it begins
+    /// with, and what it has found.
     fn climbed(look: impl FnOnce(&Climb<'_>, &Fit, &Ladder)) {
         let setup = Setup::new(Kind::Universal).profile("staircase").unwrap().seconds(6.0);
         let effects = ["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"];

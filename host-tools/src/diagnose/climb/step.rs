@@ -22,14 +22,14 @@ use crate::identify::space::Space;
 const FITTED: usize = 7;
 /// A candidate that promises less than this share of the best one's is not fitted.
 const WORTH_FITTING: f64 = 0.03;
-/// Nor is one that scores below this share of the required gain, but for those that are shown. In 250 exam cases (none to five effects,
-/// on AC, in sets, of magnet motors) 962 candidates scored below half of it; one of them would have been accepted, wrongly. Of 322 that
-/// scored between half and the whole, 14 would have been accepted.
+/// Nor is one that scores below this share of the required gain, but for those that are shown. In 250 exam cases (none
+/// to five effects, on AC, in sets, of magnet motors) 962 candidates scored below half of it; one of them would have
+/// been accepted, wrongly. Of 322 that scored between half and the whole, 14 would have been accepted.
 const WORTH_TRYING: f64 = 0.5;
 /// Candidates that are fitted at first, to be shown, however little they promise.
 pub(super) const SHOWN: usize = 2;
-/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
-/// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
+/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and
+/// the blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
 const SIGNIFICANCE: f64 = 1e-4;
 /// Above [`BEYOND_DOUBT`] the usual level will do: independent rows are few then, because one structure fills them all.
 const CONVENTIONAL: f64 = 0.01;
@@ -37,15 +37,16 @@ const CONVENTIONAL: f64 = 0.01;
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
-/// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and an inertia of
-/// nothing fit any torque balance.
+/// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and
+/// an inertia of nothing fit any torque balance.
 const OF_NO_MOTOR: f64 = 30.0;
-/// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
+/// An effect that gains less than this share of what all together gain may only be making up for the form of another
+/// one.
 const SMALLEST_SHARE: f64 = 0.02;
 
 impl Climb<'_> {
-    /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little. The first
-    /// few are `shown`, however little they promise.
+    /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too
+    /// little. The first few are `shown`, however little they promise.
     pub(super) fn step(
         &self,
         fit: &Fit,
@@ -122,8 +123,8 @@ impl Climb<'_> {
     }
 }
 
-/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the limit
-/// beyond which it would be another effect, that one counts if it does as well.
+/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the
+/// limit beyond which it would be another effect, that one counts if it does as well.
 pub fn winner(tried: &[Tried]) -> Option<&Tried> {
     let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
     let winner = tried

@@ -1,8 +1,8 @@
 //! What the form of a law has swallowed.
 //!
-//! Two laws of a class may fit alike as long as something else is missing, one because it is bent to take that along: of a motor with
-//! saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the drop, so that nothing seemed to be
-//! missing beside it. Beside the other law the drop is seen at once.
+//! Two laws of a class may fit alike as long as something else is missing, one because it is bent to take that along:
+//! of a motor with saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the
+//! drop, so that nothing seemed to be missing beside it. Beside the other law the drop is seen at once.
 
 use greyrig::effects::EffectId;
 
@@ -14,7 +14,8 @@ use crate::diagnose::{Progress, Watch, classes};
 use crate::error::Result;
 
 impl SecondLook<'_> {
-    /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which takes most of that.
+    /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which
+    /// takes most of that.
     pub(super) fn in_another_form(&self, judged: Judged, progress: &Watch<'_>) -> Result<Judged> {
         if self.audit.excess(&judged.1, &judged.1).iter().sum::<f64>() <= WORTH_LOOKING {
             return Ok(judged);

@@ -10,8 +10,8 @@ use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::{Size, parameters_of};
 use crate::identify::space::Key;
 
-/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
-/// most 1.04.
+/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors
+/// have at most 1.04.
 const EXACT: f64 = 1.08;
 
 /// Why what was found may be something else.
@@ -52,9 +52,10 @@ impl Doubt {
         Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
     }
 
-    /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be zero: what acts
-    /// so may then be something else. Several effects lend each other width, so nothing is said about these; and where the error
-    /// falls to a third, it is the shape that leaves the size open, if there is one, as a knee beyond the data does.
+    /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be
+    /// zero: what acts so may then be something else. Several effects lend each other width, so nothing is said about
+    /// these; and where the error falls to a third, it is the shape that leaves the size open, if there is one, as a
+    /// knee beyond the data does.
     pub fn about_size(ladder: &Ladder, sizes: &[Size], holds: Holds) -> Option<Self> {
         let [id] = ladder.found[..] else { return None };
         let by_its_shape = ladder.fall() > BEYOND_DOUBT && parameters_of(id) > 1;

@@ -1,8 +1,9 @@
 //! An effect that explains its part only as what it no longer is.
 //!
-//! Every law can be bent until it looks like another one: a warm-up of the bearings within half a second takes the part of friction
-//! that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody tried. Where a fit leaves a shape at
-//! such an end of its physical range, the name would be wrong, however well the curve fits.
+//! Every law can be bent until it looks like another one: a warm-up of the bearings within half a second takes the part
+//! of friction that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody
+//! tried. Where a fit leaves a shape at such an end of its physical range, the name would be wrong, however well the
+//! curve fits.
 
 use greyrig::effects::EffectId;
 

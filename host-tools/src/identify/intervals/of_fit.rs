@@ -1,5 +1,5 @@
-//! What the intervals of a fit need: which rows make a block, what a limit does, and the way from the optimiser's coordinates to the
-//! parameters.
+//! What the intervals of a fit need: which rows make a block, what a limit does, and the way from the optimiser's
+//! coordinates to the parameters.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,8 @@ const AT_LIMIT: f64 = 1e-4;
 /// Half a 95 % interval of the normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
-/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
+/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals'
+/// correlation.
 pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Fit) -> Vec<usize> {
     let rows = problem.rows();
     let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);

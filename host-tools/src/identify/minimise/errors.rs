@@ -1,7 +1,7 @@
 //! The error of a fit, as one number and on blocks of time held out.
 
-/// Logarithm of an error: Σ ln RMS over the groups that have rows. Where both have n rows and noises of unknown size, the
-/// log-likelihood is −n times that, up to a constant.
+/// Logarithm of an error: Σ ln RMS over the groups that have rows. Where both have n rows and noises of unknown size,
+/// the log-likelihood is −n times that, up to a constant.
 pub fn log_error(rms: [f64; 2], has: [bool; 2]) -> f64 {
     (0..2).filter(|g| has[*g]).map(|g| rms[g].ln()).sum()
 }

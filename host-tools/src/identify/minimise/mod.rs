@@ -2,16 +2,17 @@
 //!
 //! The Levenberg–Marquardt method with the physical ranges as bounds (a parameter at its bound that is pushed outwards
 //! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
-//! factor of e", so that a shape on which the data say nothing stays where it is usual. The coordinates of R, L, K and J are their
-//! logarithms, which keeps them positive, but a step is one of the parameters themselves, in which the balances are straight: R may
-//! grow to its sixfold in one step, with all else that goes with it. The rows are of two groups, the
-//! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
-//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
-//! on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were carried on
-//! over more than its last step, in which hardly anything has changed.
+//! factor of e", so that a shape on which the data say nothing stays where it is usual. The coordinates of R, L, K and
+//! J are their logarithms, which keeps them positive, but a step is one of the parameters themselves, in which the
+//! balances are straight: R may grow to its sixfold in one step, with all else that goes with it. The rows are of two
+//! groups, the electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which
+//! is the maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be
+//! carried on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were
+//! carried on over more than its last step, in which hardly anything has changed.
 //!
-//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
-//! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
+//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630
+//! (1978); C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation
+//! 19 (1965) 577–593.
 
 mod damping;
 mod errors;
@@ -29,12 +30,13 @@ use super::space::{Entry, Freedom, Key, Space};
 use crate::error::Result;
 use crate::output;
 
-/// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error of
-/// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
+/// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error
+/// of a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// Step limit of each coordinate: ln 4 for logarithms, 1.4 typical sizes for others; a magnitude already above its typical size may change
-/// by 1.4 times itself, since what is typical is known to an order of magnitude or two. R, L, K and J have no limit upwards.
+/// Step limit of each coordinate: ln 4 for logarithms, 1.4 typical sizes for others; a magnitude already above its
+/// typical size may change by 1.4 times itself, since what is typical is known to an order of magnitude or two. R, L, K
+/// and J have no limit upwards.
 const LONGEST: f64 = 1.4;
 
 /// Damping relative to the diagonal of the normal equations, in the limit of steps that succeed.
@@ -125,7 +127,8 @@ impl Fit {
         match self.known_held_out.get() {
             Some(known) => known,
             None => {
-                // Not within `get_or_init`: what leaves blocks out waits for other work meanwhile, which may ask for the same.
+                // Not within `get_or_init`: what leaves blocks out waits for other work meanwhile, which may ask for
+                // the same.
                 let held_out = by(self);
                 self.known_held_out.get_or_init(|| held_out)
             }
@@ -160,9 +163,9 @@ pub fn minimise(
     search(space, problem, effort, start, step)
 }
 
-/// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin with, its
-/// derivatives: only those by the new parameters are computed. For residuals that are nearly straight, as the balances are: in the
-/// free run such derivatives may lead to another valley.
+/// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin
+/// with, its derivatives: only those by the new parameters are computed. For residuals that are nearly straight, as the
+/// balances are: in the free run such derivatives may lead to another valley.
 ///
 /// # Errors
 /// An interrupt.
@@ -458,8 +461,8 @@ mod tests {
         assert_eq!(asked.load(Ordering::Relaxed), 1);
     }
 
-    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the eighth one
-    /// stands for; the others do nothing.
+    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the
+    /// eighth one stands for; the others do nothing.
     struct Decay {
         groups: Vec<u8>,
         rest: f64,

@@ -10,7 +10,8 @@ use crate::recording::names::{self, Role};
 use crate::recording::units::Unit;
 
 impl Assembly<'_> {
-    /// A free column that may hold a channel, by its unit or else by a word of its name; one that never changes is none.
+    /// A free column that may hold a channel, by its unit or else by a word of its name; one that never changes is
+    /// none.
     fn plausible(&self, channel: Channel) -> Option<&str> {
         let free = |k: &usize| {
             let column = &self.table.columns[*k];

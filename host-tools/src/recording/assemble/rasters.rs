@@ -65,8 +65,8 @@ pub fn merge(table: &mut Table, headers: &mut Vec<Header>) {
     }
 }
 
-/// A column of another raster at the instants of the main one, where both have the same interval: shifted by whole samples,
-/// or else interpolated; NaN where there is none. With it, by how much it begins later, s.
+/// A column of another raster at the instants of the main one, where both have the same interval: shifted by whole
+/// samples, or else interpolated; NaN where there is none. With it, by how much it begins later, s.
 pub fn aligned(values: &[f64], from: TimeAxis, to: TimeAxis, rows: usize) -> Option<(Vec<f64>, f64)> {
     let run = rows.max(values.len()) as f64;
     if (from.interval_s / to.interval_s - 1.0).abs() * run > WHOLE {

@@ -66,7 +66,8 @@ impl Assembly<'_> {
     }
 }
 
-/// Stamps in which those of unusable rows lie on the line between their neighbours, where it is they that break the order.
+/// Stamps in which those of unusable rows lie on the line between their neighbours, where it is they that break the
+/// order.
 fn without_fill(t: Vec<f64>, usable: &[bool]) -> Vec<f64> {
     let ordered = |t: &[f64]| t.windows(2).all(|w| w[1] > w[0]);
     if ordered(&t) || usable.iter().all(|usable| *usable) {

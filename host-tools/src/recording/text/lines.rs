@@ -105,7 +105,8 @@ impl<'a> Lines<'a> {
         }
         let text = match String::from_utf8(bytes) {
             Ok(text) => text,
-            // Windows programs write "°" and "µ" as single bytes; Latin-1 maps every byte to the character of its number.
+            // Windows programs write "°" and "µ" as single bytes; Latin-1 maps every byte to the character of its
+            // number.
             Err(e) => e.into_bytes().iter().map(|&b| char::from(b)).collect(),
         };
         Ok(Some((self.number, text)))

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::Window;
 use crate::recording::text::cell::{Cell, Separator, cell, split};
 
-/// Lines of data by which the layout of a file is decided, unless the file is shorter than the lines that are looked at.
+/// Lines of data by which the layout of a file is decided, unless the file is shorter than the lines that are looked
+/// at.
 const SAMPLE: usize = 50;
 /// Lines from which on their last ones are certainly data.
 const CERTAINLY_DATA: usize = 60;
