@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use greyrig::motor::BaseParameter;
 use greyrig_host::between::Course;
 use greyrig_host::compare::compare;
 use greyrig_host::diagnose::{Options, VerdictKind, diagnose};
@@ -108,7 +109,8 @@ fn recorded(truth: Truth, interval_s: f64, seconds: f64, course: Course) -> (Rec
 fn model(truth: &Truth) -> Model {
     let values = [("R", truth.r), ("L", truth.l), ("K", truth.k), ("J", truth.j), ("mu0", truth.mu0), ("mu1", 0.0)];
     let parameter = |(name, value): (&str, f64)| {
-        let unit = unit(name, Kind::PmDc, Motion::Rotary).to_owned();
+        let symbol = BaseParameter::of_name(name).unwrap();
+        let unit = unit(symbol.unit(Kind::PmDc.flux_law()), Motion::Rotary).to_owned();
         (name.to_owned(), Parameter { value, unit, ci95: None, status: Status::Fixed })
     };
     Model {

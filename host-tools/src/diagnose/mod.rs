@@ -1,13 +1,16 @@
 //! Which physical effect is missing, how sure that is, what it is confused with, and the experiment that would tell.
 //!
 //! 1. What the samples show before any fit ([`samples`]).
-//! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of base +
+//! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of
+//!    base +
 //!    effect for those that promise something, all other parameters free to move ([`climb`]).
-//! 3. Judgement on blocks of time held out ([`cross_validation`](crate::identify::cross_validation)), against decoys ([`decoys`]), with a correction for how many were
+//! 3. Judgement on blocks of time held out ([`cross_validation`](crate::identify::cross_validation)), against decoys
+//!    ([`decoys`]), with a correction for how many were
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back.
 //! 5. All that was found once more in the free run, where each effect has to earn its place ([`audit`]).
-//! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals ([`second_look`]).
+//! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals
+//!    ([`second_look`]).
 //! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
 pub mod audit;

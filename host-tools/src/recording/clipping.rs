@@ -24,9 +24,11 @@
 //!
 //! Two things look alike, and are none:
 //!
-//! - **Rest.** A unipolar channel rests at zero as its motor does. A level within [`NEAR_ZERO`] of the range of zero is a rail of
+//! - **Rest.** A unipolar channel rests at zero as its motor does. A level within [`NEAR_ZERO`] of the range of zero is
+//!   a rail of
 //!   rest ([`one_sided`]), unless samples of both signs occur.
-//! - **Counts.** Where steps are coarser than the noise (an encoder's edges in a window), any plateau is one value for long. Runs prove
+//! - **Counts.** Where steps are coarser than the noise (an encoder's edges in a window), any plateau is one value for
+//!   long. Runs prove
 //! something only where noise is resolved: in [`RESOLVED`] or more of the stretches of [`WINDOW`] samples with a turn,
 //! the signal moves by more than one step. (Counts of a steady speed alternate between two values; Gaussian noise of
 //! half a step spans three in four of five such stretches.)

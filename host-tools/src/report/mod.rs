@@ -3,7 +3,8 @@
 //! A [`Report`] is put together from sections, in the order in which they shall be read:
 //!
 //! ```no_run
-//! # fn demo(before: &greyrig_host::compare::Comparison, model: &greyrig_host::model::Model) -> greyrig_host::error::Result<()> {
+//! # use greyrig_host::{compare::Comparison, error::Result, model::Model};
+//! # fn demo(before: &Comparison, model: &Model) -> Result<()> {
 //! use greyrig_host::report::Report;
 //! Report::new("Vacuum-cleaner unit, type 462")
 //!     .lead("The base model leaves 18 % of the current unexplained.")

@@ -4,6 +4,7 @@ mod page;
 mod server;
 mod session;
 mod task;
+mod version;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

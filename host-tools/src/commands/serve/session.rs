@@ -7,39 +7,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::task::{Outcome, Task, no_model};
-use crate::compare::{PerSignal, compare};
+use super::task::{Outcome, Task};
+use super::version::{Version, no_model};
+use crate::compare::compare;
 use crate::error::{Error, Result};
-use crate::identify::Estimate;
-use crate::model::{Kind, Model, Origin};
+use crate::model::{Kind, Origin};
 use crate::output;
 use crate::recording::{self, Mapping, Recording};
 use crate::report::{Report, Step, figures};
-
-/// A version of the model.
-#[derive(Debug, Clone)]
-pub struct Version {
-    /// What it has got last.
-    pub label: String,
-    /// As identified from all recordings.
-    pub model: Model,
-    /// Its parameters with their intervals.
-    pub parameters: Vec<Estimate>,
-    /// What the identification has to say.
-    pub notes: Vec<String>,
-    /// Error-to-signal ratio on the data that a fit of the training data has seen.
-    pub training: PerSignal,
-    /// The same on the data held out from it.
-    pub held_out: PerSignal,
-    /// Noise floor of these.
-    pub floor: PerSignal,
-    /// Whether the error on data held out falls by what it has got last; the first version has no such thing.
-    pub accepted: Option<bool>,
-    /// Number of the recordings that all this rests on.
-    pub recordings: usize,
-    /// The answer of `diagnose`, with its headline.
-    pub diagnosis: Option<Value>,
-}
 
 /// What is being done.
 struct Job {

@@ -3,7 +3,7 @@
 use greyrig::effects::EffectId;
 use serde_json::{Value, json};
 
-use super::session::Version;
+use super::version::{Version, no_model};
 use crate::addition::{Stage, add_to, stage};
 use crate::commands::{diagnose as answer, input};
 use crate::compare::compare;
@@ -70,11 +70,6 @@ impl Task {
             (Self::Diagnose | Self::Add(_), None) => Err(no_model()),
         }
     }
-}
-
-/// What a task says that needs a model.
-pub fn no_model() -> Error {
-    Error::usage("there is no model", "identify one first")
 }
 
 fn identified(recordings: &[Recording], kind: Option<Kind>, watch: &(dyn Fn(&str) + Sync)) -> Result<Version> {
