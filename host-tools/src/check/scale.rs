@@ -15,7 +15,7 @@ use crate::recording::finding::{Code, DataFinding, Severity};
 const SPEEDS: [(&str, f64); 6] = [
     ("rpm", 0.104_719_755),
     ("deg/s", 0.017_453_293),
-    ("rps", 6.283_185_3),
+    ("rps", std::f64::consts::TAU),
     ("mrad/s", 1e-3),
     ("krad/s", 1e3),
     ("krpm", 104.719_755),
@@ -59,7 +59,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     for (channel, value, (least, greatest)) in ranges {
         // A channel without a signal is no channel with a wrong factor.
         let small = value < least && value > 0.0 && has_motion;
-        if (small || value > greatest) && !(channel == Channel::Speed && !s.is_rotary()) {
+        if (small || value > greatest) && (channel != Channel::Speed || s.is_rotary()) {
             let factor = if small { 1e3 } else { 1e-3 };
             found.push(suspect(s, channel, value, factor));
         }

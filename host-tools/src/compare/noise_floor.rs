@@ -4,8 +4,8 @@
 //! Three sources, best first:
 //! 1. Repeated runs ([`repeats::are_in_step`]): half of the mean square by which the model's errors on two recordings
 //!    of the same
-//! excitation differ holds everything that no model can know, disturbances of the load included. What the voltages
-//! differ by is in the model as well, and drops out.
+//!    excitation differ holds everything that no model can know, disturbances of the load included. What the voltages
+//!    differ by is in the model as well, and drops out.
 //! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 //!

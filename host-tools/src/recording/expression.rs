@@ -29,6 +29,9 @@ pub enum Expression {
 /// Why a text is no expression: what is wrong.
 pub type Fault = String;
 
+/// The values of a column, by its place, in the unit that is told or its own.
+type Columns<'a, E> = dyn Fn(usize, Option<&str>) -> Result<Vec<f64>, E> + 'a;
+
 impl Expression {
     /// Reads an expression. `find` tells which column a name is, if any.
     ///
@@ -59,12 +62,7 @@ impl Expression {
     ///
     /// # Errors
     /// What `column` refuses.
-    pub fn values<E>(
-        &self,
-        column: &dyn Fn(usize, Option<&str>) -> Result<Vec<f64>, E>,
-        rows: usize,
-        interval_s: f64,
-    ) -> Result<Vec<f64>, E> {
+    pub fn values<E>(&self, column: &Columns<'_, E>, rows: usize, interval_s: f64) -> Result<Vec<f64>, E> {
         let both = |a: &Self, b: &Self, join: fn(f64, f64) -> f64| {
             let (a, b) = (a.values(column, rows, interval_s)?, b.values(column, rows, interval_s)?);
             Ok(a.into_iter().zip(b).map(|(a, b)| join(a, b)).collect())

@@ -158,8 +158,11 @@ impl Kind {
     }
 }
 
+/// A field of a structured type: its name, its kind where that can be read, and its size in bytes.
+type Field = (Option<String>, Option<Kind>, usize);
+
 /// The fields of a structured type: `[('t', '<f8'), ('u', '<f4', (3,))]`; one without a name for a plain type.
-fn fields(descr: &str) -> Parsed<Vec<(Option<String>, Option<Kind>, usize)>> {
+fn fields(descr: &str) -> Parsed<Vec<Field>> {
     if let Some(kind) = descr.strip_prefix('\'') {
         let kind = Kind::parse(kind.split('\'').next().unwrap_or(""))?;
         return Ok(vec![(None, Some(kind.clone()), kind.size())]);

@@ -325,7 +325,7 @@ mod tests {
     }
 
     /// A candidate that a climb has tried.
-    fn tried<'l>(ladder: &'l Ladder, id: EffectId) -> &'l Tried {
+    fn tried(ladder: &Ladder, id: EffectId) -> &Tried {
         ladder.steps.iter().flat_map(|s| &s.tried).find(|t| t.id == id).unwrap_or_else(|| panic!("{id} was not tried"))
     }
 

@@ -78,11 +78,12 @@ fn without_fill(t: Vec<f64>, usable: &[bool]) -> Vec<f64> {
     let interval = (end - start) / (last - first) as f64;
     let mut filled: Vec<f64> = t.iter().zip(usable).map(|(t, usable)| if *usable { *t } else { f64::NAN }).collect();
     gaps::bridge(&mut filled);
-    for k in 0..*first {
-        filled[k] = start - (first - k) as f64 * interval;
-    }
-    for k in last + 1..filled.len() {
-        filled[k] = end + (k - last) as f64 * interval;
+    for (k, t) in filled.iter_mut().enumerate() {
+        if k < *first {
+            *t = start - (first - k) as f64 * interval;
+        } else if k > *last {
+            *t = end + (k - last) as f64 * interval;
+        }
     }
     filled
 }
