@@ -89,7 +89,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
-fn of<'a>(found: &'a [DataFinding], code: Code) -> Option<&'a DataFinding> {
+fn of(found: &[DataFinding], code: Code) -> Option<&DataFinding> {
     found.iter().find(|f| f.code == code)
 }
 
@@ -189,7 +189,7 @@ fn units_and_the_kind_of_motor_are_doubted() {
     // A steady run has one voltage nearly throughout.
     for sound in driven().filter(|s| s.profile != "steady") {
         let other = if sound.kind == Kind::PmDc { Kind::Universal } else { Kind::PmDc };
-        let findings = check(&[sound.recording.clone()], Some(other));
+        let findings = check(std::slice::from_ref(&sound.recording), Some(other));
         assert!(of(&findings, Code::WrongKind).is_some(), "{}", sound.recording.path().display());
     }
 }
@@ -232,10 +232,10 @@ fn what_a_converter_does_is_found_and_rest_is_left_alone() {
                 (angle / step).floor()
             });
             let counts: Vec<f64> = counts.collect();
-            for n in 0..x.len() {
+            for (n, x) in x.iter_mut().enumerate() {
                 let last = n / window * window;
                 let seen = if last >= window { counts[last] - counts[last - window] } else { 0.0 };
-                x[n] = seen * step / (window as f64 * 1e-4);
+                *x = seen * step / (window as f64 * 1e-4);
             }
         }))
     });

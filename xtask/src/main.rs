@@ -56,7 +56,9 @@ fn ended(result: Result<(), String>) -> ExitCode {
 }
 
 fn usage() -> String {
-    let steps: String = checks::ALL.iter().map(|check| format!("  {:12} {}\n", check.name, check.what)).collect();
+    let mark = |check: &checks::Check| if checks::BY_NAME.contains(&check.name) { " (when named)" } else { "" };
+    let steps: String =
+        checks::ALL.iter().map(|check| format!("  {:12} {}{}\n", check.name, check.what, mark(check))).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
          cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
