@@ -132,8 +132,8 @@ pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
     }
 }
 
-/// The checks with these names, in the order of [`ALL`]; all but those of [`BY_NAME`] if there is no name. And how thorough they are to
-/// be.
+/// The checks with these names, in the order of [`ALL`]; all but those of [`BY_NAME`] if there is no name. And how
+/// thorough they are to be.
 pub fn choose(arguments: &[String]) -> Result<(Vec<&'static Check>, Length), String> {
     let (options, names): (Vec<&str>, Vec<&str>) =
         arguments.iter().map(String::as_str).partition(|argument| *argument == LONG);

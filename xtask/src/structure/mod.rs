@@ -6,8 +6,8 @@
 //!
 //! 1. No circle: from no file a way along arrows leads back to it. A module's own children are its parts: an arrow from
 //!    a
-//!    `mod.rs` down to a file of its folder, whether it declares, re-exports or uses it, does not count; the one from the
-//!    part up to its `mod.rs` does.
+//!    `mod.rs` down to a file of its folder, whether it declares, re-exports or uses it, does not count; the one from
+//!    the part up to its `mod.rs` does.
 //! 2. No arrow up: the modules of a crate have an order ([`order::ORDERS`]), and each names only what stands before it.
 //! 3. No comment line is wider than [`comments::WIDTH`] columns.
 
