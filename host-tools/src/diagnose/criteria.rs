@@ -1,7 +1,7 @@
 //! By how much an effect has to lower the error on data held out, and what counts as the same.
 //!
 //! A gain is the fall of the logarithm of the held-out error, summed over both signals
-//! ([`HeldOut::log_error`](crate::identify::cross_validation::HeldOut)).
+//! ([`HeldOut::log_error`](crate::identify::minimise::HeldOut)).
 
 /// Smallest fall of the held-out error, sum of the logarithms of both balances.
 pub const SMALLEST_GAIN: f64 = 0.1;

@@ -25,7 +25,7 @@ const SMALLEST_CURVATURE: f64 = 1e-6;
 /// Shortest block, s.
 const SHORTEST_S: f64 = 0.2;
 
-/// The block of each row, of recordings that begin at time zero: about [`BLOCKS`] in all, within a recording of equal
+/// The block of each row, of recordings that begin at time zero: about `BLOCKS` in all, within a recording of equal
 /// length.
 pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
     let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
