@@ -152,7 +152,7 @@ fn files() {
     refused(&convert("run.h5", b"TDSm\0\0\0\0\0\0\0\0", &[]), &["it looks like TDMS"]);
     // A result is not overwritten, and has a known format.
     let input = folder.path().join("good.csv");
-    std::fs::write(&input, good(20).join("\n")).expect("a writable file");
+    std::fs::write(&input, good(20).join("\n") + "\n").expect("a writable file");
     std::fs::write(&out, "keep").expect("a writable file");
     refused(&run(&input, &out, &[]), &["exists already", "--force"]);
     assert_eq!(std::fs::read_to_string(&out).expect("still there"), "keep");
