@@ -59,9 +59,6 @@ use verdict::Strained;
 
 pub use verdict::{Verdict, VerdictKind};
 
-/// The part of the measuring chain that stands for a sensor which shows the magnitude.
-const SIGN_LOST: EffectId = EffectId::SpeedSignLost;
-
 /// Effects that one diagnosis adds at most.
 const MOST_EFFECTS: usize = 6;
 
@@ -131,9 +128,9 @@ pub fn diagnose(recordings: &[Recording], options: &Options, progress: &Watch<'_
     let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter)?;
     let mut settings = options.settings.clone();
     // A sensor without a sign is a matter of the data: it is part of what is fitted, and no effect that is missing.
-    let has = settings.effects.contains(&SIGN_LOST) || options.excludes(SIGN_LOST);
+    let has = settings.effects.contains(&samples::SIGN_LOST) || options.excludes(samples::SIGN_LOST);
     if settings.kind == Kind::PmDc && !has && full.iter().any(samples::sign_lost) {
-        settings.effects.push(SIGN_LOST);
+        settings.effects.push(samples::SIGN_LOST);
     }
     let settings = &settings;
     let clean = dither::add(&mut full);

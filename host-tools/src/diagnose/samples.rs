@@ -33,6 +33,9 @@ impl Finding {
     }
 }
 
+/// The part of the measuring chain that stands for a sensor which shows the magnitude.
+pub const SIGN_LOST: EffectId = EffectId::SpeedSignLost;
+
 /// Recordings whose clipped samples do not count (reading a file has seen to that already).
 pub fn without_clipped(recordings: &[Recording]) -> Vec<Recording> {
     let mut clean = recordings.to_vec();
