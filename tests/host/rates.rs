@@ -195,11 +195,3 @@ fn a_healthy_motor_in_slow_samples_is_acquitted() {
         assert!(kind == VerdictKind::None, "{interval_s} s, {course:?}: {kind:?} {effects:?}");
     }
 }
-
-#[test]
-fn an_offset_of_the_current_in_slow_samples_is_named_alone() {
-    for (interval_s, course) in [(1e-2, Course::Mean), (2e-3, Course::Mean)] {
-        let (kind, effects) = named(Truth { offset: 0.6, ..MOTOR }, interval_s, course);
-        assert!(effects == ["current_offset"], "{interval_s} s, {course:?}: {kind:?} {effects:?}");
-    }
-}
