@@ -154,31 +154,18 @@ fn the_true_model_is_no_farther_off_than_the_reference() {
 }
 
 #[test]
-fn the_intervals_of_slow_samples_hold_the_truth_and_l_is_out_of_reach() {
-    let mut held = [0usize; 4];
-    let mut asked = 0;
+fn an_inductance_is_out_of_reach_of_slow_samples() {
     for (interval_s, course) in
         [(2e-3, Course::Linear), (1e-2, Course::Mean), (1e-2, Course::Held), (2e-2, Course::Mean)]
     {
         let (recording, _) = recorded(MOTOR, interval_s, 16.0, course);
         let found = identify(&[recording], &Settings::new(Kind::PmDc)).unwrap();
-        let of = |name: &str| found.parameters.iter().find(|p| p.name == name).unwrap();
-        let l = of("L");
+        let l = found.parameters.iter().find(|p| p.name == "L").unwrap();
         // Held, and so usable.
         assert!(!l.identifiable && l.ci95.is_none() && l.value.is_some(), "{course:?} {interval_s}: {l:?}");
         assert!(found.notes.iter().any(|n| n.contains("the interval is longer than L/R")), "{:?}", found.notes);
         assert!(found.model.filter.cutoff_hz <= 0.5 / interval_s, "{}", found.model.filter.cutoff_hz);
-        asked += 1;
-        for (k, (name, value)) in
-            [("R", MOTOR.r), ("K", MOTOR.k), ("J", MOTOR.j), ("mu0", MOTOR.mu0)].into_iter().enumerate()
-        {
-            let ci95 =
-                of(name).ci95.unwrap_or_else(|| panic!("{name} at {interval_s} s, {course:?}: {:?}", found.notes));
-            held[k] += usize::from((ci95[0]..=ci95[1]).contains(&value));
-        }
     }
-    // Of sixteen at 95 %, fewer than 13 happen once in 140.
-    assert!(held.iter().sum::<usize>() + 3 >= 4 * asked, "{held:?} of {asked}");
 }
 
 fn named(truth: Truth, interval_s: f64, course: Course) -> (VerdictKind, Vec<String>) {
