@@ -53,7 +53,7 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(values[first], s.unit(channel))
-                    .handled(Handled::Masked),
+                    .handled(Handled::None),
             );
         }
         if let (Some(&first), Some(&last)) = (wild.outliers.first(), wild.outliers.last()) {
@@ -69,7 +69,7 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(wild.outliers.len() as f64 / values.len() as f64, "")
-                    .handled(Handled::Masked),
+                    .handled(Handled::None),
             );
         }
         left_out.extend(wild.codes);
