@@ -1,7 +1,7 @@
 //! An effect that the catalogue does not have, as a term of one's own: `cargo run --example own_effect`.
 //!
-//! A term runs on the microcontroller as it is. What belongs into the catalogue is a file in `src/effects` and a line in its
-//! `catalogue!`.
+//! A term runs on the microcontroller as it is. What belongs into the catalogue is a file in `src/effects` and a line
+//! in its `catalogue!`.
 
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
 use greyrig::term::{Op, Target, Term};

@@ -4,7 +4,8 @@
 //! measured signals, 30 … 39 the link, 40 … 49 flash and processor.
 
 /// A fault. The discriminant is its number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
 pub enum Fault {
     /// No valid block of parameters.

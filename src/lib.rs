@@ -7,6 +7,14 @@
 //!
 //! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
 //! ([`link`]), what can go wrong ([`faults`]), and the application that both boards run ([`app`]).
+//!
+//! Who wants the model alone takes `default-features = false`:
+//!
+//! | feature | brings |
+//! |---|---|
+//! | `serde` | text and binary forms of settings and names |
+//! | `parameters` | the parameter block, `serde` |
+//! | `link` | the link and the application, `parameters` |
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -32,8 +40,11 @@ pub mod detector;
 
 pub mod faults;
 
+#[cfg(feature = "parameters")]
 pub mod parameters;
 
+#[cfg(feature = "link")]
 pub mod link;
 
+#[cfg(feature = "link")]
 pub mod app;

@@ -27,9 +27,9 @@
 //! | v, τ | further voltage drop, further braking torque | V, N m |
 //!
 //! # At zero
-//! sign 0 = 0, with slope 0. The slopes of √x and x^y, 0 < y < 1, are infinite at x = 0; there both count as constant, lest
-//! a motor that starts at rest starts from NaN. What has no value, such as 1/0 or ln 0, gives an infinity or NaN, and the
-//! term with it: that a term is finite wherever the motor gets is up to its author.
+//! sign 0 = 0, with slope 0. The slopes of √x and x^y, 0 < y < 1, are infinite at x = 0; there both count as constant,
+//! lest a motor that starts at rest starts from NaN. What has no value, such as 1/0 or ln 0, gives an infinity or NaN,
+//! and the term with it: that a term is finite wherever the motor gets is up to its author.
 
 use core::fmt;
 
@@ -46,7 +46,8 @@ pub const MAX_UNKNOWNS: usize = 4;
 const NO_POWER_BELOW: f64 = 1e-30;
 
 /// Which equation a term enters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Target {
     /// The voltage balance: a further voltage drop, V, on the side of R i.
     #[default]
@@ -56,7 +57,8 @@ pub enum Target {
 }
 
 /// One operation. x is the top of the stack, or w, x with x on top; the result takes their place.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Op<S> {
     /// Pushes a literal constant.
     Constant(S),
@@ -210,7 +212,8 @@ pub struct Term<S> {
 }
 
 impl<S: Scalar<Base = S>> Term<S> {
-    /// Checks the operations and rounds constants and unknowns to `S`. Unknowns that no operation asks for do not count.
+    /// Checks the operations and rounds constants and unknowns to `S`. Unknowns that no operation asks for do not
+    /// count.
     ///
     /// # Errors
     /// The first operation that cannot be executed, or a program that is empty, too long, or leaves several results.

@@ -7,8 +7,26 @@
 //! The raw voltage drives the model; one and the same filter then runs over the measured and the modelled signals.
 //! (Filtering u instead would not do: the products K i ω and K i² of filtered signals are not the filtered products.)
 //!
-//! The model, corrected or not, never sees the measured current or speed after its start: it runs freely, and what it departs from the
-//! motor is what the residual shows.
+//! The model, corrected or not, never sees the measured current or speed after its start: it runs freely, and what it
+//! departs from the motor is what the residual shows.
+//! # Example
+//! ```
+//! use greyrig::butterworth;
+//! use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, Stepper};
+//! use greyrig::tick::Tick;
+//! use greyrig::units::{Amperes, RadiansPerSecond, Sample, Volts};
+//!
+//! let values = [2.2, 0.02, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8];
+//! let motor = Motor::build(Parameters::from_values(FluxLaw::Series, values), &[]).expect("a motor that there can be");
+//! let stepper = Stepper::build(motor, 1e-4).expect("slower than the sampling");
+//! let filter = butterworth::Settings::default().build().expect("the usual filter");
+//! let mut tick = Tick::new(stepper, filter);
+//!
+//! // On 100 V the model draws a current; the motor, whose circuit is open, draws none.
+//! let sample = Sample { voltage: Volts(100.0), current: Amperes(0.0), speed: RadiansPerSecond(0.0) };
+//! let output = (0..500).map(|_| tick.process(sample, Constraints::FREE)).last().expect("500 ticks");
+//! assert!(output.residual().current.abs() > 10.0);
+//! ```
 
 use crate::anfis::Anfis3x3;
 use crate::butterworth::{Bank, Coefficients};
@@ -41,8 +59,8 @@ impl Output {
     }
 }
 
-/// The state of the rig's computation between two samples. In this order, because an instruction of the processor reaches a
-/// kilobyte beyond the address that it has.
+/// The state of the rig's computation between two samples. In this order, because an instruction of the processor
+/// reaches a kilobyte beyond the address that it has.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Tick {

@@ -40,7 +40,8 @@ pub struct Sample {
 }
 
 /// A channel's straight line from counts to its quantity: `value = (counts − zero) · per_count`.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scale {
     /// Counts at which the quantity is zero; a fraction, since it is a mean of many samples.
     pub zero: f32,
@@ -63,7 +64,8 @@ impl Scale {
 }
 
 /// Calibration of the three channels, as an engineer sets it.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CalibrationSettings {
     /// Voltage, V.
     pub voltage: Scale,
@@ -74,8 +76,8 @@ pub struct CalibrationSettings {
 }
 
 impl Default for CalibrationSettings {
-    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0 to
-    /// 5,000 rad/s (nominal 3,455).
+    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0
+    /// to 5,000 rad/s (nominal 3,455).
     fn default() -> Self {
         Self {
             voltage: Scale::spanning(-400.0, 400.0),

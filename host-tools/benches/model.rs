@@ -1,5 +1,5 @@
-//! How fast the model runs free over a recording on one processor core: the core's stepper as a fit and the detector use
-//! it, and the comparison's filter.
+//! How fast the model runs free over a recording on one processor core: the core's stepper as a fit and the detector
+//! use it, and the comparison's filter.
 //!
 //! `cargo bench -p greyrig-host --bench model`; an element is a recorded second, so that elements per second are times
 //! real time. Required of the free run: 500 times real time.

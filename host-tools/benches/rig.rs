@@ -1,8 +1,8 @@
 //! How fast the virtual rig runs: seconds of the motor's life for each second of one processor core, chain included.
 //!
 //! `cargo bench -p greyrig-host --bench rig`; criterion prints elements per second, and an element is a simulated
-//! second. On one virtual core of 2026 (x86-64, release, two shared cores): base 145, saturation 80, five effects 40 times
-//! real time.
+//! second. On one virtual core of 2026 (x86-64, release, two shared cores): base 145, saturation 80, five effects 40
+//! times real time.
 
 use std::hint::black_box;
 

@@ -1,17 +1,18 @@
 //! Effects added to a model, each as the member of its class that the recordings want.
 //!
-//! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late commutation
-//! takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
+//! A diagnosis names a class by its default member. Another one may differ from it in sign alone: the flux that late
+//! commutation takes away looks like a resistance that falls with the speed, and skin effect like one that rises.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::context::Context;
 use crate::diagnose::classes::class_of;
-use crate::diagnose::sizes::size_of;
 use crate::error::Result;
+use crate::identify::space::Key;
 use crate::identify::{Identification, Settings, identify};
-use crate::model::{Assignment, Model};
+use crate::model::{Assignment, Model, Status};
 use crate::recording::Recording;
 use crate::term::Formula;
 
@@ -74,8 +75,8 @@ pub fn stage(
     })
 }
 
-/// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell, such as the inertia
-/// on a single slow ramp, stays as it is; a note says so.
+/// Identifies a model again with further terms and effects. A parameter of the model that the recordings do not tell,
+/// such as the inertia on a single slow ramp, stays as it is; a note says so.
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
@@ -92,8 +93,12 @@ pub fn add_to(
     loop {
         let mut added = identify_with(recordings, &settings, effects, ctx)?;
         let told = &added.identification.model.parameters;
+        // Friction that is not told is none; of R, L, K and J the model knows better than where a fit starts.
+        let positive = |name: &str| BaseParameter::of_name(name).is_some_and(BaseParameter::is_positive);
+        let is_told =
+            |name: &String| told.get(name).is_some_and(|p| p.status != Status::NotIdentifiable || !positive(name));
         // What is held may leave others that these recordings do not tell either.
-        let further = model.parameters.iter().filter(|(name, _)| !told.contains_key(*name) && !untold.contains(name));
+        let further = model.parameters.iter().filter(|(name, _)| !is_told(name) && !untold.contains(name));
         let held: Vec<Assignment> =
             further.map(|(name, p)| Assignment { name: name.clone(), value: p.value }).collect();
         if held.is_empty() {
@@ -109,8 +114,8 @@ pub fn add_to(
     }
 }
 
-/// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another member
-/// of its class takes its place if that lowers the error of the free run; a note says so.
+/// Identifies a model with further effects. Where one of them comes to nothing, its 95 % interval holding zero, another
+/// member of its class takes its place if that lowers the error of the free run; a note says so.
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
@@ -131,7 +136,7 @@ pub fn identify_with(
         if !comes_to_nothing(&added.identification, *asked) {
             continue;
         }
-        for other in class_of(settings.kind, *asked).unwrap_or(&[]).iter().copied() {
+        for other in class_of(settings.kind, *asked).unwrap_or_default() {
             if added.effects.contains(&other) || settings.effects.contains(&other) {
                 continue;
             }
@@ -153,6 +158,6 @@ pub fn identify_with(
 
 /// Whether the size of an effect cannot be told from zero.
 fn comes_to_nothing(identification: &Identification, id: EffectId) -> bool {
-    let size = identification.parameters.iter().find(|p| p.name == size_of(id));
+    let size = identification.parameters.iter().find(|p| p.key == Key::size_of(id));
     size.is_none_or(|p| p.ci95.is_none_or(|[low, high]| low <= 0.0 && 0.0 <= high))
 }

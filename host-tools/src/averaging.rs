@@ -1,9 +1,9 @@
 //! Fewer samples, each the mean of its neighbours.
 //!
-//! All signals of a recording pass the same linear filter, so that the linear part of a model stays exact. What is not linear does
-//! not: torque in proportion to i² would be smaller on alternating current, by the filter's gain squared, than on direct current.
-//! So the filter has a gain of 1 − O((ωh)⁴): triangular weights over F intervals, whose second moment (F² − 1)/6 is taken back by
-//! c = (F² − 1)/(12 F²) of the second difference of samples F apart.
+//! All signals of a recording pass the same linear filter, so that the linear part of a model stays exact. What is not
+//! linear does not: torque in proportion to i² would be smaller on alternating current, by the filter's gain squared,
+//! than on direct current. So the filter has a gain of 1 − O((ωh)⁴): triangular weights over F intervals, whose second
+//! moment (F² − 1)/6 is taken back by c = (F² − 1)/(12 F²) of the second difference of samples F apart.
 
 /// How far the weights reach, in samples.
 pub fn reach(factor: usize) -> usize {

@@ -1,10 +1,11 @@
 //! What the voltage does between its samples.
 //!
-//! A recording tells the voltage at instants an interval h apart. Where h is short beside the motor's time constants, what happens in between hardly matters;
-//! where it is not, a supply that is held, one that is switched just after a sample and one that is led in a straight line make currents that differ by
-//! their own size. The samples of current and speed tell which it was: each sample is predicted from the one before, for
-//! each course of the voltage, and the course with the smallest error of prediction is taken (the likelihood of the one-step
-//! error, both noises of unknown size).
+//! A recording tells the voltage at instants an interval h apart. Where h is short beside the motor's time constants,
+//! what happens in between hardly matters; where it is not, a supply that is held, one that is switched just after a
+//! sample and one that is led in a straight line make currents that differ by their own size. The samples of current
+//! and speed tell which it was: each sample is predicted from the one before, for each course of the voltage, and the
+//! course with the smallest error of prediction is taken (the likelihood of the one-step error, both noises of unknown
+//! size).
 //!
 //! | course | voltage over the interval that ends at sample n |
 //! | --- | --- |
@@ -12,8 +13,8 @@
 //! | linear | straight from u(n − 1) to u(n) |
 //! | switched | u(n − 1), and u(n) for the last share f of the interval |
 //!
-//! f = 0 is a supply that is held from sample to sample, f = 1 one that is switched right after a sample, as of a channel that shows
-//! the mean over the interval that ends with it; between the two lie edges at instants of their own.
+//! f = 0 is a supply that is held from sample to sample, f = 1 one that is switched right after a sample, as of a
+//! channel that shows the mean over the interval that ends with it; between the two lie edges at instants of their own.
 
 use std::fmt;
 
@@ -21,11 +22,12 @@ use serde::Serialize;
 
 use crate::edges::Edge;
 
-/// Sampling interval from which the data are asked, s. Below, the error of the smooth course stays below (h/τ)²/12 of a motor whose
-/// time constant τ is 4 ms or more, one per mille, and [`crate::edges`] sees to switches.
+/// Sampling interval from which the data are asked, s. Below, the error of the smooth course stays below (h/τ)²/12 of a
+/// motor whose time constant τ is 4 ms or more, one per mille, and [`crate::edges`] sees to switches.
 pub const ASKED_FROM_S: f64 = 4e-4;
 
-/// The same in the motor's own time constant: h R/L from which the current's bend after a switch is over before it can be seen.
+/// The same in the motor's own time constant: h R/L from which the current's bend after a switch is over before it can
+/// be seen.
 pub const ASKED_FROM_RATE: f64 = 0.5;
 
 /// A share within this of 0 or 1 is that: two halvings of the last distance looked at.
@@ -92,8 +94,8 @@ impl Between {
         }
     }
 
-    /// Begin and end of the straight line that stands for the voltage over a piece of the interval that ends at sample `n`: where a
-    /// jump lies within the piece, the line with its mean and its first moment.
+    /// Begin and end of the straight line that stands for the voltage over a piece of the interval that ends at sample
+    /// `n`: where a jump lies within the piece, the line with its mean and its first moment.
     pub fn over(self, voltage: &[f64], n: usize, piece: usize, pieces: usize) -> [f64; 2] {
         let (before, after) = (voltage[n - 1], voltage[n]);
         let [from, to] = [piece, piece + 1].map(|k| k as f64 / pieces as f64);

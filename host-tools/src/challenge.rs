@@ -4,14 +4,14 @@
 //! ```text
 //! i' = i + (i_with − i_without)      ω' = ω + (ω_with − ω_without)
 //! ```
-//! where both free runs of the model, unfiltered and at the recording's rate, differ by the effect alone. The noise, the
-//! turbulence of the load and all else that the rig did stay as they are. Diagnosis makes one step on that. The smallest
-//! size at which it names the effect, or one of its class, is found by bisection over a geometric grid.
+//! where both free runs of the model, unfiltered and at the recording's rate, differ by the effect alone. The noise,
+//! the turbulence of the load and all else that the rig did stay as they are. Diagnosis makes one step on that. The
+//! smallest size at which it names the effect, or one of its class, is found by bisection over a geometric grid.
 //!
 //! What diagnosis finds in the recordings as they are is taken into the model before. An effect that the balances show
 //! there and the free run does not confirm would win every step: it is left out, and named.
 
-use greyrig::effects::{Acts, Description, EffectId, MAX_EFFECTS, Motors, Seen};
+use greyrig::effects::{Description, EffectId, MAX_EFFECTS, Seen};
 use greyrig::motor::Motor;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -19,17 +19,17 @@ use serde::Serialize;
 use crate::compare::{PerSignal, compare};
 use crate::context::{Context, Steps};
 use crate::diagnose::climb::Climb;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::{Objection, Step};
 use crate::diagnose::screening;
 use crate::diagnose::{self, VerdictKind, classes, dither, samples};
 use crate::error::{Error, Insufficient, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
+use crate::identify::minimise::Fit;
 use crate::identify::scales::Scales;
-use crate::identify::space::Space;
-use crate::identify::{self, Settings, identifiability};
-use crate::model::{Kind, Model, unit};
+use crate::identify::space::{Key, Space};
+use crate::identify::{self, Settings, identifiability, slow_sampling};
+use crate::model::{Kind, Model};
 use crate::recording::{Motion, Recording};
 
 /// Sizes are 2^(k/2) typical sizes, from the first k to the last one: 1/64 to 4.
@@ -56,7 +56,8 @@ pub struct Challenged {
     pub revealed_from: Option<f64>,
     /// Largest size tried at which it does not.
     pub hidden_up_to: Option<f64>,
-    /// What the smallest revealed size adds to the free-run error-to-signal ratio; where none is revealed, the largest one.
+    /// What the smallest revealed size adds to the free-run error-to-signal ratio; where none is revealed, the largest
+    /// one.
     pub esr: PerSignal,
     /// The effect that diagnosis names at the largest hidden size instead.
     pub mistaken_for: Option<EffectId>,
@@ -116,7 +117,7 @@ fn challenged(recordings: &[Recording], model: &Model, effects: &[EffectId], ctx
     let rig = Rig::new(&full, model, &settings, &found, recordings[0].motion(), ctx)?;
     let wanted = Description::all().filter(|d| {
         let named = effects.contains(&d.id);
-        !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && fits(d, settings.kind)))
+        !rig.space.effects().contains(&d.id) && (named || (effects.is_empty() && d.fits(settings.kind.flux_law())))
     });
     let (inside, outside): (Vec<&'static Description>, Vec<_>) = wanted.partition(|d| rig.challenging.contains(&d.id));
     let holds = Holds::of(&full);
@@ -131,10 +132,6 @@ fn challenged(recordings: &[Recording], model: &Model, effects: &[EffectId], ctx
             .map(|d| out_of_reach(d, settings.kind, holds, rig.unconfirmed.contains(&d.id)))
             .collect(),
     })
-}
-
-fn fits(d: &Description, kind: Kind) -> bool {
-    d.motors == Motors::All || kind == Kind::Universal
 }
 
 fn check_room(model: &Model, effects: &[EffectId]) -> Result<()> {
@@ -173,15 +170,13 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
         Seen::Invisible(needed) | Seen::InvisibleInSeries(needed) => {
             format!("no recording of voltage, current and speed shows it; it takes {needed}")
         }
-        _ if !fits(d, kind) => "a motor with magnets cannot have it".to_owned(),
-        _ if d.id == EffectId::SpeedSignLost => "it shows in the samples themselves, before any fit".to_owned(),
+        _ if !d.fits(kind.flux_law()) => "a motor with magnets cannot have it".to_owned(),
+        _ if d.of_data => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::Variance => "it shows in the variance of the residual, not in its mean".to_owned(),
         Seen::Orders => "it shows in lines at multiples of the rotation, above the filter".to_owned(),
         Seen::Samples => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::FreeRun if holds.tells(d) => "the model's own parameters do the same already".to_owned(),
-        Seen::FreeRun if !holds.electrical && d.acts != Acts::Mechanical => {
-            "it takes a voltage and a current".to_owned()
-        }
+        Seen::FreeRun if !holds.electrical && !d.shows_in_motion() => "it takes a voltage and a current".to_owned(),
         Seen::FreeRun => "it takes motion in both directions".to_owned(),
     };
     OutOfReach { effect: d.id, name: d.name, invisible: matches!(seen, Seen::Invisible(_)), text }
@@ -233,8 +228,10 @@ impl<'a> Rig<'a> {
         let mut start = identify::build_space(settings)?;
         let mut space = start.clone();
         space.take_model(model);
-        let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-        diagnose::base::start(&mut start, full, &coarse)?;
+        let mut along = full.to_vec();
+        slow_sampling::prepare(&mut start, &mut along, settings.course, &ctx.quietly())?;
+        let coarse: Vec<Experiment> = along.iter().map(Experiment::coarse).collect();
+        diagnose::base::start(&mut start, &along, &coarse)?;
         let scales = start.scales(full);
         for id in found {
             start = start.with_effect(*id, &scales);
@@ -276,7 +273,7 @@ impl<'a> Rig<'a> {
 
     /// Bisection for the smallest size at which an effect is revealed; the typical size comes first.
     fn search(&self, d: &'static Description, steps: &Steps<'_>) -> Result<Challenged> {
-        let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name).abs();
+        let typical = self.space.with_effect(d.id, &self.scales).value(Key::size_of(d.id)).abs();
         let (mut low, mut high) = (GRID.0 - 1, GRID.1 + 1);
         let (mut revealed, mut hidden) = (None, None);
         let mut k = 0;
@@ -303,7 +300,7 @@ impl<'a> Rig<'a> {
             effect: d.id,
             name: d.name,
             parameter: d.size().name,
-            unit: unit(d.size().name, self.kind, self.motion),
+            unit: Key::size_of(d.id).unit(self.kind, self.motion),
             revealed_from: revealed.map(|r| r.0),
             hidden_up_to: hidden.map(|h| h.0),
             esr,
@@ -327,7 +324,7 @@ impl<'a> Rig<'a> {
     fn with(&self, d: &Description, size: f64) -> Option<Vec<Experiment>> {
         let without = self.space.motor().ok()?;
         let mut space = self.space.with_effect(d.id, &self.scales);
-        space.get_mut(d.size().name)?.value = size;
+        space.get_mut(Key::size_of(d.id))?.value = size;
         let motor = space.motor().ok()?;
         self.full
             .par_iter()

@@ -1,6 +1,7 @@
 //! What long work is given besides its data: whether to stop, whom to tell how far it is, and the threads to work on.
 //!
-//! Nothing here is of the whole process: two jobs with a context each run side by side, and one is stopped without the other.
+//! Nothing here is of the whole process: two jobs with a context each run side by side, and one is stopped without the
+//! other.
 
 use std::fmt;
 use std::sync::Arc;
@@ -163,8 +164,11 @@ mod tests {
 
     use super::*;
 
+    /// What is being done, and the part of it that is done.
+    type Told = (String, Option<f64>);
+
     #[derive(Clone, Default)]
-    struct Heard(Arc<Mutex<Vec<(String, Option<f64>)>>>);
+    struct Heard(Arc<Mutex<Vec<Told>>>);
 
     impl Progress for Heard {
         fn at(&self, doing: &str, fraction: Option<f64>) {

@@ -1,10 +1,10 @@
 //! Hard edges of the voltage: when, between two samples, the supply was switched.
 //!
-//! The model takes the voltage as straight between samples. A supply that is switched within a sampling interval is not, and the
-//! straight line then brings up to half an interval of the step too much or too little, a current of Δu h/(2 L) that decays with
-//! L/R: like an inductance that depends on the current, or a late current channel. The samples of the voltage do not tell when it
-//! was switched, those of the current do: before the edge it goes on as before, after it bends away, and the two curves meet at
-//! the edge.
+//! The model takes the voltage as straight between samples. A supply that is switched within a sampling interval is
+//! not, and the straight line then brings up to half an interval of the step too much or too little, a current of Δu
+//! h/(2 L) that decays with L/R: like an inductance that depends on the current, or a late current channel. The samples
+//! of the voltage do not tell when it was switched, those of the current do: before the edge it goes on as before,
+//! after it bends away, and the two curves meet at the edge.
 //!
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
@@ -15,13 +15,14 @@
 //! | σ | standard deviation of f by the current's noise | 1 |
 //!
 //! f is where a straight line through the four currents before the edge meets a parabola through the four from sample n
-//! on. Edges of one recording teach each other (empirical Bayes): they scatter with a variance v round a mean m, which stand
-//! for f as far as σ leaves it open. A switching instant off by more than the interval, as of a late channel, stays in the data.
+//! on. Edges of one recording teach each other (empirical Bayes): they scatter with a variance v round a mean m, which
+//! stand for f as far as σ leaves it open. A switching instant off by more than the interval, as of a late channel,
+//! stays in the data.
 //!
-//! In place of the step the model gets the straight line over the interval that has its mean and its first moment,
-//! from u(n − 1) + Δu (f − 3 f (1 − f)) to u(n − 1) + Δu (f + 3 f (1 − f)): what it drives through R and L is right to
-//! (h R/L)³. The mean of the current over the interval is f (1 − f) Δi'/2 below that of its samples; the charge that the trapezium rule
-//! lacks, over the edge and what decays after it, is h Δi' (1/12 − f (1 − f)/2) (Euler and Maclaurin).
+//! In place of the step the model gets the straight line over the interval that has its mean and its first moment, from
+//! u(n − 1) + Δu (f − 3 f (1 − f)) to u(n − 1) + Δu (f + 3 f (1 − f)): what it drives through R and L is right to (h
+//! R/L)³. The mean of the current over the interval is f (1 − f) Δi'/2 below that of its samples; the charge that the
+//! trapezium rule lacks, over the edge and what decays after it, is h Δi' (1/12 − f (1 − f)/2) (Euler and Maclaurin).
 //!
 //! An edge that has passed an anti-alias filter bends the samples next to it, and is left as it is.
 
@@ -38,8 +39,8 @@ const STILL: f64 = 0.04;
 const LEAST: f64 = 0.02;
 /// The same in standard deviations of the voltage's noise.
 const ABOVE_NOISE: f64 = 20.0;
-/// Variance of the distance of the two curves half an interval before the edge, in that of the current's noise: 1.05 of the
-/// straight line, 2.94 of the parabola.
+/// Variance of the distance of the two curves half an interval before the edge, in that of the current's noise: 1.05 of
+/// the straight line, 2.94 of the parabola.
 const EXTRAPOLATION: f64 = 4.0;
 /// Variance of a share without any noise.
 const ROUNDING: f64 = 1e-6;
@@ -50,8 +51,8 @@ const ROUNDS: usize = 8;
 /// Variance of a share of which nothing is known: evenly between 0 and 1.
 const UNKNOWN: f64 = 1.0 / 12.0;
 
-/// A sampling interval within which the voltage is not straight between its samples: the straight line over the interval with
-/// its mean and first moment.
+/// A sampling interval within which the voltage is not straight between its samples: the straight line over the
+/// interval with its mean and first moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// The sample at its end.
@@ -67,8 +68,8 @@ pub struct Edge {
 }
 
 impl Edge {
-    /// Of a voltage that steps (V) a `share` of the interval before sample `n`; the current's slope changes by `bend` (A per
-    /// interval).
+    /// Of a voltage that steps (V) a `share` of the interval before sample `n`; the current's slope changes by `bend`
+    /// (A per interval).
     pub(crate) fn switched(n: usize, share: f64, step: f64, bend: f64) -> Self {
         let both = share * (1.0 - share);
         Self {
@@ -109,8 +110,8 @@ struct Meeting {
     bend: f64,
 }
 
-/// Edges of a voltage, where the current saw them, in their order. `steady` tells at which samples the voltage drives a current
-/// that was measured.
+/// Edges of a voltage, where the current saw them, in their order. `steady` tells at which samples the voltage drives a
+/// current that was measured.
 pub fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec<Edge> {
     let meetings = meetings(voltage, current, steady);
     let Some((mean, scatter)) = in_common(&meetings) else { return Vec::new() };
@@ -263,7 +264,8 @@ mod tests {
         (voltage, current)
     }
 
-    /// Largest excess of the voltage's mean over an edge, as a share of an interval times the step, over what it truly is.
+    /// Largest excess of the voltage's mean over an edge, as a share of an interval times the step, over what it truly
+    /// is.
     fn largest_error(inductance: f64, shares: &[f64]) -> f64 {
         let (sampled, current) = switched(inductance, shares, NOISE_A);
         let edges = find(&sampled, &current, |_| true);
@@ -305,8 +307,8 @@ mod tests {
         for (factor, inductance) in [(1, 6e-4), (2, 6e-4), (3, 6e-4), (2, 1.2e-3)] {
             let (e, motor) = locked(inductance, &shares);
             let e = e.coarser(factor);
-            // A line with the step's mean and first moment leaves the second, (h R/L)³/6 of Δu/R at most; the stepper's own
-            // error and what coarse samples take of an exponential are of that order, too.
+            // A line with the step's mean and first moment leaves the second, (h R/L)³/6 of Δu/R at most; the stepper's
+            // own error and what coarse samples take of an exponential are of that order, too.
             let steps = factor as f64 * INTERVAL_S * RESISTANCE / inductance;
             let within = 24.0 / RESISTANCE * steps.powi(3) / 6.0;
             let current = e.current.clone().unwrap();
@@ -321,7 +323,8 @@ mod tests {
 
     #[test]
     fn the_free_run_follows_an_alternating_supply() {
-        // i = 10 A sin ωt from rest and u = R i + L di/dt, 60 Hz at 5 kHz: straight lines lose (ωh)²/12 of the voltage, 4.7e-4.
+        // i = 10 A sin ωt from rest and u = R i + L di/dt, 60 Hz at 5 kHz: straight lines lose (ωh)²/12 of the voltage,
+        // 4.7e-4.
         let (omega, h, inductance) = (377.0, 2e-4, 6e-3);
         let (mut e, motor) = locked(inductance, &[0.0; 5]);
         let at = |n: usize| omega * h * n as f64;
@@ -332,7 +335,8 @@ mod tests {
         let mut largest = 0.0f64;
         e.run(&motor, 1, Imposed::Nothing, |n, state| largest = largest.max((state.current - current[n]).abs()))
             .unwrap();
-        // A cubic leaves (ωh)⁴ · 11/720, 5e-7 of the voltage; the first interval, which has no cubic, (ωh)²/12 of L di/dt h, 4e-4 A.
+        // A cubic leaves (ωh)⁴ · 11/720, 5e-7 of the voltage; the first interval, which has no cubic, (ωh)²/12 of L
+        // di/dt h, 4e-4 A.
         assert!(largest < 5e-4, "{largest} A");
     }
 
@@ -353,7 +357,8 @@ mod tests {
             let exact = (volt_seconds - inductance * current[e.len() - 1]) / RESISTANCE;
             let inner: f64 = current.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).sum();
             let charge: f64 = e.edges.iter().map(|edge| edge.charge).sum();
-            // The next term of Euler and Maclaurin is (h R/L)²/60 of this one, 2e-4; shares at which this one is small have more.
+            // The next term of Euler and Maclaurin is (h R/L)²/60 of this one, 2e-4; shares at which this one is small
+            // have more.
             let lacking: f64 = e.edges.iter().map(|edge| edge.charge.abs()).sum();
             let left = exact / e.interval_s - inner - charge;
             assert!(left.abs() < 1e-3 * lacking, "{factor}: {left} of {lacking}");
@@ -376,7 +381,8 @@ mod tests {
         }
     }
 
-    /// A locked magnet motor whose supply was switched so long before the samples, without noise, with its edges as they were.
+    /// A locked magnet motor whose supply was switched so long before the samples, without noise, with its edges as
+    /// they were.
     fn locked(inductance: f64, shares: &[f64]) -> (Experiment, Motor<f64>) {
         let (voltage, current) = switched(inductance, shares, 0.0);
         let samples = voltage.len();

@@ -6,6 +6,7 @@ use greyrig::scalar::Scalar;
 
 use crate::averaging;
 use crate::between::{self, Between};
+use crate::counts;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::filtering::Filter;
@@ -18,7 +19,8 @@ use crate::recording::{Channel, Recording};
 pub enum Drive {
     /// The voltage: the whole motor.
     Voltage,
-    /// The measured torque or force: the mechanical side alone. The model takes it as the current of a motor with K = 1.
+    /// The measured torque or force: the mechanical side alone. The model takes it as the current of a motor with K =
+    /// 1.
     Torque,
 }
 
@@ -78,6 +80,11 @@ pub struct Experiment {
     pub edges: Vec<Edge>,
     /// What the voltage does between its samples, where the data were asked ([`between`]); else smooth.
     pub between: Between,
+    /// Intervals within which the voltage is switched at an instant of its own, by the sample that they end with, in
+    /// their order, and the share of the interval after it.
+    pub instants: Vec<(usize, f64)>,
+    /// Pulses a turn of an encoder whose counts from sample to sample are the speed: it is the mean over each interval.
+    pub pulses: Option<u32>,
     /// Equal parts in which the model goes through an interval.
     pieces: usize,
     /// Measured current, A.
@@ -109,15 +116,15 @@ const START_AVERAGE_S: f64 = 0.02;
 /// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
 const LARGEST_CUTOFF_RATIO: f64 = 0.25;
 
-/// Rate of the motor times the step of the model, as in the core's choice of sub-steps, and so many of these at most in an interval that
-/// is not cut into pieces.
+/// Rate of the motor times the step of the model, as in the core's choice of sub-steps, and so many of these at most in
+/// an interval that is not cut into pieces.
 const LARGEST_RATE_STEP: f64 = 0.75;
 const MOST_SUBSTEPS: f64 = 16.0;
-/// Angle of the swing of current against speed, K/√(L J), that a step covers at most: (0.3)³/… of a period's error stays below one per
-/// mille.
+/// Angle of the swing of current against speed, K/√(L J), that a step covers at most: (0.3)³/… of a period's error
+/// stays below one per mille.
 const LARGEST_SWING: f64 = 0.3;
-/// Pieces of an interval at most: with more, of L/R below a four-hundredth of the interval, the steps stay stable and the current
-/// after an edge settles within the first of them.
+/// Pieces of an interval at most: with more, of L/R below a four-hundredth of the interval, the steps stay stable and
+/// the current after an edge settles within the first of them.
 const MOST_PIECES: usize = 512;
 
 /// Longest sampling interval that is still fine enough for trying models, s.
@@ -188,6 +195,9 @@ impl Experiment {
                 "record longer, or raise the cut-off with --cutoff",
             ));
         }
+        let slow = drive == Drive::Voltage && current.is_some() && interval_s >= between::ASKED_FROM_S;
+        let counted_speed = recording.channel(Channel::Speed).filter(|_| slow);
+        let pulses = counted_speed.and_then(|speed| counts::pulses_a_turn(speed, interval_s));
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -199,6 +209,8 @@ impl Experiment {
             input,
             edges: Vec::new(),
             between: Between::Smooth,
+            instants: Vec::new(),
+            pulses,
             pieces: 1,
             current,
             position: match recording.channel(Channel::Speed) {
@@ -229,6 +241,7 @@ impl Experiment {
             return self;
         }
         self.between = between;
+        self.instants.clear();
         self.pieces = self.pieces_for(between, motor);
         if !self.is_as_sampled() {
             self.edges.clear();
@@ -242,8 +255,8 @@ impl Experiment {
         if self.is_slow(None) { self.with_course(between, motor) } else { self }
     }
 
-    /// Whether current and speed were sampled so slowly that it matters what the voltage does between samples: in seconds, or in
-    /// the time constants of a motor that is known.
+    /// Whether current and speed were sampled so slowly that it matters what the voltage does between samples: in
+    /// seconds, or in the time constants of a motor that is known.
     pub fn is_slow(&self, motor: Option<&Motor<f64>>) -> bool {
         let beside = |motor: &Motor<f64>| {
             let p = motor.parameters();
@@ -294,8 +307,8 @@ impl Experiment {
         settled(&unbroken, settling).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
     }
 
-    /// Where the voltage is not straight between its samples: sample, and mean of voltage (V) and current (A) over the two intervals
-    /// around it.
+    /// Where the voltage is not straight between its samples: sample, and mean of voltage (V) and current (A) over the
+    /// two intervals around it.
     pub fn means_around_edges<'a>(&'a self, current: &'a [f64]) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
         let over = |n: usize| match edges::at(&self.edges, n) {
             Some(edge) => edge.means(&self.input, current),
@@ -316,8 +329,8 @@ impl Experiment {
         self.coarser((COARSE_INTERVAL_S / self.interval_s) as usize)
     }
 
-    /// The same at a fraction of the sampling rate, each signal averaged alike ([`averaging`]): for fits that are tried by the
-    /// dozen.
+    /// The same at a fraction of the sampling rate, each signal averaged alike ([`averaging`]): for fits that are tried
+    /// by the dozen.
     #[must_use]
     pub fn coarser(&self, factor: usize) -> Self {
         if factor < 2 {
@@ -332,6 +345,8 @@ impl Experiment {
             input: average(&self.input),
             edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
             between: self.between,
+            pulses: self.pulses,
+            instants: if factor == 1 { self.instants.clone() } else { Vec::new() },
             pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },
             current: self.current.as_deref().map(average),
             speed: self.speed.as_deref().map(average),
@@ -384,7 +399,8 @@ impl Experiment {
         signal.iter().map(|x| cascade.process(&coefficients, *x)).collect()
     }
 
-    /// Steps the model over the recording and hands what the measuring chain shows at each sample, unfiltered, to `take`.
+    /// Steps the model over the recording and hands what the measuring chain shows at each sample, unfiltered, to
+    /// `take`.
     ///
     /// # Errors
     /// Parameters that the stepper refuses.
@@ -411,13 +427,19 @@ impl Experiment {
         take(0, stepper.reading());
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
-            self.advance(&mut stepper, n, imposed, &mut edges);
-            take(n, stepper.reading());
+            let mean = self.advance(&mut stepper, n, imposed, &mut edges);
+            take(n, self.shown(stepper.reading(), mean));
         }
     }
 
-    /// Steps the model in runs of so many samples, each from the measured state, `[current, speed]`, and hands what the measuring
-    /// chain shows at each sample but the first of a run.
+    /// What a chain shows that counts the speed over an interval.
+    #[inline(always)]
+    fn shown<S: Scalar<Base = S>>(&self, reading: State<S>, mean_speed: S) -> State<S> {
+        if self.pulses.is_some() { State { speed: mean_speed, ..reading } } else { reading }
+    }
+
+    /// Steps the model in runs of so many samples, each from the measured state, `[current, speed]`, and hands what the
+    /// measuring chain shows at each sample but the first of a run.
     pub fn short_runs<S: Scalar<Base = S>>(
         &self,
         mut stepper: impl Stepped<S>,
@@ -432,12 +454,67 @@ impl Experiment {
             if (n - 1) % length == 0 && n > 1 {
                 stepper.put(measured(n - 1));
             }
-            self.advance(&mut stepper, n, Imposed::Nothing, &mut edges);
-            take(n, stepper.reading());
+            let mean = self.advance(&mut stepper, n, Imposed::Nothing, &mut edges);
+            take(n, self.shown(stepper.reading(), mean));
         }
     }
 
-    /// Advances by the interval that ends at sample `n`; `edges` are those from about there on.
+    /// What the measuring chain shows at sample `n` of a motor that was in the measured state, `[current, speed]`, at
+    /// the sample before.
+    pub fn after_an_interval<S: Scalar<Base = S>>(
+        &self,
+        stepper: &mut impl Stepped<S>,
+        n: usize,
+        [current, speed]: [&[f64]; 2],
+    ) -> State<S> {
+        stepper.begin(State { current: S::constant(current[n - 1]), speed: S::constant(speed[n - 1]) });
+        let mean = self.advance(stepper, n, Imposed::Nothing, &mut self.edges.as_slice());
+        self.shown(stepper.reading(), mean)
+    }
+
+    /// All samples but the first `from`.
+    #[must_use]
+    pub fn tail(&self, from: usize) -> Self {
+        let cut = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[from..].to_vec());
+        let flags = |flags: &[bool]| flags.iter().copied().skip(from).collect::<Vec<bool>>();
+        Self {
+            name: self.name.clone(),
+            input: self.input[from..].to_vec(),
+            edges: self.edges.iter().filter(|e| e.n > from).map(|e| Edge { n: e.n - from, ..*e }).collect(),
+            instants: self.instants.iter().filter(|(n, _)| *n > from).map(|(n, share)| (n - from, *share)).collect(),
+            current: cut(&self.current),
+            speed: cut(&self.speed),
+            position: cut(&self.position),
+            locked: flags(&self.locked),
+            open: flags(&self.open),
+            counted: flags(&self.counted),
+            ..*self
+        }
+    }
+
+    /// The first samples.
+    #[must_use]
+    pub fn head(&self, samples: usize) -> Self {
+        let samples = samples.min(self.len());
+        let cut = |signal: &Option<Vec<f64>>| signal.as_ref().map(|signal| signal[..samples].to_vec());
+        let flags = |flags: &[bool]| flags.iter().copied().take(samples).collect::<Vec<bool>>();
+        Self {
+            name: self.name.clone(),
+            input: self.input[..samples].to_vec(),
+            edges: self.edges.iter().copied().filter(|e| e.n < samples).collect(),
+            instants: self.instants.iter().copied().filter(|(n, _)| *n < samples).collect(),
+            current: cut(&self.current),
+            speed: cut(&self.speed),
+            position: cut(&self.position),
+            locked: flags(&self.locked),
+            open: flags(&self.open),
+            counted: flags(&self.counted),
+            ..*self
+        }
+    }
+
+    /// Advances by the interval that ends at sample `n`, and tells the mean of the speed over it where a chain shows
+    /// that; `edges` are those from about there on.
     #[inline(always)]
     fn advance<S: Scalar<Base = S>>(
         &self,
@@ -445,16 +522,26 @@ impl Experiment {
         n: usize,
         imposed: Imposed<'_>,
         edges: &mut &[Edge],
-    ) {
+    ) -> S {
+        let is_counted = self.pulses.is_some();
+        let mut before = if is_counted { stepper.reading().speed } else { S::ZERO };
+        let mut sum = S::ZERO;
         if self.drive == Drive::Voltage && !self.is_as_sampled() {
+            let own = self.instants.binary_search_by_key(&n, |(n, _)| *n);
+            let between = own.map_or(self.between, |k| Between::Switched(self.instants[k].1));
             for piece in 0..self.pieces {
                 let middle = (piece as f64 + 0.5) / self.pieces as f64;
-                let [from, to] = self.between.over(&self.input, n, piece, self.pieces);
+                let [from, to] = between.over(&self.input, n, piece, self.pieces);
                 let constraints =
                     self.imposed(n, imposed, |signal| signal[n - 1] + middle * (signal[n] - signal[n - 1]));
                 stepper.step(S::constant(from), S::constant(to), constraints);
+                if is_counted {
+                    let after = stepper.reading().speed;
+                    sum += before + after;
+                    before = after;
+                }
             }
-            return;
+            return sum * S::constant(0.5 / self.pieces as f64);
         }
         let (from, to) = match self.drive {
             Drive::Voltage => {
@@ -467,6 +554,7 @@ impl Experiment {
             Drive::Torque => (S::ZERO, S::ZERO),
         };
         stepper.step(from, to, self.imposed(n, imposed, |signal| 0.5 * (signal[n - 1] + signal[n])));
+        if is_counted { S::constant(0.5) * (before + stepper.reading().speed) } else { S::ZERO }
     }
 
     /// What is imposed within the interval that ends at sample `n`; `at` takes a signal's value there.
@@ -497,8 +585,8 @@ impl Experiment {
         }
     }
 
-    /// Begin and end of the line that stands for the voltage over the interval that ends at sample `n`, above its two samples, V:
-    /// what an edge makes of it, or else, away from `edges`, the mean of a cubic through its neighbours.
+    /// Begin and end of the line that stands for the voltage over the interval that ends at sample `n`, above its two
+    /// samples, V: what an edge makes of it, or else, away from `edges`, the mean of a cubic through its neighbours.
     fn between_samples(&self, n: usize, edges: &[Edge]) -> [f64; 2] {
         let u = &self.input;
         let near = || edges.iter().take_while(|e| e.n <= n + 1);

@@ -5,8 +5,8 @@ use crate::recording::Recording;
 /// A signal is at rest from where it stays below this share of its largest value.
 const AT_REST: f64 = 0.02;
 
-/// Data to fit and data to judge: the last recording, or of a single one the last third of the time until all is at rest, as it is at the
-/// end of a coast-down, with what follows.
+/// Data to fit and data to judge: the last recording, or of a single one the last third of the time until all is at
+/// rest, as it is at the end of a coast-down, with what follows.
 pub fn split(recordings: &[Recording]) -> (Vec<Recording>, Vec<Recording>) {
     if let [training @ .., held_out] = recordings
         && !training.is_empty()

@@ -20,13 +20,13 @@ pub const INPUTS: [&str; 3] = ["u_v", "modelled i_a", "modelled omega_rad_s"];
 pub const TARGET: &str = "measured - modelled i_a";
 /// How far outside the trained box the correction fades to zero, as a fraction of the box.
 pub const MARGIN: f64 = 0.1;
-/// Ridge over rows/columns: a hundredth of the trainer's own. Voltage, current and speed of a running motor fill a thin part of
-/// their box, and a larger ridge costs accuracy there.
+/// Ridge over rows/columns: a hundredth of the trainer's own. Voltage, current and speed of a running motor fill a thin
+/// part of their box, and a larger ridge costs accuracy there.
 pub const RIDGE: f64 = 1e-8;
 /// Membership functions of each input: those of the rig's network.
 const FUNCTIONS: usize = 3;
-/// Length of the pieces of time of which every fifth is kept back to tell when to stop, s: some periods of the mains, and of
-/// each voltage that is held for a second.
+/// Length of the pieces of time of which every fifth is kept back to tell when to stop, s: some periods of the mains,
+/// and of each voltage that is held for a second.
 const PIECE_S: f64 = 0.1;
 const EVERY: usize = 5;
 
@@ -35,9 +35,9 @@ pub fn settings(method: Method, epochs: usize) -> Settings {
     Settings { ridge: Ridge::Relative(RIDGE), threads: 0, ..Settings::new(method, FUNCTIONS, epochs) }
 }
 
-/// Hands the rows of recordings, without the first `blanking_s` seconds of each, s, to `take`: inputs, target, and whether the row
-/// belongs to a piece that may be kept back. With a delay, s, the modelled current so long ago is a fourth input: what a map
-/// with memory could use of a hysteresis.
+/// Hands the rows of recordings, without the first `blanking_s` seconds of each, s, to `take`: inputs, target, and
+/// whether the row belongs to a piece that may be kept back. With a delay, s, the modelled current so long ago is a
+/// fourth input: what a map with memory could use of a hysteresis.
 fn rows(
     model: &Model,
     recordings: &[Recording],
@@ -76,8 +76,8 @@ fn rows(
     Ok(())
 }
 
-/// Trains on four fifths of the rows and judges on the fifth, with the modelled current of a while ago as a fourth input or
-/// without. (With it, it is for comparing inputs only: the microcontroller's network has no memory.)
+/// Trains on four fifths of the rows and judges on the fifth, with the modelled current of a while ago as a fourth
+/// input or without. (With it, it is for comparing inputs only: the microcontroller's network has no memory.)
 ///
 /// # Errors
 /// As [`train`].
@@ -98,9 +98,9 @@ pub fn with_rows_kept_back(
     anfis::train(&training.finish()?, Some(&checking.finish()?), settings, ctx)
 }
 
-/// Trains the correction of a model on recordings: first with rows kept back, which tell after how many epochs to stop, then as
-/// many epochs on all rows, since what is kept back is voltages that the network would not have learnt. The learning curve
-/// and the checking error that are given are those of the first training, all else is of the second.
+/// Trains the correction of a model on recordings: first with rows kept back, which tell after how many epochs to stop,
+/// then as many epochs on all rows, since what is kept back is voltages that the network would not have learnt. The
+/// learning curve and the checking error that are given are those of the first training, all else is of the second.
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
@@ -132,8 +132,8 @@ pub fn without_start(recording: &Recording, blanking_s: f64) -> Recording {
     judged
 }
 
-/// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box. `before` and `after` are
-/// comparisons of the model without and with it.
+/// RMS of what the correction adds to the current, over the RMS of the measured current: what is black box. `before`
+/// and `after` are comparisons of the model without and with it.
 pub fn share_of_correction(before: &Comparison, after: &Comparison) -> Option<f64> {
     let (mut added, mut signal) = (0.0, 0.0);
     for (b, a) in before.per_recording.iter().zip(&after.per_recording) {

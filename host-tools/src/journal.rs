@@ -7,8 +7,8 @@
 //! | power cut or kill within a line | the rest of that line moves to `NAME.cut`, so that no number that lacks digits is read |
 //! | the disk is full | the file is as long as before |
 //!
-//! A line counts once its end is there. A number that has lost its last digits is a number like any other, so that only the
-//! end tells whether the line is whole.
+//! A line counts once its end is there. A number that has lost its last digits is a number like any other, so that only
+//! the end tells whether the line is whole.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Write};
@@ -33,6 +33,7 @@ pub struct Journal {
     text: String,
     /// Bytes up to the last line's end.
     whole: u64,
+    aside: Option<PathBuf>,
 }
 
 impl Journal {
@@ -54,11 +55,17 @@ impl Journal {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(fail)?;
         let (text, cut) = lines(path, &bytes, header)?;
-        let mut journal = Self { path: path.to_owned(), file, header, whole: text.len() as u64, text };
+        let mut journal = Self { path: path.to_owned(), file, header, whole: text.len() as u64, text, aside: None };
         if !cut.is_empty() {
             journal.set_aside(cut)?;
         }
         Ok(journal)
+    }
+
+    /// What the user should know: that the last line had no end, and where it is now.
+    pub fn warning(&self) -> Option<String> {
+        let (path, aside) = (self.path.display(), self.aside.as_ref()?.display());
+        Some(format!("{path}: the last line was cut off before its end; what there was of it is in {aside}"))
     }
 
     /// What the table holds: the header and whole lines; nothing, if it is new.
@@ -99,11 +106,7 @@ impl Journal {
             .and_then(|mut file| file.write_all(&[cut, b"\n"].concat()).and_then(|()| file.sync_all()))
             .map_err(|e| Error::io(&beside, e))?;
         self.file.set_len(self.whole).and_then(|()| self.file.sync_all()).map_err(|e| Error::io(&self.path, e))?;
-        eprintln!(
-            "greyrig: {}: the last line was cut off before its end; what there was of it is in {}",
-            self.path.display(),
-            beside.display()
-        );
+        self.aside = Some(beside);
         Ok(())
     }
 }
@@ -214,8 +217,8 @@ fn is_still(_: &File, _: &Path) -> std::io::Result<bool> {
     Ok(true)
 }
 
-/// A cell of a table with commas, quoted where it has to be. Line ends become blanks: a line of the file is a line of the
-/// table.
+/// A cell of a table with commas, quoted where it has to be. Line ends become blanks: a line of the file is a line of
+/// the table.
 pub fn cell(text: &str) -> String {
     let text = text.replace(['\n', '\r'], " ");
     if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }

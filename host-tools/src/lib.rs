@@ -9,6 +9,7 @@ pub mod check;
 pub mod commands;
 pub mod compare;
 pub mod context;
+pub mod counts;
 pub mod demo;
 pub mod device;
 pub mod diagnose;

@@ -8,8 +8,8 @@ use realfft::RealFftPlanner;
 pub const TOP_OF_BAND: (f64, f64) = (0.25, 0.40);
 
 /// Standard deviation of white noise per sample, from the top of the spectrum (median over frequencies, so that single
-/// lines do not count). Pieces of the signal in which something jumps do not count either. `None` when there is too little
-/// data.
+/// lines do not count). Pieces of the signal in which something jumps do not count either. `None` when there is too
+/// little data.
 pub fn white_noise(signal: &[f64]) -> Option<f64> {
     const LENGTH: usize = 1024;
     /// Fewest pieces.
@@ -45,8 +45,8 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// Standard deviation of white noise per sample, from fourth differences (median, so that edges do not count): a signal that
-/// is smooth over five samples has none.
+/// Standard deviation of white noise per sample, from fourth differences (median, so that edges do not count): a signal
+/// that is smooth over five samples has none.
 pub fn of_differences(signal: &[f64]) -> f64 {
     /// Of the squares of the coefficients 1, −4, 6, −4, 1.
     const SQUARES: f64 = 70.0;
@@ -61,9 +61,9 @@ pub fn of_differences(signal: &[f64]) -> f64 {
     *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / (MEDIAN * SQUARES.sqrt())
 }
 
-/// Amplitude density of a signal's noise in a band, Hz, per √Hz of the sampling rate: square root of the median, over windows
-/// in which all samples are `usable`, of the mean power in the band. What repeats with the mains is taken off by the mean of a
-/// period before and one after. `None` when there are too few windows.
+/// Amplitude density of a signal's noise in a band, Hz, per √Hz of the sampling rate: square root of the median, over
+/// windows in which all samples are `usable`, of the mean power in the band. What repeats with the mains is taken off
+/// by the mean of a period before and one after. `None` when there are too few windows.
 pub fn density(
     signal: &[f64],
     interval_s: f64,

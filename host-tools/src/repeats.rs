@@ -1,4 +1,5 @@
-//! Recordings of the same excitation: what is off at the same time in both is the motor's, what is not is noise or the load's.
+//! Recordings of the same excitation: what is off at the same time in both is the motor's, what is not is noise or the
+//! load's.
 
 use crate::experiment::Experiment;
 
@@ -17,8 +18,8 @@ pub fn of_experiments(experiments: &[Experiment]) -> Vec<[usize; 2]> {
     pairs.filter(|[a, b]| are_alike(&experiments[*a], &experiments[*b])).collect()
 }
 
-/// Whether the excitation of two recordings is the same: the voltage had the same course, and rotor and supply were held and opened
-/// alike, whatever the phase of the mains was.
+/// Whether the excitation of two recordings is the same: the voltage had the same course, and rotor and supply were
+/// held and opened alike, whatever the phase of the mains was.
 pub fn are_alike(one: &Experiment, other: &Experiment) -> bool {
     one.drive == other.drive
         && (one.interval_s / other.interval_s - 1.0).abs() < 1e-6
@@ -26,7 +27,8 @@ pub fn are_alike(one: &Experiment, other: &Experiment) -> bool {
         && is_same(&course(one), &course(other))
 }
 
-/// Whether it is the same sample by sample, the phase of the mains included: then two errors can be compared sample by sample.
+/// Whether it is the same sample by sample, the phase of the mains included: then two errors can be compared sample by
+/// sample.
 pub fn are_in_step(one: &Experiment, other: &Experiment) -> bool {
     let counted = || (0..one.len().min(other.len())).filter(|n| one.counted[*n] && other.counted[*n]);
     let power = |u: &dyn Fn(usize) -> f64| counted().map(|n| u(n).powi(2)).sum::<f64>();

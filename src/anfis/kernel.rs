@@ -9,11 +9,12 @@
 //! U 2^p  = 2^⌊p⌋ q(1 + p − ⌊p⌋)        q of degree 4 on [1, 2), its leading coefficient 1
 //! ```
 //!
-//! with the coefficients that make the largest error smallest (by iteratively reweighted least squares on Chebyshev points,
-//! then rounded to `f32`). The factor √2 is in the scale of z, where it costs nothing; without it 1/2 would have to be added to e.
+//! with the coefficients that make the largest error smallest (by iteratively reweighted least squares on Chebyshev
+//! points, then rounded to `f32`). The factor √2 is in the scale of z, where it costs nothing; without it 1/2 would
+//! have to be added to e.
 //!
-//! The error of t = v^b: |Δt/t| ≤ ln 2 (b ([`LOG2_ERROR`] + ε e) + ε |b log2 v|) + [`EXP2_ERROR`], ε = 2^-24 from the rounding
-//! of the sum and of the product. Since μ = 1/(1 + t) and t/(1 + t)² ≤ 1/4, |Δμ| ≤ |Δt/t|/4: for b = 2 at most
+//! The error of t = v^b: |Δt/t| ≤ ln 2 (b ([`LOG2_ERROR`] + ε e) + ε |b log2 v|) + [`EXP2_ERROR`], ε = 2^-24 from the
+//! rounding of the sum and of the product. Since μ = 1/(1 + t) and t/(1 + t)² ≤ 1/4, |Δμ| ≤ |Δt/t|/4: for b = 2 at most
 //! 2.6e-6 and the rounding.
 //!
 //! No step branches, so that every argument takes the same time; conversions to integers saturate, which keeps 0 and
@@ -23,8 +24,8 @@ use core::f32::consts::SQRT_2;
 
 use crate::scalar::Scalar;
 
-/// Half the width of the trained box in the units that the network computes in: 2^24, so that an `f32` inside the box keeps
-/// all its digits as an integer, and one saturating instruction clamps it.
+/// Half the width of the trained box in the units that the network computes in: 2^24, so that an `f32` inside the box
+/// keeps all its digits as an integer, and one saturating instruction clamps it.
 pub(super) const BOX: f64 = 16_777_216.0;
 
 /// Largest error of the polynomial for log2 in `f32`, rounding included.
@@ -42,7 +43,8 @@ pub trait Kernel: Scalar {
     fn log2_over_root_two(self) -> Self;
     /// U of [`Kernel::scaled_exp2`].
     const UNIT: f64;
-    /// U 2^(p/[`Kernel::EXPONENT`]), within U 2^-32 to U 2^32: a factor that all memberships share drops out of the network.
+    /// U 2^(p/[`Kernel::EXPONENT`]), within U 2^-32 to U 2^32: a factor that all memberships share drops out of the
+    /// network.
     fn scaled_exp2(self) -> Self;
 }
 

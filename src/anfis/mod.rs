@@ -1,5 +1,5 @@
-//! ANFIS: the network that learns what the physical model leaves, after J.-S. R. Jang, "ANFIS: adaptive-network-based fuzzy
-//! inference system", IEEE Transactions on Systems, Man, and Cybernetics 23(3), 1993.
+//! ANFIS: the network that learns what the physical model leaves, after J.-S. R. Jang, "ANFIS: adaptive-network-based
+//! fuzzy inference system", IEEE Transactions on Systems, Man, and Cybernetics 23(3), 1993.
 //!
 //! Rules of the first-order Takagi–Sugeno kind, "if x is A and y is B then f = p x + q y + r", on a full grid:
 //! every combination of the inputs' membership functions is a rule.
@@ -38,9 +38,10 @@
 //!
 //! # Evaluation
 //!
-//! On a full grid with the product, w̄ = Π μ_ij/Σ_j μ_ij: one normalisation of M terms for each input instead of one of M^N,
-//! and no 0/0. The rules are then summed input by input. The count of instructions is the same for every input, and no
-//! step branches on data (the form of the membership functions and the operator are branched on, which do not change).
+//! On a full grid with the product, w̄ = Π μ_ij/Σ_j μ_ij: one normalisation of M terms for each input instead of one of
+//! M^N, and no 0/0. The rules are then summed input by input. The count of instructions is the same for every input,
+//! and no step branches on data (the form of the membership functions and the operator are branched on, which do not
+//! change).
 //!
 //! # Where it can be relied on
 //!
@@ -49,6 +50,27 @@
 //!   (1 − ρ²)² up to ρ = 1 and 0 beyond. Value and slope are continuous.
 //! - A NaN or an infinity gives value 0 and validity 0.
 //! - A membership below 2^-32 counts as 2^-32.
+//! # Example
+//! ```
+//! use greyrig::anfis::{Firing, Premise, Settings, SettingsError, Shape};
+//!
+//! // Two inputs with two membership functions each make four rules; trained on the square ±1.
+//! let bells = [Premise { a: 1.0, b: 2.0, c: -1.0 }, Premise { a: 1.0, b: 2.0, c: 1.0 }];
+//! let network = Settings::<2, 2, 4> {
+//!     shape: Shape::Bell,
+//!     firing: Firing::Product,
+//!     premise: [bells; 2],
+//!     slopes: [[0.5, 0.5], [0.5, -0.5], [-0.5, 0.5], [-0.5, -0.5]],
+//!     constants: [0.0; 4],
+//!     inputs: [(-1.0, 1.0); 2],
+//!     output: (-1.0, 1.0),
+//!     margin: 0.1,
+//! }
+//! .build::<f32>()?;
+//! assert_eq!(network.correct([0.5, 0.5]).validity, 1.0);
+//! assert_eq!(network.correct([2.0, 0.0]).validity, 0.0); // far from where it has been trained
+//! # Ok::<(), SettingsError>(())
+//! ```
 
 mod kernel;
 mod network;

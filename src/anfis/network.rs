@@ -1,7 +1,5 @@
 //! The network as it is evaluated.
 
-use serde::{Deserialize, Serialize};
-
 use super::kernel::Kernel;
 
 /// What a network says about a point.
@@ -9,13 +7,14 @@ use super::kernel::Kernel;
 pub struct Correction<S> {
     /// The output, faded to zero outside the trained box; zero where an input is NaN. Always finite.
     pub value: S,
-    /// 1 inside the trained box, falling to 0 at the end of the margin; 0 where an input is NaN or infinite. Below 1 the
-    /// network is asked about what it has not seen.
+    /// 1 inside the trained box, falling to 0 at the end of the margin; 0 where an input is NaN or infinite. Below 1
+    /// the network is asked about what it has not seen.
     pub validity: S,
 }
 
 /// How a rule's memberships become its firing strength.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Firing {
     /// Their product. On a full grid the normalised strength is then a product, too, one factor for each input.
     #[default]
@@ -191,8 +190,8 @@ fn normalised<S: Kernel, const M: usize>(inverse: [S; M]) -> [S; M] {
     mu.map(|mu| mu * share)
 }
 
-/// The sum over an input whose membership functions are `stride` rules apart, of what the sum over the inputs behind it gives
-/// from a rule on.
+/// The sum over an input whose membership functions are `stride` rules apart, of what the sum over the inputs behind it
+/// gives from a rule on.
 #[inline(always)]
 fn summed<S: Kernel, const M: usize>(
     strengths: Option<[S; M]>,

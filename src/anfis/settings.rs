@@ -2,8 +2,6 @@
 
 use core::fmt;
 
-use serde::{Deserialize, Serialize};
-
 use super::kernel::{BOX, Kernel};
 use super::network::{Anfis, Consequent, Exponent, Firing, Member, differences};
 
@@ -25,7 +23,8 @@ pub struct Premise {
 }
 
 /// Form of the membership functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
     /// Generalised bell: μ = 1/(1 + |(x − c)/a|^(2b)). If all b of a network are 1, or all are 2, no power is computed.
     #[default]

@@ -1,9 +1,9 @@
 //! A motor in place of the converter: what the emulated board samples.
 //!
-//! A universal motor on 50 Hz mains that is switched on softly, runs, and is switched off, again and again, as counts of the
-//! usual calibration.
-//! It is the core's own model, so the host computes the same counts bit by bit, and a test can tell whether a recording has
-//! every sample in its place. For tests of the link and the application; it says nothing about the model.
+//! A universal motor on 50 Hz mains that is switched on softly, runs, and is switched off, again and again, as counts
+//! of the usual calibration. It is the core's own model, so the host computes the same counts bit by bit, and a test
+//! can tell whether a recording has every sample in its place. For tests of the link and the application; it says
+//! nothing about the model.
 
 use crate::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, Stepper};
 use crate::scalar::Scalar;
@@ -99,7 +99,8 @@ impl Bench {
         })
     }
 
-    /// Something goes wrong from [`MIDDLE`] on in each cycle, until something else is planned: whoever asks need not be quick.
+    /// Something goes wrong from [`MIDDLE`] on in each cycle, until something else is planned: whoever asks need not be
+    /// quick.
     pub fn plan_trouble(&mut self, trouble: Trouble) {
         self.planned = trouble;
     }

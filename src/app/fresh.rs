@@ -1,5 +1,5 @@
-//! How a test begins: model, filters and detector as after a start. In a module by itself, so that what happens once per test
-//! takes no room in the fast memory of the interrupt.
+//! How a test begins: model, filters and detector as after a start. In a module by itself, so that what happens once
+//! per test takes no room in the fast memory of the interrupt.
 
 use crate::motor::State;
 use crate::parameters::Active;

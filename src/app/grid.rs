@@ -1,7 +1,8 @@
 //! How many samples went by while nobody looked, from the processor's cycle counter.
 //!
-//! The converter is started by a timer with the processor's own clock, so that samples lie on a grid of CYCLES which never
-//! drifts; an interrupt may come late, never early. The flag that says "a sample has come" cannot count; this can.
+//! The converter is started by a timer with the processor's own clock, so that samples lie on a grid of CYCLES which
+//! never drifts; an interrupt may come late, never early. The flag that says "a sample has come" cannot count; this
+//! can.
 
 /// When samples came.
 #[derive(Debug, Clone, Default)]

@@ -1,8 +1,8 @@
 //! A queue from the interrupt to the thread: of plain words, without locks, without panics, without `unsafe`.
 //!
-//! One side pushes, the other pops; all words are atomic, so that a second pusher would mix up its values with the first
-//! one's but do no other harm. (The queue of heapless divides by its length when it is shared, and keeps a panic for the case
-//! that it is zero; the sampling interrupt must have none.)
+//! One side pushes, the other pops; all words are atomic, so that a second pusher would mix up its values with the
+//! first one's but do no other harm. (The queue of heapless divides by its length when it is shared, and keeps a panic
+//! for the case that it is zero; the sampling interrupt must have none.)
 
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicU32, Ordering};

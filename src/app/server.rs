@@ -89,8 +89,8 @@ impl<'a> Server<'a> {
         None
     }
 
-    /// The next frame that has to be sent unasked: consecutive samples, once there are enough for a frame or a gap follows
-    /// them; a judged period; or a report.
+    /// The next frame that has to be sent unasked: consecutive samples, once there are enough for a frame or a gap
+    /// follows them; a judged period; or a report.
     pub fn unasked(&mut self) -> Option<Outgoing> {
         if let Some(outgoing) = self.desk.samples() {
             return Some(outgoing);
@@ -210,8 +210,8 @@ impl Desk<'_> {
         }
     }
 
-    /// The only way to the flash. A page takes some 22 ms to be erased, in which the thread stands still and the interrupt
-    /// goes on; during a capture the queue would be full.
+    /// The only way to the flash. A page takes some 22 ms to be erased, in which the thread stands still and the
+    /// interrupt goes on; during a capture the queue would be full.
     fn commit<H: Hardware>(
         &mut self,
         fingerprint: u32,

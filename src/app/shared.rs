@@ -1,5 +1,5 @@
-//! What interrupt and thread share: counters and queues from one, wishes from the other. No locks; each value is whole by
-//! itself.
+//! What interrupt and thread share: counters and queues from one, wishes from the other. No locks; each value is whole
+//! by itself.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering::Relaxed};
 
@@ -63,8 +63,8 @@ impl Shared {
     #[inline]
     pub fn raise(&self, fault: Fault) {
         if let Some(count) = self.faults.get(fault.place()) {
-            // Not fetch_add, which would wrap: a counter that says "never" after four billion faults would lie. An interrupt
-            // between the two may be counted once for twice.
+            // Not fetch_add, which would wrap: a counter that says "never" after four billion faults would lie. An
+            // interrupt between the two may be counted once for twice.
             if let Some(more) = count.load(Relaxed).checked_add(1) {
                 count.store(more, Relaxed);
             }
@@ -129,7 +129,8 @@ impl Shared {
     /// Begins a test, unless it is under way.
     pub fn begin_test(&self, test: u32) {
         if self.test.swap(test, Relaxed) != test {
-            // The interrupt does the same once it has begun; until then the verdict of the test before must not be read.
+            // The interrupt does the same once it has begun; until then the verdict of the test before must not be
+            // read.
             self.judge(Verdict::CannotJudge);
         }
     }

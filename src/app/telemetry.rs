@@ -69,8 +69,8 @@ impl Words<7> for Window {
     }
 }
 
-/// √x to within 0.2 % (`tests/core/app.rs`), for display: the shift of micromath, which is off by up to 6.1 %, and one step
-/// of Newton's, which makes e²/2 of an error e. Models and filters take [`crate::scalar`]'s square root instead.
+/// √x to within 0.2 % (`tests/core/app.rs`), for display: the shift of micromath, which is off by up to 6.1 %, and one
+/// step of Newton's, which makes e²/2 of an error e. Models and filters take [`crate::scalar`]'s square root instead.
 pub fn displayed_root(x: f32) -> f32 {
     if x <= 0.0 {
         return 0.0;

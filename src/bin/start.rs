@@ -1,7 +1,8 @@
 //! Before anything else: the code of the sampling interrupt goes to where it runs (`src/bin/hot.x`), and the stack is
 //! painted, so that [`deepest_stack`] can tell later how far it ever got.
 //!
-//! In assembler, because at this point there are no statics yet and any function of the core may be among what is copied.
+//! In assembler, because at this point there are no statics yet and any function of the core may be among what is
+//! copied.
 #![allow(unsafe_code)]
 
 use core::ptr;

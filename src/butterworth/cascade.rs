@@ -62,8 +62,8 @@ impl<S: Scalar, const CHANNELS: usize> Default for Bank<S, CHANNELS> {
 }
 
 impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
-    /// Takes a sample of each channel, gives what was filtered and the filtered ones. A sample that is not finite, or above 1e30
-    /// in magnitude, counts as a repetition of the one before.
+    /// Takes a sample of each channel, gives what was filtered and the filtered ones. A sample that is not finite, or
+    /// above 1e30 in magnitude, counts as a repetition of the one before.
     #[inline(always)]
     pub fn process(
         &mut self,

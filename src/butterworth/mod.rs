@@ -1,8 +1,8 @@
 //! The low-pass filter in front of everything: Butterworth, order 1 to 8, on every signal alike.
 //!
 //! Settings in the user's units are checked once and become coefficients ([`Settings::build`]); the coefficients are
-//! shared by all channels, and each channel has a state of its own ([`Cascade`], or [`Bank`] of several that are filtered at
-//! once):
+//! shared by all channels, and each channel has a state of its own ([`Cascade`], or [`Bank`] of several that are
+//! filtered at once):
 //!
 //! ```
 //! use greyrig::butterworth::{Cascade, Settings};
@@ -36,6 +36,18 @@
 //! and the first-order section as one such integrator: d = (x − s) g/(1 + g), y = s + d, s ← y + d. Its transfer
 //! function is that of the direct forms, and [`Settings::second_order_sections`] lists it in the usual way.
 //!
+//! # Example
+//! ```
+//! use greyrig::butterworth::{Cascade, Settings, SettingsError};
+//!
+//! let settings = Settings { order: 4, cutoff_hz: 250.0, sample_rate_hz: 10_000.0 };
+//! let coefficients = settings.build::<f32>()?;
+//! let mut channel = Cascade::default();
+//! let step = (0..settings.settling_samples()?).map(|_| channel.process(&coefficients, 1.0));
+//! assert!((step.last().unwrap_or_default() - 1.0).abs() < 2e-3);
+//! # Ok::<(), SettingsError>(())
+//! ```
+//!
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
 //! | fc, fs | cut-off (−3.01 dB) and sampling frequency | Hz |
@@ -45,11 +57,12 @@
 //! # Why this form
 //!
 //! A direct form holds its poles in two coefficients near −2 and 1, whose difference carries the cut-off: at 10 Hz and
-//! 10 kHz, six of the seven digits of an `f32` are spent on the 1 and the 2. Here the cut-off is in g itself. At
-//! that cut-off the noise of the `f32` filter is some 700 times below that of the direct forms, which exceeds the
-//! quantisation noise of a 12-bit converter (figures and command in `docs/filter.md`), a constant input is reproduced exactly because the gain at zero frequency depends
-//! on no coefficient, and coefficients may be exchanged while the filter runs, because the states mean the same
-//! whatever the cut-off. It takes 11 additions and multiplications a section, transposed direct form 2 nine.
+//! 10 kHz, six of the seven digits of an `f32` are spent on the 1 and the 2. Here the cut-off is in g itself. At that
+//! cut-off the noise of the `f32` filter is some 700 times below that of the direct forms, which exceeds the
+//! quantisation noise of a 12-bit converter (figures and command in `docs/filter.md`), a constant input is reproduced
+//! exactly because the gain at zero frequency depends on no coefficient, and coefficients may be exchanged while the
+//! filter runs, because the states mean the same whatever the cut-off. It takes 11 additions and multiplications a
+//! section, transposed direct form 2 nine.
 //!
 //! Sections stand in the order of falling damping, the resonant ones last, and each has unit gain at zero frequency:
 //! no section then sees more than a few times the input, which is what keeps fixed point from overflowing.
@@ -89,12 +102,13 @@ pub const MIN_CUTOFF_RATIO: f64 = 1e-4;
 pub const MAX_CUTOFF_RATIO: f64 = 0.49;
 /// The filter counts as settled once the response to a step stays within this fraction of the step.
 pub const SETTLED: f64 = 1e-3;
-/// Output, in the unit of the input, below which a filter in `f64` that a host keeps after its input has become zero counts as at
-/// rest. It would ring on in subnormal numbers, which a desktop's processor is slow with.
+/// Output, in the unit of the input, below which a filter in `f64` that a host keeps after its input has become zero
+/// counts as at rest. It would ring on in subnormal numbers, which a desktop's processor is slow with.
 pub const AT_REST: f64 = 1e-200;
 
 /// What the user chooses.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Order n, 1 to [`MAX_ORDER`]. Each further order takes another 6 dB per octave away above the cut-off and
     /// lengthens delay and settling.
@@ -107,8 +121,8 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// Rakar and Juričić (2004), section 2.2, sample at 10 kHz and cut off at 250 Hz; they leave the order open. Order 4
-    /// takes 49 dB from the ripple of a commutator at 1 kHz and settles in 11 ms.
+    /// Rakar and Juričić (2004), section 2.2, sample at 10 kHz and cut off at 250 Hz; they leave the order open. Order
+    /// 4 takes 49 dB from the ripple of a commutator at 1 kHz and settles in 11 ms.
     fn default() -> Self {
         Self { order: 4, cutoff_hz: 250.0, sample_rate_hz: 10_000.0 }
     }

@@ -1,6 +1,7 @@
 //! The cumulative detector: a two-sided cumulative sum of what a deviation has beyond its tolerance.
 //!
-//! With x = (d − c)/t, d the deviation, c its mean over healthy motors and t the tolerance within which healthy motors lie:
+//! With x = (d − c)/t, d the deviation, c its mean over healthy motors and t the tolerance within which healthy motors
+//! lie:
 //!
 //! ```text
 //! S⁺ ← max(0, S⁺ + x − 1)      S⁻ ← max(0, S⁻ − x − 1)      it calls when S⁺ or S⁻ exceeds h

@@ -1,7 +1,7 @@
 //! The fast detector: a feature above its limit for some periods in a row.
 //!
-//! Hysteresis: it calls when the feature has been above the limit for [`CONFIRM`] periods in a row, and is quiet again when
-//! it has been below [`RELEASE`] of the limit for as many.
+//! Hysteresis: it calls when the feature has been above the limit for [`CONFIRM`] periods in a row, and is quiet again
+//! when it has been below [`RELEASE`] of the limit for as many.
 
 /// Periods in a row that call.
 pub const CONFIRM: u8 = 3;

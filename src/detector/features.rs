@@ -12,10 +12,9 @@
 //! | sparking | √⟨h²⟩ | A |
 //! | arcing | ⟨\|i\|⟩ (⟨h² \|i\|⟩ − ⟨h²⟩⟨\|i\|⟩)/(⟨i²⟩ − ⟨\|i\|⟩²) | A² |
 //!
-//! Noise of the sensor is there with and without a current; sparks need one. The last line, the mean of h² that goes with |i| by
-//! linear regression over the period, holds them alone. On direct current, where |i| does not change, nothing can tell, and it is zero.
-
-use serde::{Deserialize, Serialize};
+//! Noise of the sensor is there with and without a current; sparks need one. The last line, the mean of h² that goes
+//! with |i| by linear regression over the period, holds them alone. On direct current, where |i| does not change,
+//! nothing can tell, and it is zero.
 
 use crate::motor::State;
 use crate::scalar::root;
@@ -27,7 +26,8 @@ pub const FEATURES: usize = 10;
 const LEAST_VARIATION: f32 = 0.02;
 
 /// The features of a period.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Features {
     /// Error of the current.
     pub current: f32,

@@ -1,7 +1,7 @@
 //! Where a fault sits, from the signs of the two deviations.
 //!
-//! The model runs freely from the voltage, so a fault moves the motor's current and speed away from the model's, and a wrong
-//! sensor moves its own signal alone:
+//! The model runs freely from the voltage, so a fault moves the motor's current and speed away from the model's, and a
+//! wrong sensor moves its own signal alone:
 //!
 //! | current | speed | where |
 //! | --- | --- | --- |
@@ -14,10 +14,9 @@
 //!
 //! Sparking brushes take voltage, which looks like a resistance, and are told by the current above 1 kHz.
 
-use serde::{Deserialize, Serialize};
-
 /// Where a fault sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// Supply, winding, brushes.
     Electrical,

@@ -1,5 +1,6 @@
-//! The judgement of a period that has ended: a step with each of the next samples, in this order. Where the tick took longer,
-//! because the modelled rotor was turned round, the step waits for the next sample, [`MOST_WAITS`] times at most.
+//! The judgement of a period that has ended: a step with each of the next samples, in this order. Where the tick took
+//! longer, because the modelled rotor was turned round, the step waits for the next sample, [`MOST_WAITS`] times at
+//! most.
 //!
 //! | steps | what |
 //! | --- | --- |

@@ -1,7 +1,8 @@
 //! The abrupt change of a deviation: against its own recent past instead of against other motors.
 //!
-//! `j = d − b`, where the past b follows the deviation d with a time constant of [`PAST`] periods. What differs from motor to
-//! motor is in both and drops out, so a step that would be lost among healthy motors stands out for about a second.
+//! `j = d − b`, where the past b follows the deviation d with a time constant of [`PAST`] periods. What differs from
+//! motor to motor is in both and drops out, so a step that would be lost among healthy motors stands out for about a
+//! second.
 
 /// Periods over which the past is averaged: a second at 50 Hz.
 pub const PAST: f32 = 50.0;

@@ -5,11 +5,12 @@
 //! raw current ─► above 1 kHz ─┘                                      ├─► fast: abrupt change of the deviations
 //!                                                                    └─► cumulative: deviation of current, speed
 //! ```
-//! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much longer than
-//! another; where the tick itself took longer, that step waits for the next sample.
+//! A period's end takes a step of its judgement with each of the next [`STEPS`] samples, so that no sample takes much
+//! longer than another; where the tick itself took longer, that step waits for the next sample.
 //!
-//! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where the
-//! correction is used outside what it has been trained on; a run in which too little could be judged has no verdict.
+//! All thresholds are learnt from healthy motors. Nothing is judged during the start, while the supply is off, or where
+//! the correction is used outside what it has been trained on; a run in which too little could be judged has no
+//! verdict.
 
 mod cumulative;
 mod fast;
@@ -29,11 +30,9 @@ pub use judge::{MOST_WAITS, STEPS};
 pub use jump::{Jump, PAST};
 pub use period::PeriodClock;
 
-use judge::Judge;
-use serde::{Deserialize, Serialize};
-
 use crate::butterworth::HighPass;
 use crate::tick::Output;
+use judge::Judge;
 
 /// Lower end of the band in which sparks are looked for, Hz.
 pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
@@ -42,7 +41,8 @@ pub const SPARKS_ABOVE_HZ: f32 = 1000.0;
 pub const LEAST_SAMPLE_RATE_HZ: f32 = 2.5 * SPARKS_ABOVE_HZ;
 
 /// What is healthy, learnt from healthy motors; a limit of 0 is not watched.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// Largest error of the current, 1.
     pub current: f32,
@@ -61,7 +61,8 @@ pub struct Limits {
 }
 
 /// The detector as an engineer sets it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Settings {
     /// Sampling rate, Hz.
     pub sample_rate_hz: f32,
@@ -108,7 +109,8 @@ impl fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 /// What called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Cause {
     /// The error of the current.
     CurrentError,
@@ -153,7 +155,8 @@ impl Cause {
 }
 
 /// An alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Alarm {
     /// What called, the strongest first.
     pub cause: Cause,
@@ -164,7 +167,8 @@ pub struct Alarm {
 }
 
 /// What a period brought.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Period {
     /// Its features.
     pub features: Features,
@@ -177,7 +181,8 @@ pub struct Period {
 }
 
 /// Outcome of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Verdict {
     /// Nothing called.
     Pass,
@@ -254,8 +259,8 @@ impl Settings {
 }
 
 impl Detector {
-    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, or up to [`MOST_WAITS`] later, gives what that
-    /// period brought.
+    /// As [`Detector::advance`]; [`STEPS`] samples after the end of a period, or up to [`MOST_WAITS`] later, gives what
+    /// that period brought.
     pub fn process(&mut self, output: &Output) -> Option<Period> {
         (self.advance(output) == Progress::Told).then_some(*self.period())
     }

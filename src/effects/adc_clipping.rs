@@ -4,7 +4,10 @@
 //!
 //! Source: converter and amplifier with a limited range.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Seen,
+    Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -24,11 +27,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
         parameters: &[EffectParameter {
             name: "clipping_level",
             unit: "A",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::Current,
             meaning: "largest current that is shown; 0: no limit",
         }],
+        size_in_words: "the current channel shows {} at most",
+        excited_by: &[Excitation::Current],
+        prior: Prior::occasional("a range that was chosen for the nominal current, and an inrush"),
+        of_data: true,
         signature: "flat tops of equal codes; to a fit it looks like saturation",
         confused_with: &[EffectId::Saturation, EffectId::CurrentCompression, EffectId::ArmatureReaction],
         separated_by: &[Separation::by("the samples: codes that repeat at the extreme")],

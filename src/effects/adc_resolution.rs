@@ -1,11 +1,13 @@
 //! Resolution of the converter: readings are whole multiples of a step.
 //!
-//! `i_shown = q_i round(i/q_i)` and `ω_shown = q_ω round(ω/q_ω)`, q_i in A and q_ω in rad/s; 0 stands for no steps. For a
-//! signal that crosses many steps this is white noise with the variance q²/12.
+//! `i_shown = q_i round(i/q_i)` and `ω_shown = q_ω round(ω/q_ω)`, q_i in A and q_ω in rad/s; 0 stands for no steps. For
+//! a signal that crosses many steps this is white noise with the variance q²/12.
 //!
 //! Source: B. Widrow 1956 (theory of quantisation).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -34,6 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
             EffectParameter {
                 name: "resolution_current",
                 unit: "A",
+                role: Role::Size,
                 range: (0.0, 1e3),
                 start: 0.004,
                 relative: Relative::Current,
@@ -42,12 +45,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
             EffectParameter {
                 name: "resolution_speed",
                 unit: "rad/s",
+                role: Role::SecondSize,
                 range: (0.0, 1e3),
                 start: 0.0,
                 relative: Relative::Speed,
                 meaning: "step of the speed; 0: none",
             },
         ],
+        size_in_words: "the current channel shows steps of {}",
+        prior: Prior::common("converters of ten bits and fewer, and counters"),
+        of_data: true,
         signature: "white noise of the variance q²/12, whatever current and speed are",
         confused_with: &[EffectId::BrushArcing],
         separated_by: &[Separation::by("the samples: all differences are multiples of one step")],

@@ -5,8 +5,11 @@
 //!
 //! Source: general machine theory (cross-magnetising field of a motor without compensating winding).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative,
+    Representative, Role, Separation,
+};
+use crate::motor::{Balance, FluxLaw, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Main flux lost to the cross field of the armature.
@@ -28,6 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
             EffectParameter {
                 name: "reaction_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 0.9),
                 start: 0.2,
                 relative: Relative::Absolute,
@@ -36,12 +40,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
             EffectParameter {
                 name: "reaction_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 1.0,
                 relative: Relative::Current,
                 meaning: "current at which half of that is lost",
             },
         ],
+        size_in_words: "{} of the flux is lost to the cross field at high current",
+        excited_by: &[Excitation::Current],
+        prior: Prior::common("small motors have no compensating winding"),
+        represented_by: &[Representative { effect: EffectId::Saturation, law: Some(FluxLaw::Series) }],
+        at_standstill: Some(EffectId::InductanceSaturation),
+        overrated_beside: &[EffectId::InductanceSaturation],
+        weakens_flux: true,
         signature: "that of saturation, with a softer curve",
         confused_with: &[EffectId::Saturation],
         separated_by: &[Separation::by("nothing that is measured at the terminals")],

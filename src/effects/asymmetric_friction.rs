@@ -1,13 +1,15 @@
 //! Friction that depends on the direction: brushes that are not radial, a helical gear, a worm or a spindle.
 //!
-//! `J dω/dt = … − a |ω| − d |s|`, s = direction of motion, a in N m s/rad, d in N m: forwards the viscous friction is μ1 + a
-//! and the dry friction μ0 + d, backwards μ1 − a and μ0 − d. At rest the dry part is absent, and the rotor breaks away at μ0
-//! either way.
+//! `J dω/dt = … − a |ω| − d |s|`, s = direction of motion, a in N m s/rad, d in N m: forwards the viscous friction is
+//! μ1 + a and the dry friction μ0 + d, backwards μ1 − a and μ0 − d. At rest the dry part is absent, and the rotor
+//! breaks away at μ0 either way.
 //!
 //! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, whose
 //! friction is a dry and a viscous term with an offset; here with an offset of both.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -29,6 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             EffectParameter {
                 name: "asymmetric_viscous",
                 unit: "N m s/rad",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.1,
                 relative: Relative::FrictionPerSpeed,
@@ -37,12 +40,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             EffectParameter {
                 name: "asymmetric_dry",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.1,
                 relative: Relative::Friction,
                 meaning: "half the difference of dry friction between forwards and backwards",
             },
         ],
+        size_in_words: "friction differs by twice {} between forwards and backwards",
+        excited_by: &[Excitation::BothDirections],
+        prior: Prior::occasional("oblique brushes, worm and helical gears"),
         signature: "a torque error that does not change its sign with the direction and grows with the speed",
         confused_with: &[EffectId::TorqueOffset, EffectId::CoulombFriction],
         separated_by: &[

@@ -1,13 +1,17 @@
 //! Warm-up of bearings and grease: the friction of the base model is larger in the cold and falls while the motor runs.
 //!
-//! `μ0 (1 + a x)` and `μ1 (1 + a x)` with `dx/dt = −x/τ`, x = 1 at the start of a run, when the bearings count as cold; a is
-//! dimensionless, τ in s. The change in one step is less than a rounding unit of `f32`, so that what rounding loses is kept
-//! in the memory as well. Where nothing is remembered (a torque at a speed, without a run) the bearings count as warm.
+//! `μ0 (1 + a x)` and `μ1 (1 + a x)` with `dx/dt = −x/τ`, x = 1 at the start of a run, when the bearings count as cold;
+//! a is dimensionless, τ in s. The change in one step is less than a rounding unit of `f32`, so that what rounding
+//! loses is kept in the memory as well. Where nothing is remembered (a torque at a speed, without a run) the bearings
+//! count as warm.
 //!
 //! Source: viscosity of grease, with one thermal time constant.
 
 use super::memory::{accumulate, decay};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -29,6 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
             EffectParameter {
                 name: "warmup_excess",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 10.0),
                 start: 1.0,
                 relative: Relative::Absolute,
@@ -37,12 +42,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
             EffectParameter {
                 name: "warmup_time",
                 unit: "s",
+                role: Role::Time,
                 range: (0.5, 1000.0),
                 start: 15.0,
                 relative: Relative::Absolute,
                 meaning: "time constant of warming up",
             },
         ],
+        size_in_words: "friction is {} larger at the start than warm",
+        excited_by: &[Excitation::Heating],
+        prior: Prior::occasional("grease is stiff in the cold"),
         signature: "a slow drift in the torque that does not depend on the current; the voltage balance is clean",
         confused_with: &[EffectId::WindageExponent, EffectId::WindingTemperature],
         separated_by: &[

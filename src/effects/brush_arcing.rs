@@ -1,13 +1,16 @@
 //! Arcs between brush and commutator: at random bar passages a voltage of at least the minimum of an arc is lost.
 //!
 //! `V min(|i|/i_n, 1) sign(i)` is what they take in the mean, V in V and i_n in A: arcs become more frequent with the
-//! current until every passage has one. The mean hides in the resistance (below i_n it is exactly V/i_n); what shows is the
-//! variance, which follows |i| ω and rises twice per mains period. The model has the mean alone, since a random part cannot
-//! be predicted.
+//! current until every passage has one. The mean hides in the resistance (below i_n it is exactly V/i_n); what shows is
+//! the variance, which follows |i| ω and rises twice per mains period. The model has the mean alone, since a random
+//! part cannot be predicted.
 //!
 //! Source: general machine theory (minimum arc voltage, 12 to 20 V).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Seen,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -30,6 +33,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
             EffectParameter {
                 name: "arcing_drop",
                 unit: "V",
+                role: Role::Size,
                 range: (0.0, 100.0),
                 start: 0.005,
                 relative: Relative::Voltage,
@@ -38,19 +42,21 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
             EffectParameter {
                 name: "arcing_current",
                 unit: "A",
+                role: Role::Shape,
                 range: (1e-4, 1e3),
                 start: 0.5,
                 relative: Relative::Current,
                 meaning: "current from which every passage has its arc",
             },
         ],
+        size_in_words: "arcs take {} in the mean",
+        excited_by: &[Excitation::Current, Excitation::Speed],
+        prior: Prior::occasional("worn brushes and a rough commutator"),
         signature: "variance of the residual that follows |i| ω, with bursts; the mean passes for resistance",
         confused_with: &[EffectId::BrushDrop, EffectId::AdcResolution],
-        separated_by: &[
-            Separation::by(
-                "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
-            ),
-        ],
+        separated_by: &[Separation::by(
+            "the variance above the filter against |i| ω: noise and steps of the converter do not follow it",
+        )],
         source: "general machine theory",
         ..Description::usual(EffectId::BrushArcing)
     };

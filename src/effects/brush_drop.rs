@@ -2,10 +2,12 @@
 //!
 //! `V (1 − exp(−|i|/i_0)) sign(i)`, both brushes together.
 //!
-//! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low current); the
-//! exponential transition is the usual smooth one.
+//! Source: Modelica Standard Library, Machines.Losses.DCMachines.Brush (constant drop with a transition at low
+//! current); the exponential transition is the usual smooth one.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -27,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
             EffectParameter {
                 name: "brush_drop",
                 unit: "V",
+                role: Role::Size,
                 range: (0.0, 50.0),
                 start: 0.008,
                 relative: Relative::Voltage,
@@ -35,12 +38,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
             EffectParameter {
                 name: "brush_transition",
                 unit: "A",
+                role: Role::Shape,
                 range: (1e-4, 1e3),
                 start: 0.03,
                 relative: Relative::Current,
                 meaning: "current over which the drop builds up",
             },
         ],
+        size_in_words: "the brushes take {} whatever the current",
+        excited_by: &[Excitation::Current, Excitation::LowVoltage],
+        prior: Prior::common("carbon brushes drop half a volt to two volts each"),
         signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
                     resistance",
         confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::SupplyDeadZone],

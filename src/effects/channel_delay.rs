@@ -1,17 +1,22 @@
-//! Delay between the channels: sampling in sequence, a digital filter or unequal anti-alias filters make the current late.
+//! Delay between the channels: sampling in sequence, a digital filter or unequal anti-alias filters make the current
+//! late.
 //!
-//! `i_shown(t) = i(t − d)`, d in s. A late voltage would be a negative d; it has the sign of eddy currents, and no place
-//! here.
+//! `i_shown(t) = i(t − d)`, d in s. A late voltage would be a negative d; it has the sign of eddy currents, and no
+//! place here.
 //!
-//! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole number
-//! of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps. Through them
-//! and the present goes a parabola: a chord would show an alternating current smaller, and a direct one not. What is remembered besides is the change `i(t − d) − i(t)` of the true
-//! current, which is added to whatever the earlier parts of the chain show: a gain error or compression of the sensor does
-//! not act on the change, which would be a product of two small errors.
+//! Two earlier currents are remembered, at the ages a and a + m h, where h is the length of a step, m the least whole
+//! number of steps with (m + 1) h ≥ d, and a runs from h to m h; up to d = 2 h these are simply the last two steps.
+//! Through them and the present goes a parabola: a chord would show an alternating current smaller, and a direct one
+//! not. What is remembered besides is the change `i(t − d) − i(t)` of the true current, which is added to whatever the
+//! earlier parts of the chain show: a gain error or compression of the sensor does not act on the change, which would
+//! be a product of two small errors.
 //!
 //! Source: sampling theory; latency in the error model of a current sensor.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -33,11 +38,19 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         parameters: &[EffectParameter {
             name: "channel_delay",
             unit: "s",
+            role: Role::Size,
             range: (0.0, 1e-3),
             start: 1e-4,
             relative: Relative::Absolute,
             meaning: "time by which the current is late",
         }],
+        size_in_words: "the current channel is {} late",
+        excited_by: &[Excitation::Alternating],
+        prior: Prior::common("channels are converted one after the other, or filtered by unlike filters"),
+        half_an_interval: Some(
+            "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
+             that does): then it is no fault of the current channel",
+        ),
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
                     quadrature to i²; the opposite sign of eddy currents",
         confused_with: &[EffectId::EddyCurrent, EffectId::TransformerEmf, EffectId::Hysteresis],

@@ -4,7 +4,9 @@
 //!
 //! Source: general machine theory (resistance and linear commutation).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,18 +25,20 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
         parameters: &[EffectParameter {
             name: "demagnetisation",
             unit: "s/rad",
+            role: Role::Size,
             range: (0.0, 10.0),
             start: 0.05,
             relative: Relative::InverseSpeed,
             meaning: "relative loss of flux per speed",
         }],
+        size_in_words: "a speed of 1 rad/s takes {} of the flux",
+        excited_by: &[Excitation::Speed, Excitation::Current],
+        prior: Prior::occasional("brushes that stand beside the neutral zone, or coils that turn over late"),
         signature: "resistance that seems to fall with the square of the speed, and a torque that falls with it; no harmonics",
         confused_with: &[EffectId::SkinEffect, EffectId::IronLossDrag],
-        separated_by: &[
-            Separation::by(
-                "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
-            ),
-        ],
+        separated_by: &[Separation::by(
+            "nothing that is measured at the terminals, but for the sign: skin effect raises the resistance",
+        )],
         source: "general machine theory",
         ..Description::usual(EffectId::CommutationDemagnetisation)
     };

@@ -1,12 +1,16 @@
 //! Reactance voltage of the commutation: a series resistance that grows with the speed and gives no torque.
 //!
-//! `(R + r |ω|) i`, r in Ω s/rad. The energy of the leakage field of every commutating coil is lost in the brush, once per
-//! bar. In a series motor r ω i has the form of the back-EMF K i ω: K of the voltage balance becomes larger than K of the
-//! torque balance, and inertia and friction scale with it, so that recordings of voltage, current and speed cannot show it.
+//! `(R + r |ω|) i`, r in Ω s/rad. The energy of the leakage field of every commutating coil is lost in the brush, once
+//! per bar. In a series motor r ω i has the form of the back-EMF K i ω: K of the voltage balance becomes larger than K
+//! of the torque balance, and inertia and friction scale with it, so that recordings of voltage, current and speed
+//! cannot show it.
 //!
 //! Source: general machine theory (energy of the commutating coils).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Seen,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,11 +30,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
         parameters: &[EffectParameter {
             name: "commutation_resistance",
             unit: "Ω s/rad",
+            role: Role::Size,
             range: (0.0, 100.0),
             start: 0.1,
             relative: Relative::ImpedancePerSpeed,
             meaning: "resistance per speed",
         }],
+        size_in_words: "the resistance rises by {} with the speed",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::occasional("coils that turn over at speed take a voltage in proportion to current and speed"),
         signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
                     exceeds K of the torque. In a magnet motor a resistance that rises in proportion to the speed",
         confused_with: &[EffectId::VoltageGain, EffectId::SkinEffect],

@@ -5,8 +5,10 @@
 //! Source: C. A. Coulomb 1785; Modelica Standard Library, Machines.Losses.Friction and
 //! Mechanics.Rotational.Components.BearingFriction.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
+use crate::motor::{Balance, BaseParameter, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Torque against the motion, whatever the speed.
@@ -21,18 +23,27 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         name: "dry friction",
         equation: "J dω/dt = … − T sign(ω)",
         acts: Acts::Mechanical,
-        stands_for: Some("mu0"),
+        stands_for: Some(BaseParameter::Mu0),
         parameters: &[EffectParameter {
             name: "coulomb_friction",
             unit: "N m",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::Friction,
             meaning: "torque against the motion",
         }],
+        size_in_words: "the rotor is held by {} before it moves",
+        excited_by: &[Excitation::LowSpeed, Excitation::Speed],
+        prior: Prior::common("bearings and brushes rub in every motor"),
         signature: "a constant torque error that changes its sign with the direction; a rotor that stops too late and \
                     starts too early",
-        confused_with: &[EffectId::TorqueOffset, EffectId::Stribeck, EffectId::AsymmetricFriction, EffectId::SupplyDeadZone],
+        confused_with: &[
+            EffectId::TorqueOffset,
+            EffectId::Stribeck,
+            EffectId::AsymmetricFriction,
+            EffectId::SupplyDeadZone,
+        ],
         separated_by: &[
             Separation::both_directions("motion in both directions"),
             Separation::open_supply("the end of a coast-down"),

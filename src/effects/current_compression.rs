@@ -4,7 +4,9 @@
 //!
 //! Source: general theory of current sensors (magnetisation curve of the core).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -23,14 +25,23 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
         parameters: &[EffectParameter {
             name: "current_compression",
             unit: "1/A²",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 0.05,
             relative: Relative::InverseCurrentSquared,
             meaning: "relative loss per square of the current, at low current",
         }],
+        size_in_words: "1 A² takes {} of what the current channel shows",
+        excited_by: &[Excitation::Current],
+        prior: Prior::rare("sensors near the end of their range"),
         signature: "third harmonic in phase with the current, of the opposite sign of saturation, in resistance, back-EMF \
                     and inductance alike",
-        confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::AdcClipping, EffectId::InductanceSaturation],
+        confused_with: &[
+            EffectId::Saturation,
+            EffectId::ArmatureReaction,
+            EffectId::AdcClipping,
+            EffectId::InductanceSaturation,
+        ],
         separated_by: &[
             Separation::locked_rotor("a locked rotor, where saturation leaves the resistance alone"),
             Separation::by("the sign of the third harmonic"),

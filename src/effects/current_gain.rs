@@ -1,11 +1,13 @@
 //! Gain error of the current channel.
 //!
-//! `i_shown = (1 + e) i`, e dimensionless. With g = 1 + e a fit gives R/g and L/g and, for a series motor, K/g, g J and g μ,
-//! for permanent magnets K, g J and g μ, exactly: the voltage stays and the power grows by g.
+//! `i_shown = (1 + e) i`, e dimensionless. With g = 1 + e a fit gives R/g and L/g and, for a series motor, K/g, g J and
+//! g μ, for permanent magnets K, g J and g μ, exactly: the voltage stays and the power grows by g.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -25,11 +27,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
         parameters: &[EffectParameter {
             name: "current_gain",
             unit: "1",
+            role: Role::Size,
             range: (-0.5, 0.5),
             start: 0.02,
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a current is shown",
         }],
+        size_in_words: "the current channel shows {} too much",
+        prior: Prior::common("shunts and Hall sensors have a tolerance of a per cent or so"),
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::SpeedGain],
         separated_by: &[Separation::by("a reference meter for the current")],

@@ -4,8 +4,11 @@
 //!
 //! Source: error model of a current-sensing amplifier (offset and gain).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::State;
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role,
+    Separation, Sum,
+};
+use crate::motor::{FluxLaw, State};
 use crate::scalar::Scalar;
 
 /// Current that is shown too large by a constant.
@@ -23,11 +26,18 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
         parameters: &[EffectParameter {
             name: "current_offset",
             unit: "A",
+            role: Role::Size,
             range: (-100.0, 100.0),
             start: 0.006,
             relative: Relative::Current,
             meaning: "current that is shown when there is none",
         }],
+        size_in_words: "the current channel shows {} where there is none",
+        excited_by: &[Excitation::Direct],
+        prior: Prior::common("Hall sensors drift at zero, and few are zeroed before each run"),
+        at_standstill: Some(EffectId::VoltageOffset),
+        two_make_it: Some([EffectId::Remanence, EffectId::VoltageOffset]),
+        sum_of: Some(Sum { two: [EffectId::VoltageOffset, EffectId::TorqueOffset], law: FluxLaw::PermanentMagnet }),
         signature: "a direct voltage that grows with the speed, from R at standstill; a torque at mains frequency",
         confused_with: &[EffectId::Remanence, EffectId::VoltageOffset],
         separated_by: &[

@@ -1,8 +1,9 @@
 //! What an effect is, in words and equations: the text of `greyrig effects` and of the catalogue in the documentation.
 
-use super::EffectId;
+use super::knowledge::{Excitation, Prior, Representative, Sum};
 use super::separation::Separation;
-use crate::motor::FluxLaw;
+use super::{EffectId, MAX_EFFECT_PARAMETERS};
+use crate::motor::{BaseParameter, FluxLaw};
 
 /// What a start value is relative to, so that one figure serves a watch motor and a traction drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +42,21 @@ pub enum Relative {
     FrictionPerCurrentSquaredSpeedSquared,
 }
 
+/// What a parameter is to its effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The size: at zero the effect is absent. The first parameter of each.
+    Size,
+    /// A second size, as the sine beside the cosine of an angle: the effect is absent where both are zero.
+    SecondSize,
+    /// A shape: a knee, an exponent, a speed at which something fades.
+    Shape,
+    /// A time constant beside the size: far below what the recordings resolve, the effect is another one.
+    Time,
+    /// The share of the inductance that goes with the flux.
+    Linked,
+}
+
 /// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectParameter {
@@ -48,6 +64,8 @@ pub struct EffectParameter {
     pub name: &'static str,
     /// Unit of a rotary drive.
     pub unit: &'static str,
+    /// What it is to the effect.
+    pub role: Role,
     /// Physical range.
     pub range: (f64, f64),
     /// A typical value, where a fit starts, in units of `relative`.
@@ -61,8 +79,8 @@ pub struct EffectParameter {
 /// A shape beyond which an effect is not what its name says: its law has become that of another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// Name of the shape.
-    pub parameter: &'static str,
+    /// Place of the shape among the effect's parameters.
+    pub parameter: usize,
     /// Largest value with which the effect is still itself, in what the start value of the shape is relative to.
     pub beyond: f64,
     /// The effect that it turns into.
@@ -125,8 +143,8 @@ pub struct Description {
     pub seen: Seen,
     /// Which motors can have it.
     pub motors: Motors,
-    /// The base model's friction term (`mu0`, `mu1`, `mu2`) that it is, where the base is without it or has it fixed.
-    pub stands_for: Option<&'static str>,
+    /// The base model's friction term that it is, where the base is without it or has it fixed.
+    pub stands_for: Option<BaseParameter>,
     /// Whether it makes the flux lag.
     pub lags_flux: bool,
     /// Whether the voltage that reaches the motor is another function of the recorded one than itself plus a constant.
@@ -137,6 +155,36 @@ pub struct Description {
     pub remembers: bool,
     /// Its parameters.
     pub parameters: &'static [EffectParameter],
+    /// What its size means, as a sentence with `{}` for the size.
+    pub size_in_words: &'static str,
+    /// What a recording has to hold for it to show.
+    pub excited_by: &'static [Excitation],
+    /// On how many rigs it is to be expected.
+    pub prior: Prior,
+    /// Effects that stand for it, as no recording separates them: they are a class, which is named by that effect.
+    pub represented_by: &'static [Representative],
+    /// The effect that it is while the rotor stands still: without a speed the flux shows in the inductance alone, a
+    /// lag fades by nothing, and a constant current is a constant voltage over R.
+    pub at_standstill: Option<EffectId>,
+    /// Two others that take its part while the motor runs on a closed supply: the columns of the three in the voltage
+    /// balance, K ω, R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
+    pub two_make_it: Option<[EffectId; 2]>,
+    /// Two others that are together what it is by itself.
+    pub sum_of: Option<Sum>,
+    /// Effects of which a little takes up the difference between two forms of its law, on which no two sources agree.
+    pub rest_of_law: &'static [EffectId],
+    /// Effects that a straight line credits with the rest of its law, where the law's own shape can take that up on a
+    /// curved way: of a motor with saturation that runs steadily an inductance seemed to earn a fifth of all, and
+    /// earned nothing.
+    pub overrated_beside: &'static [EffectId],
+    /// Whether it takes flux away where the current is large.
+    pub weakens_flux: bool,
+    /// What it is no fault but, where its size is half a sampling interval.
+    pub half_an_interval: Option<&'static str>,
+    /// Whether it changes what is shown of the speed, and of nothing else.
+    pub on_speed_channel: bool,
+    /// Whether it is a finding about the data, in the samples, and nothing that a model of the motor lacks.
+    pub of_data: bool,
     /// What it leaves in the residual of a model without it.
     pub signature: &'static str,
     /// Where a shape makes another effect of it.
@@ -149,7 +197,43 @@ pub struct Description {
     pub source: &'static str,
 }
 
+/// What a motor has to know of an effect to run it.
+///
+/// The microcontroller asks for this and no more, so that the words of a [`Description`] take no room there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Traits {
+    /// Which equation it enters.
+    pub acts: Acts,
+    /// Whether it makes the flux lag.
+    pub lags_flux: bool,
+    /// [`Description::bends_supply`].
+    pub bends_supply: bool,
+    /// Whether it remembers.
+    pub remembers: bool,
+}
+
+/// Name and physical range of a parameter.
+pub type Limits = (&'static str, f64, f64);
+
 impl Description {
+    /// What a motor has to know of it.
+    pub const fn traits(&self) -> Traits {
+        let Self { acts, lags_flux, bends_supply, remembers, .. } = *self;
+        Traits { acts, lags_flux, bends_supply, remembers }
+    }
+
+    /// Names and physical ranges of its parameters, and of none beyond the last one.
+    pub const fn limits(&self) -> [Limits; MAX_EFFECT_PARAMETERS] {
+        let mut limits = [("", 0.0, 0.0); MAX_EFFECT_PARAMETERS];
+        let mut n = 0;
+        while n < self.parameters.len() {
+            let EffectParameter { name, range: (least, greatest), .. } = self.parameters[n];
+            limits[n] = (name, least, greatest);
+            n += 1;
+        }
+        limits
+    }
+
     /// The parameter that is its size: where that is zero, there is no effect.
     pub const fn size(&self) -> &'static EffectParameter {
         &self.parameters[0]
@@ -162,6 +246,28 @@ impl Description {
             (Seen::InvisibleInSeries(_), FluxLaw::PermanentMagnet) => Seen::FreeRun,
             (seen, _) => seen,
         }
+    }
+
+    /// Whether a motor with a flux law can have it.
+    pub const fn fits(&self, law: FluxLaw) -> bool {
+        matches!((self.motors, law), (Motors::All, _) | (Motors::Series, FluxLaw::Series))
+    }
+
+    /// Whether a diagnosis tries it in a motor with a flux law: it can be there, and shows in the error of a free run.
+    pub const fn is_tried(&self, law: FluxLaw) -> bool {
+        matches!(self.seen_with(law), Seen::FreeRun) && !self.of_data && self.fits(law)
+    }
+
+    /// Whether speed and torque alone can show it, without voltage and current.
+    pub const fn shows_in_motion(&self) -> bool {
+        matches!(self.acts, Acts::Mechanical) || self.on_speed_channel
+    }
+
+    /// The effect that is named in its place in a motor with a flux law: itself, if it is in no class or stands for
+    /// one.
+    pub fn named_as(&self, law: FluxLaw) -> EffectId {
+        let here = |r: &&Representative| r.law.is_none_or(|of| of == law);
+        self.represented_by.iter().find(here).map_or(self.id, |r| r.effect)
     }
 
     /// What most effects are: seen in the free run, possible in every motor, without parameters or words yet.
@@ -179,6 +285,19 @@ impl Description {
             of_supply: false,
             remembers: false,
             parameters: &[],
+            size_in_words: "",
+            excited_by: &[],
+            prior: Prior::occasional(""),
+            represented_by: &[],
+            at_standstill: None,
+            two_make_it: None,
+            sum_of: None,
+            rest_of_law: &[],
+            overrated_beside: &[],
+            weakens_flux: false,
+            half_an_interval: None,
+            on_speed_channel: false,
+            of_data: false,
             signature: "",
             turns_into: None,
             confused_with: &[],

@@ -1,13 +1,16 @@
 //! Eddy currents in laminations and poles: the flux lags in time.
 //!
-//! `T dφ/dt = F(i) − φ`: with g, which follows di/dt with the lag T, φ is F(i − T g), to first order in T g, in back-EMF and torque,
-//! and of the inductive voltage the share χ is χ L g.
+//! `T dφ/dt = F(i) − φ`: with g, which follows di/dt with the lag T, φ is F(i − T g), to first order in T g, in
+//! back-EMF and torque, and of the inductive voltage the share χ is χ L g.
 //!
 //! Source: classical eddy-current loss as a resistance parallel to the magnetising inductance; field form
 //! σ d²/12 dB/dt in the Modelica Standard Library, Magnetic.FluxTubes.
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -31,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
             EffectParameter {
                 name: "eddy_lag",
                 unit: "s",
+                role: Role::Size,
                 range: (0.0, 2e-3),
                 start: 8e-5,
                 relative: Relative::Absolute,
@@ -39,12 +43,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
             EffectParameter {
                 name: "eddy_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that lags",
             },
         ],
+        size_in_words: "the flux follows {} after the current",
+        excited_by: &[Excitation::Alternating],
+        prior: Prior::occasional("solid yokes have it, laminated ones hardly"),
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, without a third \
                     harmonic; the opposite sign of a late current channel",
         confused_with: &[EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::Hysteresis],

@@ -1,14 +1,18 @@
 //! Inertia of the air: the flow through a fan and its duct lags the speed, and part of the torque follows the flow.
 //!
 //! `J dω/dt = … − (1 − b) μ2 ω|ω| − b μ2 q |ω|` with `τ dq/dt = ω − q`; q is the flow, in rad/s of the speed that would
-//! drive it in the long run, and starts there. b is dimensionless, τ in s. The lag is solved exactly for a speed that is
-//! straight within the step. Where nothing is remembered (a torque at a speed, without a run) the flow counts as settled.
+//! drive it in the long run, and starts there. b is dimensionless, τ in s. The lag is solved exactly for a speed that
+//! is straight within the step. Where nothing is remembered (a torque at a speed, without a run) the flow counts as
+//! settled.
 //!
 //! Source: momentum of an air column in a duct, linearised; the shares follow the characteristic of a radial fan, whose
 //! torque falls when the flow is throttled.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -30,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
             EffectParameter {
                 name: "fan_share",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 1.0),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -38,12 +43,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
             EffectParameter {
                 name: "fan_time",
                 unit: "s",
+                role: Role::Time,
                 range: (0.005, 10.0),
                 start: 0.15,
                 relative: Relative::Absolute,
                 meaning: "time constant of the flow",
             },
         ],
+        size_in_words: "the air follows the fan {} later",
+        excited_by: &[Excitation::Acceleration],
+        prior: Prior::rare("only where the air in a duct is heavy beside the rotor"),
         signature: "too little load while the speed rises, too much while it falls; none at constant speed",
         confused_with: &[EffectId::StrayLoadTorque, EffectId::WindageExponent, EffectId::IronLossDrag],
         separated_by: &[

@@ -1,24 +1,28 @@
 //! Magnetic hysteresis of the iron: the flux follows the current late by a fixed amount, whatever the frequency.
 //!
-//! A play lets small reversals of the current pass: x stays where it is while `|i − x| < p`, with p = i_c/2, and else follows at
-//! that distance. The magnetising current is `i − r (i − x) − (1 − r/2) i_c z`, where z runs from −1 to 1 with the history of x
-//! alone (rate-independent):
+//! A play lets small reversals of the current pass: x stays where it is while `|i − x| < p`, with p = i_c/2, and else
+//! follows at that distance. The magnetising current is `i − r (i − x) − (1 − r/2) i_c z`, where z runs from −1 to 1
+//! with the history of x alone (rate-independent):
 //! ```text
 //! dz/dx = r (1 + e − z s)/((2 + e) (1 − r/2) i_c)  up to z = s,  s = sign(dx/dt)
 //! ```
-//! which over a stretch of monotonic x is `z = s (1 + e) − (s (1 + e) − z₀) exp(−r |x − x₀|/((2 + e) (1 − r/2) i_c))`, ended at
-//! z = s: exact for a step of any size, so that no time step limits it. At a reversal from saturation the share r of the flux
-//! rests; after half of the loop's width it follows the slower the nearer saturation is, with e = 0 for ever, else until a
-//! current at which the branch closes. This is what plays (Prandtl–Ishlinskii) do whose widths are p and more, distributed
-//! exponentially, with e up to a largest one; a large e is one play. Loops inside a loop, which close in iron, close here as long
-//! as they are narrower than 2 p; z alone would be worn down by them, and so by the noise of a DC voltage. The inductive
-//! voltage of the share c of the inductance follows: `dλ/di = L (1 − c d(lag)/di)`, of which a twentieth is left at least: leakage
-//! through air, without which no current could be computed after a reversal with c = r = 1.
+//! which over a stretch of monotonic x is `z = s (1 + e) − (s (1 + e) − z₀) exp(−r |x − x₀|/((2 + e) (1 − r/2) i_c))`,
+//! ended at z = s: exact for a step of any size, so that no time step limits it. At a reversal from saturation the
+//! share r of the flux rests; after half of the loop's width it follows the slower the nearer saturation is, with e = 0
+//! for ever, else until a current at which the branch closes. This is what plays (Prandtl–Ishlinskii) do whose widths
+//! are p and more, distributed exponentially, with e up to a largest one; a large e is one play. Loops inside a loop,
+//! which close in iron, close here as long as they are narrower than 2 p; z alone would be worn down by them, and so by
+//! the noise of a DC voltage. The inductive voltage of the share c of the inductance follows: `dλ/di = L (1 − c
+//! d(lag)/di)`, of which a twentieth is left at least: leakage through air, without which no current could be computed
+//! after a reversal with c = r = 1.
 //!
-//! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays as in
-//! M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
+//! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays
+//! as in M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -43,8 +47,8 @@ const PLAY: f64 = 0.5;
 /// Share of the inductance that is leakage through air at least.
 const LEAKAGE: f64 = 0.05;
 
-/// How far the magnetising current is behind, A, and how that changes with the current; where in the play it is, (i − x)/p from
-/// −1 to 1; and z.
+/// How far the magnetising current is behind, A, and how that changes with the current; where in the play it is, (i −
+/// x)/p from −1 to 1; and z.
 struct Lag<N> {
     current: N,
     slope: N,
@@ -73,8 +77,8 @@ impl<S: Scalar<Base = S>> Hysteresis<S> {
         }
         let side = if from_centre.value() + place * S::constant(CLOSED) < S::ZERO { -S::ONE } else { S::ONE };
         let (z, rise) = self.branch(from_centre.plus(-(side * play)), side, rest, begun);
-        // Within a step that leaves the play the inductance stays what it was: where it doubled between the stages of a step,
-        // their weights would make the current stand still.
+        // Within a step that leaves the play the inductance stays what it was: where it doubled between the stages of a
+        // step, their weights would make the current stand still.
         let slope = if place.abs() < S::ONE && play > S::ZERO { N::lift(self.resting) } else { rise.times(rest) };
         Lag { current: z.times(rest).plus(side * edge), slope, place: N::lift(side), z }
     }
@@ -104,6 +108,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_coercive",
                 unit: "A",
+                role: Role::Size,
                 range: (0.0, 100.0),
                 start: 0.015,
                 relative: Relative::Current,
@@ -112,6 +117,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_resting",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.2, 1.0),
                 start: 0.9,
                 relative: Relative::Absolute,
@@ -120,6 +126,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_closing",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 4.0),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -128,15 +135,24 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
             EffectParameter {
                 name: "hysteresis_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that has the loop",
             },
         ],
+        size_in_words: "the flux is {} behind the current, whichever way that goes",
+        excited_by: &[Excitation::Alternating, Excitation::Current],
+        prior: Prior::common("every iron has it, solid or soft steel poles most"),
         signature: "fundamental in quadrature with the current, nearly independent of the amplitude; a torque in quadrature to \
                     i²",
-        confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::InductanceSaturation],
+        confused_with: &[
+            EffectId::EddyCurrent,
+            EffectId::ChannelDelay,
+            EffectId::TransformerEmf,
+            EffectId::InductanceSaturation,
+        ],
         separated_by: &[
             Separation::by("slow DC ramps, where the loop stays and every lag in time vanishes"),
             Separation::by("different amplitudes"),
@@ -153,11 +169,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         balance.flux_slope = balance.flux_slope * lag.slope.times(-S::ONE).plus(S::ONE);
         let left = lag.slope.times(-self.linked).plus(S::ONE);
         let leakage = S::constant(LEAKAGE);
-        balance.inductance = if left.value() < leakage {
-            balance.inductance.times(leakage)
-        } else {
-            balance.inductance * left
-        };
+        balance.inductance =
+            if left.value() < leakage { balance.inductance.times(leakage) } else { balance.inductance * left };
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
         [S::ZERO, state.current, S::ZERO, S::ZERO]

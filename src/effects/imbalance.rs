@@ -2,13 +2,16 @@
 //!
 //! `J dω/dt = … + c cos θ + s sin θ`, c and s in N m, θ in rad the angle since the start of the run: gravity on an
 //! unbalanced rotor with a horizontal shaft, a belt or a coupling that runs out of true. The angle at the start is not
-//! known, hence cosine and sine, and the effect is absent when both are zero. The torque of the beginning of a step holds
-//! throughout it.
+//! known, hence cosine and sine, and the effect is absent when both are zero. The torque of the beginning of a step
+//! holds throughout it.
 //!
 //! Source: mechanics of a pendulum that turns.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -31,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
             EffectParameter {
                 name: "imbalance_cos",
                 unit: "N m",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -39,20 +43,22 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
             EffectParameter {
                 name: "imbalance_sin",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
                 meaning: "amplitude of the sine of the angle",
             },
         ],
+        size_in_words: "the torque swings by {} once a turn",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::occasional("rotors that are balanced roughly or have a bent shaft"),
         signature: "a line at the frequency of rotation in the speed, the stronger the slower, and in the current",
         confused_with: &[EffectId::TorqueRipple, EffectId::SpeedRipple],
-        separated_by: &[
-            Separation::by(
-                "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
+        separated_by: &[Separation::by(
+            "order tracking over a coast-down: the line in the speed falls with the speed, that of a tacho out of \
                  true grows with it",
-            ),
-        ],
+        )],
         source: "mechanics",
         remembers: true,
         ..Description::usual(EffectId::Imbalance)

@@ -5,7 +5,9 @@
 //!
 //! Source: arc-tangent flux of the SaturatingInductor of the Modelica Standard Library.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -29,6 +31,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 0.95),
                 start: 0.5,
                 relative: Relative::Absolute,
@@ -37,6 +40,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 0.6,
                 relative: Relative::Current,
@@ -45,12 +49,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
             EffectParameter {
                 name: "inductance_sharpness",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 5.0),
                 start: 0.5,
                 relative: Relative::Absolute,
                 meaning: "0 is the soft knee of an arc-tangent flux",
             },
         ],
+        size_in_words: "{} of the inductance is lost at high current",
+        excited_by: &[Excitation::Current, Excitation::Alternating],
+        prior: Prior::occasional("leakage paths and chokes saturate by themselves"),
         signature: "third harmonic in quadrature with the current, at any speed; nothing in the torque",
         confused_with: &[EffectId::Hysteresis, EffectId::Saturation, EffectId::CurrentCompression],
         separated_by: &[Separation::by("a locked rotor at two or three amplitudes")],

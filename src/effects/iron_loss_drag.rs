@@ -1,15 +1,17 @@
-//! Iron loss of the armature as a torque: hysteresis and eddy currents in the teeth, whose field is in proportion to the
-//! current.
+//! Iron loss of the armature as a torque: hysteresis and eddy currents in the teeth, whose field is in proportion to
+//! the current.
 //!
-//! `J dω/dt = … − c (i² ω + h |i|^1.5 sign(ω))`, c in N m s/(A² rad), h in A^½ rad/s: at a speed of h/√|i| both parts are the
-//! same. The eddy currents' loss (f B)² over the speed is a torque in proportion to ω B². The loss of hysteresis, f B^n with
-//! Steinmetz's n from 1.5 to 2, is one that does not depend on the speed and that holds a rotor at rest; with n = 2 it would
-//! be no term of its own, as K and J can take its place.
+//! `J dω/dt = … − c (i² ω + h |i|^1.5 sign(ω))`, c in N m s/(A² rad), h in A^½ rad/s: at a speed of h/√|i| both parts
+//! are the same. The eddy currents' loss (f B)² over the speed is a torque in proportion to ω B². The loss of
+//! hysteresis, f B^n with Steinmetz's n from 1.5 to 2, is one that does not depend on the speed and that holds a rotor
+//! at rest; with n = 2 it would be no term of its own, as K and J can take its place.
 //!
-//! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard Library,
-//! Machines.Losses.DCMachines.Core.
+//! Source: C. P. Steinmetz 1892; H. Jordan 1924 and G. Bertotti 1988 (separation of iron losses); Modelica Standard
+//! Library, Machines.Losses.DCMachines.Core.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -34,6 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
             EffectParameter {
                 name: "iron_loss_drag",
                 unit: "N m s/(A² rad)",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.1,
                 relative: Relative::FrictionPerCurrentSquaredSpeed,
@@ -42,14 +45,24 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
             EffectParameter {
                 name: "iron_loss_hysteresis",
                 unit: "A^½ rad/s",
+                role: Role::Shape,
                 range: (0.0, 1e6),
                 start: 0.3,
                 relative: Relative::SpeedRootCurrent,
                 meaning: "speed at which hysteresis takes as much as the eddy currents, times the root of the current",
             },
         ],
+        size_in_words: "iron losses brake by {} per speed and square of the current",
+        excited_by: &[Excitation::Current, Excitation::Speed],
+        prior: Prior::occasional("armatures of thick or poor sheets"),
+        rest_of_law: &[EffectId::QuadraticLoad],
         signature: "a torque in proportion to i² that falls with the speed; the voltage balance is clean",
-        confused_with: &[EffectId::StrayLoadTorque, EffectId::CommutationDemagnetisation, EffectId::QuadraticLoad, EffectId::FanDynamics],
+        confused_with: &[
+            EffectId::StrayLoadTorque,
+            EffectId::CommutationDemagnetisation,
+            EffectId::QuadraticLoad,
+            EffectId::FanDynamics,
+        ],
         separated_by: &[
             Separation::by("a run at one speed and several currents"),
             Separation::by("nothing against the stray load torque, with which it is one class"),

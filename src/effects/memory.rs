@@ -8,15 +8,15 @@ use core::f64::consts::TAU;
 /// Below this ratio of step to time constant [`decay`] takes the power series, which does not cancel.
 const SHORT: f64 = 0.02;
 
-/// How far a lag is behind, in the unit of its input (A/s, rad/s), below which it has arrived. It would fade on in subnormal
-/// numbers while the input rests, which a desktop's processor is slow with.
+/// How far a lag is behind, in the unit of its input (A/s, rad/s), below which it has arrived. It would fade on in
+/// subnormal numbers while the input rests, which a desktop's processor is slow with.
 const ARRIVED: f64 = 1e-30;
 
 /// The memory of [`turn`] at the angle zero.
 pub const AT_ZERO_ANGLE: Memory<f64> = [0.0, 1.0, 0.0, 0.0];
 
-/// Adds to the first value of a memory an increment that may be less than a rounding unit; what rounding loses is kept in
-/// the second (Kahan's compensated summation).
+/// Adds to the first value of a memory an increment that may be less than a rounding unit; what rounding loses is kept
+/// in the second (Kahan's compensated summation).
 #[inline(always)]
 pub fn accumulate<S: Scalar<Base = S>>(memory: &mut Memory<S>, increment: S) {
     let corrected = increment - memory[1];
@@ -52,8 +52,8 @@ pub fn lagged<S: Scalar<Base = S>>(lag: S, before: S, after: S, x: S) -> S {
 
 /// Lets the rate of the current, di/dt, be followed with a lag of T, s: g of `T dg/dt = di/dt − g`, A/s.
 ///
-/// A memory holds g at the end of the step, the weight of g at the begin of a step in its mean over the step, and g in the middle
-/// of the step that has passed. The lag is solved exactly for a current that is straight within the step.
+/// A memory holds g at the end of the step, the weight of g at the begin of a step in its mean over the step, and g in
+/// the middle of the step that has passed. The lag is solved exactly for a current that is straight within the step.
 #[inline(never)]
 pub fn follow_rate<S: Scalar<Base = S>>(lag: S, passed: &Passed<S>, memory: &mut Memory<S>) {
     if lag <= S::ZERO {
@@ -72,12 +72,13 @@ pub fn around_point<S: Scalar<Base = S>>(memory: &Memory<S>) -> Memory<S> {
     [memory[2], memory[1], memory[2], S::ZERO]
 }
 
-/// Flux that lags a series motor's current by T, s, and with it a share χ of the inductance, as means over the step ahead; the
-/// memory is that of [`follow_rate`].
+/// Flux that lags a series motor's current by T, s, and with it a share χ of the inductance, as means over the step
+/// ahead; the memory is that of [`follow_rate`].
 ///
-/// With `T dφ/dt = F(i) − φ` and g as there, φ = F(i − T g) to first order in T g, and the voltage of the lagging inductance is
-/// χ L g. Within a step of constant di/dt, g has the mean m g + (1 − m) di/dt, of which the second part belongs to the
-/// coefficient of di/dt: an inductance of (1 − χ m) L, and a lag of (1 − m) T that is left to [`crate::motor::Motor::slopes`].
+/// With `T dφ/dt = F(i) − φ` and g as there, φ = F(i − T g) to first order in T g, and the voltage of the lagging
+/// inductance is χ L g. Within a step of constant di/dt, g has the mean m g + (1 − m) di/dt, of which the second part
+/// belongs to the coefficient of di/dt: an inductance of (1 − χ m) L, and a lag of (1 − m) T that is left to
+/// [`crate::motor::Motor::slopes`].
 #[inline(never)]
 pub fn lag_flux<N: Scalar>(lag: N, linked: N::Base, memory: &Memory<N::Base>, balance: &mut Balance<N>) {
     let [rate, weight, ..] = *memory;

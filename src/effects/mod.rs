@@ -1,9 +1,22 @@
 //! Physical effects beyond the base model: a file each, listed once in `catalogue!` below.
 //!
-//! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of the
-//! true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new effect is
-//! one new file and one line here. The list is in the order in which effects act: what magnetises first, then what the
-//! flux does, the circuit, the rotor, and at last the measuring chain.
+//! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of
+//! the true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new
+//! effect is one new file and one line here. The list is in the order in which effects act: what magnetises first, then
+//! what the flux does, the circuit, the rotor, and at last the measuring chain.
+//! # Example
+//! ```
+//! use greyrig::effects::{Effect, EffectId, UnknownEffect};
+//!
+//! let id: EffectId = "brush_drop".parse()?;
+//! assert_eq!((id, id.description().size().unit), (EffectId::BrushDrop, "V"));
+//!
+//! // 2 V over both brushes, built up over 0.1 A.
+//! let effect = Effect::<f32>::new(id, &[2.0, 0.1]);
+//! assert!(effect.validate().is_ok());
+//! assert!("brush drop".parse::<EffectId>().is_err());
+//! # Ok::<(), UnknownEffect>(())
+//! ```
 
 /// The two conversions between an effect's named fields and the values in the order of its parameters.
 macro_rules! fields {
@@ -24,6 +37,7 @@ macro_rules! fields {
 
 mod description;
 mod id;
+mod knowledge;
 mod memory;
 mod separation;
 
@@ -31,8 +45,9 @@ use crate::motor::{Balance, OperatingPoint, ParameterError, State};
 use crate::scalar::Scalar;
 
 pub use crate::motor::MAX_EFFECTS;
-pub use description::{Acts, Description, EffectParameter, Motors, Relative, Seen, Turn};
+pub use description::{Acts, Description, EffectParameter, Limits, Motors, Relative, Role, Seen, Traits, Turn};
 pub use id::{Identifiers, UnknownEffect};
+pub use knowledge::{Excitation, Prior, Representative, Sentence, Sum};
 pub use separation::{InWords, Recording, Separation};
 
 /// How many parameters an effect has at most.
@@ -72,7 +87,8 @@ pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     /// Moves the memory on over a step.
     #[inline(always)]
     fn advance(&self, _passed: &Passed<S>, _memory: &mut Memory<S>) {}
-    /// What it remembers at a point that stands for the half step before and after it, instead of for the step that begins there.
+    /// What it remembers at a point that stands for the half step before and after it, instead of for the step that
+    /// begins there.
     #[inline(always)]
     fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
         *memory
@@ -101,6 +117,20 @@ macro_rules! catalogue {
             pub const fn id(self) -> &'static str {
                 match self {
                     $(Self::$variant => stringify!($module),)+
+                }
+            }
+
+            /// What a motor has to know of it.
+            pub const fn traits(self) -> Traits {
+                match self {
+                    $(Self::$variant => const { <$variant<f64> as PhysicalEffect<f64>>::DESCRIPTION.traits() },)+
+                }
+            }
+
+            /// Names and physical ranges of its parameters, and of none beyond the last one.
+            pub const fn limits(self) -> &'static [Limits; MAX_EFFECT_PARAMETERS] {
+                match self {
+                    $(Self::$variant => const { &<$variant<f64> as PhysicalEffect<f64>>::DESCRIPTION.limits() },)+
                 }
             }
 
@@ -196,7 +226,8 @@ macro_rules! catalogue {
                 }
             }
 
-            /// Moves the memory on over many steps, and tells what it was around the end of each; a step that is none leaves it.
+            /// Moves the memory on over many steps, and tells what it was around the end of each; a step that is none
+            /// leaves it.
             #[inline(never)]
             pub fn advance_over_each(
                 &self,
@@ -275,13 +306,12 @@ impl<S: Scalar<Base = S>> Effect<S> {
     /// # Errors
     /// The first value that is not.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        for (value, parameter) in self.values().into_iter().zip(self.description().parameters) {
+        for (value, (name, least, greatest)) in self.values().into_iter().zip(*self.id().limits()) {
             if !value.is_finite() {
-                return Err(ParameterError::NotFinite(parameter.name));
+                return Err(ParameterError::NotFinite(name));
             }
-            let (least, greatest) = parameter.range;
             if value < S::constant(least) || value > S::constant(greatest) {
-                return Err(ParameterError::OutOfRange { name: parameter.name, least, greatest });
+                return Err(ParameterError::OutOfRange { name, least, greatest });
             }
         }
         Ok(())

@@ -2,11 +2,13 @@
 //!
 //! `J dω/dt = … − c ω|ω|`, c in N m s²/rad².
 //!
-//! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard Library,
-//! Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
+//! Source: similarity law of turbomachines (torque in proportion to the square of the speed); Modelica Standard
+//! Library, Mechanics.Rotational.Sources.QuadraticSpeedDependentTorque.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
+use crate::motor::{Balance, BaseParameter, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Torque in proportion to the square of the speed.
@@ -21,15 +23,19 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
         name: "load that grows with the square of the speed",
         equation: "J dω/dt = … − c ω|ω|",
         acts: Acts::Mechanical,
-        stands_for: Some("mu2"),
+        stands_for: Some(BaseParameter::Mu2),
         parameters: &[EffectParameter {
             name: "quadratic_load",
             unit: "N m s²/rad²",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 1.0,
             relative: Relative::FrictionPerSpeedSquared,
             meaning: "torque per square of the speed",
         }],
+        size_in_words: "the load grows by {} with the square of the speed",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::common("fans and pumps, and the windage of any fast rotor"),
         signature: "a braking torque that grows faster than the speed, in either direction",
         confused_with: &[EffectId::WindageExponent, EffectId::StrayLoadTorque, EffectId::IronLossDrag],
         separated_by: &[Separation::open_supply("a coast-down from full speed without a current")],

@@ -4,7 +4,10 @@
 //!
 //! Source: general machine theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -24,11 +27,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
         parameters: &[EffectParameter {
             name: "remanence_current",
             unit: "A",
+            role: Role::Size,
             range: (-100.0, 100.0),
             start: 0.015,
             relative: Relative::Current,
             meaning: "equivalent magnetising current",
         }],
+        size_in_words: "the iron keeps the flux of {} when the current is switched off",
+        excited_by: &[Excitation::Direct, Excitation::Current],
+        prior: Prior::occasional("every iron keeps some flux; it shows where the current passes zero"),
+        two_make_it: Some([EffectId::CurrentOffset, EffectId::VoltageOffset]),
         signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
         confused_with: &[EffectId::CurrentOffset, EffectId::VoltageOffset],
         separated_by: &[

@@ -14,13 +14,16 @@
 //! | b | `saturation_softness`, 0 is a sharp knee (generalised Froelich, n = 4), 2 a soft one (n = 2) | 1 |
 //! | c | `saturation_linked`, share of the inductance that belongs to the saturating path | 1 |
 //!
-//! With the softness the law follows arc tangent, Langevin, hyperbolic tangent and generalised Froelich curves with n from 2
-//! to 4 to about 0.1 % of the flux.
+//! With the softness the law follows arc tangent, Langevin, hyperbolic tangent and generalised Froelich curves with n
+//! from 2 to 4 to about 0.1 % of the flux.
 //!
-//! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2 and
-//! n = 4 blended under the root, which needs a fourth root alone.
+//! Source: O. Froelich 1881 for the law i/(1 + i/i_k), in the generalised form i/(1 + (i/i_k)^n)^(1/n); here with n = 2
+//! and n = 4 blended under the root, which needs a fourth root alone.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -47,6 +50,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_depth",
                 unit: "1",
+                role: Role::Size,
                 range: (0.0, 1.5),
                 start: 0.8,
                 relative: Relative::Absolute,
@@ -55,6 +59,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_knee",
                 unit: "A",
+                role: Role::Shape,
                 range: (0.01, 1e4),
                 start: 0.8,
                 relative: Relative::Current,
@@ -63,6 +68,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_softness",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.0, 30.0),
                 start: 1.5,
                 relative: Relative::Absolute,
@@ -71,15 +77,27 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
             EffectParameter {
                 name: "saturation_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that saturates with the flux",
             },
         ],
+        size_in_words: "{} of the slope of the flux is lost at high current",
+        excited_by: &[Excitation::Current],
+        prior: Prior::common("motors for the mains are built to run into it"),
+        at_standstill: Some(EffectId::InductanceSaturation),
+        overrated_beside: &[EffectId::InductanceSaturation],
+        weakens_flux: true,
         signature: "third harmonic in phase with the current, growing with speed and voltage; the base fit answers with a \
                     negative mu0 and too large a resistance",
-        confused_with: &[EffectId::ArmatureReaction, EffectId::CurrentCompression, EffectId::BrushDrop, EffectId::InductanceSaturation],
+        confused_with: &[
+            EffectId::ArmatureReaction,
+            EffectId::CurrentCompression,
+            EffectId::BrushDrop,
+            EffectId::InductanceSaturation,
+        ],
         separated_by: &[
             Separation::locked_rotor("a locked rotor, where it vanishes from the voltage but for the inductance"),
             Separation::by("DC steps show φ(i) point by point"),

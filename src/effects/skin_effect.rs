@@ -1,13 +1,16 @@
-//! Skin and proximity effect: the current in the armature bars alternates with the rotation and is crowded out of part of
-//! the copper.
+//! Skin and proximity effect: the current in the armature bars alternates with the rotation and is crowded out of part
+//! of the copper.
 //!
 //! `R (1 + k ω²)`, k in s²/rad²: the first term of the expansion in the frequency, which holds while the conductor is
 //! thinner than the skin depth.
 //!
 //! Source: general machine theory (eddy currents in the conductor, low-frequency expansion).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
-use crate::motor::{Balance, OperatingPoint};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Representative,
+    Role, Separation,
+};
+use crate::motor::{Balance, FluxLaw, OperatingPoint};
 use crate::scalar::Scalar;
 
 /// Resistance that grows with the square of the speed.
@@ -25,19 +28,25 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
         parameters: &[EffectParameter {
             name: "skin_effect",
             unit: "s²/rad²",
+            role: Role::Size,
             range: (0.0, 1e3),
             start: 0.1,
             relative: Relative::InverseSpeedSquared,
             meaning: "relative rise of the resistance per square of the speed",
         }],
+        size_in_words: "the resistance rises by {} with the square of the frequency",
+        excited_by: &[Excitation::Speed, Excitation::Alternating],
+        prior: Prior::rare("thick wires at a high frequency of rotation only"),
+        represented_by: &[
+            Representative { effect: EffectId::CommutationDemagnetisation, law: Some(FluxLaw::Series) },
+            Representative { effect: EffectId::CommutationResistance, law: Some(FluxLaw::PermanentMagnet) },
+        ],
         signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
         confused_with: &[EffectId::CommutationDemagnetisation, EffectId::CommutationResistance],
-        separated_by: &[
-            Separation::by(
-                "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
+        separated_by: &[Separation::by(
+            "nothing that is measured at the terminals, but for the sign: late commutation lowers the resistance \
                  that seems to be there",
-            ),
-        ],
+        )],
         source: "general machine theory",
         ..Description::usual(EffectId::SkinEffect)
     };

@@ -1,11 +1,13 @@
 //! Gain error of the speed channel.
 //!
-//! `ω_shown = (1 + e) ω`, e dimensionless. With g = 1 + e a fit gives K/g, J/g², μ0/g, μ1/g² and μ2/g³, exactly: neither the
-//! voltage nor the power changes.
+//! `ω_shown = (1 + e) ω`, e dimensionless. With g = 1 + e a fit gives K/g, J/g², μ0/g, μ1/g² and μ2/g³, exactly:
+//! neither the voltage nor the power changes.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -25,11 +27,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
         parameters: &[EffectParameter {
             name: "speed_gain",
             unit: "1",
+            role: Role::Size,
             range: (-0.5, 0.5),
             start: 0.02,
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a speed is shown",
         }],
+        size_in_words: "the speed channel shows {} too much",
+        prior: Prior::occasional("a wrong number of lines, or the tolerance of a tachometer"),
+        on_speed_channel: true,
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::CurrentGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the speed")],

@@ -1,12 +1,15 @@
 //! Lag of the speed channel: the filter of a tacho or of a frequency-to-voltage converter.
 //!
-//! `τ dω_s/dt = ω − ω_s`, τ in s, solved exactly for a speed that is straight within the step; at τ = 0 there is no lag.
-//! What is added to the reading is the change ω_s − ω, so that what the earlier parts of the chain show is kept.
+//! `τ dω_s/dt = ω − ω_s`, τ in s, solved exactly for a speed that is straight within the step; at τ = 0 there is no
+//! lag. What is added to the reading is the change ω_s − ω, so that what the earlier parts of the chain show is kept.
 //!
 //! Source: first-order low-pass filter.
 
 use super::memory::lagged;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -28,11 +31,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         parameters: &[EffectParameter {
             name: "speed_lag",
             unit: "s",
+            role: Role::Size,
             range: (0.0, 1.0),
             start: 10e-3,
             relative: Relative::Absolute,
             meaning: "time constant",
         }],
+        size_in_words: "the speed channel is {} behind",
+        excited_by: &[Excitation::Acceleration],
+        prior: Prior::common("tachometers and counters of pulses smooth what they show"),
+        on_speed_channel: true,
         signature: "speed ripple at twice the mains frequency that is too small and late; a torque error in proportion to \
                     d²ω/dt²",
         confused_with: &[EffectId::ChannelDelay, EffectId::FanDynamics],

@@ -1,12 +1,15 @@
 //! Ripple of a tacho that runs out of true: the speed shown varies once per turn.
 //!
-//! `ω_shown = ω (1 + c cos θ + s sin θ)`, c and s dimensionless, θ in rad the angle since the start of the run. The angle at
-//! the start is not known, hence cosine and sine; the effect is absent when both are zero.
+//! `ω_shown = ω (1 + c cos θ + s sin θ)`, c and s dimensionless, θ in rad the angle since the start of the run. The
+//! angle at the start is not known, hence cosine and sine; the effect is absent when both are zero.
 //!
 //! Source: geometry of an eccentric disc or magnet, to first order in the eccentricity.
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -29,6 +32,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
             EffectParameter {
                 name: "speed_ripple_cos",
                 unit: "1",
+                role: Role::Size,
                 range: (-0.5, 0.5),
                 start: 0.01,
                 relative: Relative::Absolute,
@@ -37,17 +41,22 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
             EffectParameter {
                 name: "speed_ripple_sin",
                 unit: "1",
+                role: Role::SecondSize,
                 range: (-0.5, 0.5),
                 start: 0.01,
                 relative: Relative::Absolute,
                 meaning: "relative amplitude of the sine of the angle",
             },
         ],
+        size_in_words: "the speed channel swings by {} as the rotor turns",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::common("no tachometer and no coupling runs true"),
+        on_speed_channel: true,
         signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
         confused_with: &[EffectId::Imbalance, EffectId::TorqueRipple],
-        separated_by: &[
-            Separation::by("order tracking over a coast-down: it grows with the speed, that of an imbalance falls"),
-        ],
+        separated_by: &[Separation::by(
+            "order tracking over a coast-down: it grows with the speed, that of an imbalance falls",
+        )],
         source: "geometry of an eccentric disc",
         remembers: true,
         ..Description::usual(EffectId::SpeedRipple)

@@ -1,11 +1,13 @@
 //! Lost sign of the speed: a pulse counter shows how fast, not which way.
 //!
-//! `ω_shown = ω + k (|ω| − ω)`, k dimensionless: 1 when the sign is lost, 0 when it is kept; values between have no meaning
-//! but let a fit find the way.
+//! `ω_shown = ω + k (|ω| − ω)`, k dimensionless: 1 when the sign is lost, 0 when it is kept; values between have no
+//! meaning but let a fit find the way.
 //!
 //! Source: counting of pulses on one track.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::State;
 use crate::scalar::Scalar;
 
@@ -24,11 +26,17 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
         parameters: &[EffectParameter {
             name: "speed_sign_lost",
             unit: "1",
+            role: Role::Size,
             range: (0.0, 1.0),
             start: 1.0,
             relative: Relative::Absolute,
             meaning: "1 when the sign is lost, 0 when it is kept",
         }],
+        size_in_words: "{} of the sign of the speed is lost",
+        excited_by: &[Excitation::BothDirections],
+        prior: Prior::rare("counters of pulses without a second track"),
+        on_speed_channel: true,
+        of_data: true,
         signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
                     turns forwards",
         confused_with: &[EffectId::AsymmetricFriction, EffectId::TorqueOffset],

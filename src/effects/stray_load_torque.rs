@@ -4,7 +4,10 @@
 //!
 //! Source: Modelica Standard Library, Machines.Losses.DCMachines.StrayLoad, with the exponent 2 of the speed.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Representative,
+    Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,11 +26,17 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
         parameters: &[EffectParameter {
             name: "stray_load_torque",
             unit: "N m s²/(A² rad²)",
+            role: Role::Size,
             range: (0.0, 1e4),
             start: 0.1,
             relative: Relative::FrictionPerCurrentSquaredSpeedSquared,
             meaning: "torque per square of the current and of the speed",
         }],
+        size_in_words: "losses under load brake by {}",
+        excited_by: &[Excitation::Current, Excitation::Speed],
+        prior: Prior::occasional("losses that no circuit holds are a per cent of the power or so"),
+        represented_by: &[Representative { effect: EffectId::IronLossDrag, law: None }],
+        rest_of_law: &[EffectId::QuadraticLoad],
         signature: "that of iron loss, with a steeper rise over the speed",
         confused_with: &[EffectId::IronLossDrag, EffectId::FanDynamics, EffectId::QuadraticLoad],
         separated_by: &[

@@ -1,12 +1,14 @@
 //! Stribeck friction: more friction at low speed, before the lubricant carries.
 //!
-//! `J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)`, T in N m, ω_s in rad/s, δ from 0.5 to 2 according to the lubrication; at rest
-//! it adds to the torque that holds the rotor.
+//! `J dω/dt = … − T exp(−(|ω|/ω_s)^δ) sign(ω)`, T in N m, ω_s in rad/s, δ from 0.5 to 2 according to the lubrication;
+//! at rest it adds to the torque that holds the rotor.
 //!
 //! Source: R. Stribeck 1902, in the exponential form of B. Armstrong-Hélouvry and C. Canudas de Wit, as in Simscape,
 //! Rotational Friction.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -33,6 +35,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_torque",
                 unit: "N m",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 1.0,
                 relative: Relative::Friction,
@@ -41,6 +44,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_speed",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-4, 1e5),
                 start: 0.04,
                 relative: Relative::Speed,
@@ -49,12 +53,17 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
             EffectParameter {
                 name: "stribeck_exponent",
                 unit: "1",
+                role: Role::Shape,
                 range: (0.4, 3.0),
                 start: 1.3,
                 relative: Relative::Absolute,
                 meaning: "how sharply it fades",
             },
         ],
+        size_in_words: "{} more friction at a crawl than at speed",
+        excited_by: &[Excitation::LowSpeed],
+        prior: Prior::occasional("lubricated bearings at a crawl, and gears"),
+        rest_of_law: &[EffectId::WindageExponent, EffectId::QuadraticLoad],
         signature: "a braking torque at the start and at the end of a coast-down only",
         confused_with: &[EffectId::WindageExponent, EffectId::CoulombFriction],
         separated_by: &[

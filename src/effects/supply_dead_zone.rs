@@ -1,11 +1,13 @@
 //! Dead zone of a converter or amplifier whose command is what is recorded.
 //!
-//! `u_motor = u − sign(u) min(|u|, w)`, w in V. Within ±w nothing reaches the motor, beyond it w is missing: two saturation
-//! voltages or the dead time of a half-bridge.
+//! `u_motor = u − sign(u) min(|u|, w)`, w in V. Within ±w nothing reaches the motor, beyond it w is missing: two
+//! saturation voltages or the dead time of a half-bridge.
 //!
 //! Source: dead time of a voltage-source inverter, in the mean over a switching period.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,11 +28,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         parameters: &[EffectParameter {
             name: "supply_dead_zone",
             unit: "V",
+            role: Role::Size,
             range: (0.0, 1000.0),
             start: 0.01,
             relative: Relative::Voltage,
             meaning: "half width of the zone, which is the voltage that is lost outside it",
         }],
+        size_in_words: "the first {} of the command do not reach the motor",
+        excited_by: &[Excitation::Direct, Excitation::LowVoltage],
+        prior: Prior::occasional("converters with a dead time whose command is recorded"),
         signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
                     voltage",
         confused_with: &[EffectId::BrushDrop, EffectId::CoulombFriction, EffectId::VoltageOffset],

@@ -4,7 +4,9 @@
 //!
 //! Source: circuit theory.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -27,6 +29,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
             EffectParameter {
                 name: "supply_resistance",
                 unit: "Ω",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.05,
                 relative: Relative::Impedance,
@@ -35,12 +38,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
             EffectParameter {
                 name: "supply_inductance",
                 unit: "H",
+                role: Role::SecondSize,
                 range: (0.0, 10.0),
                 start: 1e-4,
                 relative: Relative::Absolute,
                 meaning: "inductance between the measuring point and the terminals",
             },
         ],
+        size_in_words: "there are {} between the meter and the motor",
+        prior: Prior::occasional("the voltage is often taken at the supply instead of at the terminals"),
         signature: "none: R and L take its place",
         confused_with: &[EffectId::WindingTemperature, EffectId::InductanceSaturation],
         separated_by: &[Separation::by("an ohmmeter at the terminals, or the voltage measured there")],

@@ -3,10 +3,12 @@
 //! `J dω/dt = … − T` with T in N m (a force in N on a linear drive). Unlike dry friction it does not change its sign
 //! with the direction of motion, which is what tells the two apart: a recording in both directions.
 //!
-//! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where it
-//! is the offset of the drive's force.
+//! Source: A. Janot, M. Gautier, M. Brunot: Data set and reference models of EMPS, nonlinearbenchmark.org, 2019, where
+//! it is the offset of the drive's force.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -25,11 +27,15 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
         parameters: &[EffectParameter {
             name: "torque_offset",
             unit: "N m",
+            role: Role::Size,
             range: (-1e4, 1e4),
             start: 0.5,
             relative: Relative::Friction,
             meaning: "constant torque against the positive direction",
         }],
+        size_in_words: "{} pull one way all the time",
+        excited_by: &[Excitation::BothDirections],
+        prior: Prior::occasional("a weight on the shaft, or the zero of a torque sensor"),
         signature: "a torque error that does not change its sign with the direction of motion",
         confused_with: &[EffectId::AsymmetricFriction, EffectId::CoulombFriction],
         separated_by: &[Separation::both_directions("motion in both directions at several speeds")],

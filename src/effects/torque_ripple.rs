@@ -1,13 +1,17 @@
 //! Torque ripple by slots and commutator bars, and cogging.
 //!
-//! `J dω/dt = … + c cos nθ + s sin nθ`, c and s in N m, n waves per turn, θ in rad the angle since the start of the run. The
-//! angle at the start is not known, hence cosine and sine: the amplitude is √(c² + s²), and the effect is absent when both
-//! are zero. The phase nθ is remembered, wrapped to ±π; the torque of the beginning of a step holds throughout it.
+//! `J dω/dt = … + c cos nθ + s sin nθ`, c and s in N m, n waves per turn, θ in rad the angle since the start of the
+//! run. The angle at the start is not known, hence cosine and sine: the amplitude is √(c² + s²), and the effect is
+//! absent when both are zero. The phase nθ is remembered, wrapped to ±π; the torque of the beginning of a step holds
+//! throughout it.
 //!
 //! Source: general machine theory (slot harmonics).
 
 use super::memory::{AT_ZERO_ANGLE, turn};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint, State};
 use crate::scalar::Scalar;
 
@@ -32,6 +36,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_cos",
                 unit: "N m",
+                role: Role::Size,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -40,6 +45,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_sin",
                 unit: "N m",
+                role: Role::SecondSize,
                 range: (-1e4, 1e4),
                 start: 0.3,
                 relative: Relative::Friction,
@@ -48,12 +54,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
             EffectParameter {
                 name: "ripple_order",
                 unit: "1",
+                role: Role::Shape,
                 range: (1.0, 200.0),
                 start: 12.0,
                 relative: Relative::Absolute,
                 meaning: "waves per turn: slots, or bars (twice as many when their number is odd)",
             },
         ],
+        size_in_words: "the torque swings by {} as the rotor turns",
+        excited_by: &[Excitation::Rotation],
+        prior: Prior::common("slots and commutator bars"),
         signature: "lines at n times the frequency of rotation in speed and current, above the filter but at low speed; \
                     folded at high speed",
         confused_with: &[EffectId::Imbalance, EffectId::SpeedRipple],

@@ -1,12 +1,15 @@
 //! Transformer EMF in the coils that the brushes short-circuit: a damper winding on the main flux.
 //!
-//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`. A lag that has not halved at the largest
-//! speed of the recordings is not told from that of eddy currents, which does not fade.
+//! As for eddy currents the flux lags, but most at standstill: `T = T₀/(1 + |ω|/ω_t)`. A lag that has not halved at the
+//! largest speed of the recordings is not told from that of eddy currents, which does not fade.
 //!
 //! Source: general machine theory (AC commutator machines).
 
 use super::memory::{around_point, follow_rate, lag_flux};
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Motors, Passed, PhysicalEffect, Relative, Separation, Turn};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Motors, Passed, PhysicalEffect, Prior, Relative,
+    Role, Separation, Turn,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +35,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_lag",
                 unit: "s",
+                role: Role::Size,
                 range: (0.0, 3e-3),
                 start: 1.5e-4,
                 relative: Relative::Absolute,
@@ -40,6 +44,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_fading",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-4, 1e5),
                 start: 0.3,
                 relative: Relative::Speed,
@@ -48,14 +53,19 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
             EffectParameter {
                 name: "transformer_linked",
                 unit: "1",
+                role: Role::Linked,
                 range: (0.0, 1.0),
                 start: 0.6,
                 relative: Relative::Absolute,
                 meaning: "share of the inductance that lags",
             },
         ],
+        size_in_words: "the flux follows {} after the current at standstill",
+        excited_by: &[Excitation::Alternating, Excitation::LowSpeed],
+        prior: Prior::occasional("brushes short coils in every commutator motor; on direct current it is nothing"),
+        at_standstill: Some(EffectId::EddyCurrent),
         signature: "that of eddy currents, stronger at standstill; none on DC",
-        turns_into: Some(Turn { parameter: "transformer_fading", beyond: 1.0, into: EffectId::EddyCurrent }),
+        turns_into: Some(Turn { parameter: 1, beyond: 1.0, into: EffectId::EddyCurrent }),
         confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::Hysteresis],
         separated_by: &[Separation::locked_rotor("a locked rotor against the running motor at the same current")],
         source: "general machine theory",

@@ -1,11 +1,13 @@
 //! Gain error of the voltage channel.
 //!
-//! `u_recorded = (1 + e) u`, so that `u/(1 + e)` of the record reaches the motor; e is dimensionless. R, L, K, J and the
-//! friction of a fit all become larger by the same factor, exactly.
+//! `u_recorded = (1 + e) u`, so that `u/(1 + e)` of the record reaches the motor; e is dimensionless. R, L, K, J and
+//! the friction of a fit all become larger by the same factor, exactly.
 //!
 //! Source: the base equations, which are unchanged when all quantities are scaled along.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Seen, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Prior, Relative, Role, Seen, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -26,11 +28,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
         parameters: &[EffectParameter {
             name: "voltage_gain",
             unit: "1",
+            role: Role::Size,
             range: (-0.5, 0.5),
             start: 0.02,
             relative: Relative::Absolute,
             meaning: "relative error of the gain, positive when too large a voltage is shown",
         }],
+        size_in_words: "the voltage channel shows {} too much",
+        prior: Prior::common("resistors of a divider have a tolerance of a per cent or so"),
         signature: "none: all parameters of the base model take its place",
         confused_with: &[EffectId::CurrentGain, EffectId::SpeedGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the voltage")],

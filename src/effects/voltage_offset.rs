@@ -4,7 +4,9 @@
 //!
 //! Source: error model of an amplifier (offset and gain).
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -23,11 +25,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
         parameters: &[EffectParameter {
             name: "voltage_offset",
             unit: "V",
+            role: Role::Size,
             range: (-1000.0, 1000.0),
             start: 0.006,
             relative: Relative::Voltage,
             meaning: "voltage that is shown when there is none",
         }],
+        size_in_words: "the voltage channel shows {} where there is none",
+        excited_by: &[Excitation::Direct],
+        prior: Prior::common("every amplifier has an offset, and few are zeroed before each run"),
+        two_make_it: Some([EffectId::Remanence, EffectId::CurrentOffset]),
         signature: "a direct voltage that depends on neither current nor speed",
         confused_with: &[EffectId::CurrentOffset, EffectId::Remanence],
         separated_by: &[

@@ -1,13 +1,15 @@
 //! Windage with another exponent than 2: fans between the radial and the axial form, leaking or blocked ducts.
 //!
-//! `J dω/dt = … − μ2 ω|ω| (|ω|/ω_r + ε)^δ`, δ = p − 2 for a torque in proportion to |ω|^p, ω_r in rad/s, ε = 10⁻³. At ω_r
-//! the torque is that of the base model, so that μ2 keeps its meaning; ε keeps the power finite at standstill. ω_r and μ2
-//! say the same twice, so that a fit can find one of them only.
+//! `J dω/dt = … − μ2 ω|ω| (|ω|/ω_r + ε)^δ`, δ = p − 2 for a torque in proportion to |ω|^p, ω_r in rad/s, ε = 10⁻³. At
+//! ω_r the torque is that of the base model, so that μ2 keeps its meaning; ε keeps the power finite at standstill. ω_r
+//! and μ2 say the same twice, so that a fit can find one of them only.
 //!
 //! Source: Modelica Standard Library, Machines.Losses.Friction, with an exponent of 1.5 for axial and 2 for radial
 //! ventilation.
 
-use super::{Acts, Description, EffectId, EffectParameter, Memory, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, PhysicalEffect, Prior, Relative, Role, Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +34,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
             EffectParameter {
                 name: "windage_excess",
                 unit: "1",
+                role: Role::Size,
                 range: (-1.5, 2.0),
                 start: 0.3,
                 relative: Relative::Absolute,
@@ -40,12 +43,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
             EffectParameter {
                 name: "windage_reference",
                 unit: "rad/s",
+                role: Role::Shape,
                 range: (1e-3, 1e5),
                 start: 1.0,
                 relative: Relative::Speed,
                 meaning: "speed at which the torque is that of the base model",
             },
         ],
+        size_in_words: "the exponent of the load is 2 and {} more",
+        excited_by: &[Excitation::Speed],
+        prior: Prior::occasional("air in ducts and gaps follows the square only roughly"),
         signature: "a torque error that bends over the speed range; mu0, mu1 and mu2 of the base fit hide most of it and \
                     turn negative",
         confused_with: &[EffectId::Stribeck, EffectId::BearingWarmup, EffectId::QuadraticLoad, EffectId::FanDynamics],

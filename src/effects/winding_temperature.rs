@@ -1,16 +1,19 @@
 //! Winding temperature: the resistance rises as the copper heats up.
 //!
-//! `R (1 + r)` with `dr/dt = g (1 + r) i² − r/τ`, since the warm resistance heats more than the cold one; r = 0 at the start
-//! of a run, when the winding counts as cold. r is relative to R, so that neither the temperature nor the temperature
-//! coefficient (0.0039 per kelvin for copper) has to be known: 60 K are r = 0.23. g in 1/(A² s), τ in s. The square of the
-//! current is averaged over the step as if the current were straight within it. The rise in one step is less than a rounding
-//! unit of `f32`, so that what rounding loses is kept in the memory as well.
+//! `R (1 + r)` with `dr/dt = g (1 + r) i² − r/τ`, since the warm resistance heats more than the cold one; r = 0 at the
+//! start of a run, when the winding counts as cold. r is relative to R, so that neither the temperature nor the
+//! temperature coefficient (0.0039 per kelvin for copper) has to be known: 60 K are r = 0.23. g in 1/(A² s), τ in s.
+//! The square of the current is averaged over the step as if the current were straight within it. The rise in one step
+//! is less than a rounding unit of `f32`, so that what rounding loses is kept in the memory as well.
 //!
 //! Source: one thermal body with the temperature coefficient of copper of the Modelica Standard Library,
 //! Machines.Thermal.Constants.
 
 use super::memory::accumulate;
-use super::{Acts, Description, EffectId, EffectParameter, Memory, Passed, PhysicalEffect, Relative, Separation};
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
 use crate::motor::{Balance, OperatingPoint};
 use crate::scalar::Scalar;
 
@@ -32,6 +35,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
             EffectParameter {
                 name: "winding_heating",
                 unit: "1/(A² s)",
+                role: Role::Size,
                 range: (0.0, 1e4),
                 start: 0.03,
                 relative: Relative::InverseHeat,
@@ -40,12 +44,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
             EffectParameter {
                 name: "winding_time",
                 unit: "s",
+                role: Role::Time,
                 range: (1.0, 3000.0),
                 start: 40.0,
                 relative: Relative::Absolute,
                 meaning: "time constant of the winding's temperature",
             },
         ],
+        size_in_words: "1 A² s of heat raises the resistance by {}",
+        excited_by: &[Excitation::Heating],
+        prior: Prior::common("copper gains 0.39 % of resistance per kelvin, and every run heats it"),
         signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
                     run",
         confused_with: &[EffectId::SupplyImpedance, EffectId::BrushDrop, EffectId::BearingWarmup],

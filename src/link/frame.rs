@@ -1,8 +1,8 @@
 //! Frames: how a message survives a line.
 //!
-//! A frame is COBS (S. Cheshire, M. Baker: Consistent Overhead Byte Stuffing, 1999) of the message and its CRC-32, then a
-//! zero. Zeros occur nowhere else, so that a receiver that has lost its place finds it at the next one. A sender that does
-//! not know what the line has seen before begins with a zero, too; an empty frame counts as nothing.
+//! A frame is COBS (S. Cheshire, M. Baker: Consistent Overhead Byte Stuffing, 1999) of the message and its CRC-32, then
+//! a zero. Zeros occur nowhere else, so that a receiver that has lost its place finds it at the next one. A sender that
+//! does not know what the line has seen before begins with a zero, too; an empty frame counts as nothing.
 
 use super::MAX_BODY;
 use crate::parameters::block::CRC;

@@ -55,9 +55,9 @@ pub enum Request<'a> {
     ClearFaults,
     /// Start again, with the parameters in flash.
     Restart,
-    /// Begin the test of a motor: model, filters and detector as after a start, from the next sample on, and a message for
-    /// each period of the mains until [`Request::Stop`]. The number of the test under way begins none, and only asks for
-    /// the messages again.
+    /// Begin the test of a motor: model, filters and detector as after a start, from the next sample on, and a message
+    /// for each period of the mains until [`Request::Stop`]. The number of the test under way begins none, and only
+    /// asks for the messages again.
     BeginTest {
         /// Number of the test, chosen by the host; after a start, test 0 is under way.
         test: u32,
@@ -164,8 +164,8 @@ pub struct Judged {
     pub first: u32,
     /// Periods before it in the test; a gap to the message before is the number of messages lost.
     pub index: u32,
-    /// Number of the sample with which it was judged, [`STEPS`](crate::detector::STEPS) after the first one that follows it, or
-    /// up to [`MOST_WAITS`](crate::detector::MOST_WAITS) more.
+    /// Number of the sample with which it was judged, [`STEPS`](crate::detector::STEPS) after the first one that
+    /// follows it, or up to [`MOST_WAITS`](crate::detector::MOST_WAITS) more.
     pub sample: u32,
     /// What it has brought.
     pub period: Period,

@@ -1,8 +1,8 @@
 //! Three 12-bit counts in 4.5 bytes.
 //!
-//! The counts of voltage, current and speed of one sample after another are a stream of 12-bit numbers; two of them, a and
-//! b, take three bytes: the low eight bits of a; the high four of a below the low four of b; the high eight of b. An odd
-//! number of samples ends with half a byte of zeros.
+//! The counts of voltage, current and speed of one sample after another are a stream of 12-bit numbers; two of them, a
+//! and b, take three bytes: the low eight bits of a; the high four of a below the low four of b; the high eight of b.
+//! An odd number of samples ends with half a byte of zeros.
 
 use crate::units::Counts;
 

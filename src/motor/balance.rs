@@ -1,4 +1,5 @@
-//! What the equations are written in: the state, the operating point, and the terms of both balances that effects change.
+//! What the equations are written in: the state, the operating point, and the terms of both balances that effects
+//! change.
 
 use crate::scalar::Scalar;
 
@@ -34,7 +35,8 @@ impl<N: Scalar> OperatingPoint<N> {
 pub struct Balance<N: Scalar> {
     /// Current that magnetises a series motor, A: i, changed by remanence and hysteresis.
     pub magnetising: N,
-    /// Flux per magnetising current (series) or flux (permanent magnets), relative to the base model's: 1 without effects.
+    /// Flux per magnetising current (series) or flux (permanent magnets), relative to the base model's: 1 without
+    /// effects.
     pub flux: N,
     /// dφ/di of a series motor, relative to the base model's: 1 without effects.
     pub flux_slope: N,

@@ -68,14 +68,14 @@ impl<S: Scalar<Base = S>> Motor<S> {
         Ok(Self {
             parameters,
             inverse_inertia: S::ONE / parameters.inertia,
-            lags: effects.iter().any(|e| e.description().lags_flux),
-            bends_supply: effects.iter().any(|e| e.description().bends_supply),
-            measures: effects.iter().any(|e| e.description().acts == Acts::Measuring),
-            remembers: effects.iter().any(|e| e.description().remembers),
+            lags: effects.iter().any(|e| e.id().traits().lags_flux),
+            bends_supply: effects.iter().any(|e| e.id().traits().bends_supply),
+            measures: effects.iter().any(|e| e.id().traits().acts == Acts::Measuring),
+            remembers: effects.iter().any(|e| e.id().traits().remembers),
             turning: effects
                 .iter()
                 .rev()
-                .fold(0, |bits, e| bits << 1 | u8::from(matches!(e.description().acts, Acts::Mechanical | Acts::Both))),
+                .fold(0, |bits, e| bits << 1 | u8::from(matches!(e.id().traits().acts, Acts::Mechanical | Acts::Both))),
             effects,
             terms: heapless::Vec::new(),
         })
@@ -130,7 +130,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         }
     }
 
-    /// What the effects remember at a point of a recording, where nothing is stepped: see [`crate::effects::PhysicalEffect::around_point`].
+    /// What the effects remember at a point of a recording, where nothing is stepped: see
+    /// [`crate::effects::PhysicalEffect::around_point`].
     pub fn around_point(&self, memories: &Memories<S>) -> Memories<S> {
         let mut around = *memories;
         for (effect, memory) in self.effects.iter().zip(&mut around) {
@@ -139,8 +140,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         around
     }
 
-    /// [`Motor::advance`] over many steps, effect by effect: `passed` gives them by their place, and what the effects remember
-    /// around the end of each is kept in `remembered`. A place without a step leaves all as it is.
+    /// [`Motor::advance`] over many steps, effect by effect: `passed` gives them by their place, and what the effects
+    /// remember around the end of each is kept in `remembered`. A place without a step leaves all as it is.
     pub fn advance_over_each<const PLACES: usize>(
         &self,
         passed: impl Fn(usize) -> Option<Passed<S>>,
@@ -148,7 +149,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
         remembered: &mut Remembered<S, PLACES>,
     ) {
         for ((effect, memory), remembered) in self.effects.iter().zip(memories).zip(remembered) {
-            if effect.description().remembers {
+            if effect.id().traits().remembers {
                 effect.advance_over_each(&passed, memory, remembered);
             }
         }
@@ -175,7 +176,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         balance
     }
 
-    /// What effects and terms of the user's own change, in place: the balance has more numbers than the processor has registers.
+    /// What effects and terms of the user's own change, in place: the balance has more numbers than the processor has
+    /// registers.
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(
         &self,
@@ -223,8 +225,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         }
     }
 
-    /// Rate of di/dt by time, A/s², while the voltage goes from that of `at` to `to` within `interval` seconds. `slopes` are
-    /// those at `at`.
+    /// Rate of di/dt by time, A/s², while the voltage goes from that of `at` to `to` within `interval` seconds.
+    /// `slopes` are those at `at`.
     #[inline(always)]
     pub(crate) fn drift(
         &self,
@@ -257,8 +259,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
     ///
     /// Flux that lags by T is φ − T dφ/dt, to first order in T: `(L − K φ' T ω) di/dt = u − R i − K φ ω − v`.
     ///
-    /// Without a `direction` the rotor is at rest, and the balance of torques decides: it begins to move if the driving torque
-    /// exceeds the dry friction.
+    /// Without a `direction` the rotor is at rest, and the balance of torques decides: it begins to move if the driving
+    /// torque exceeds the dry friction.
     #[inline(always)]
     pub fn slopes<N: Scalar<Base = S>>(
         &self,
@@ -275,8 +277,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
         }
     }
 
-    /// [`Motor::slopes`] at many points, given with the directions of the motion there, effect by effect: where nothing has to
-    /// be simulated that is quicker than point by point. What was in `balances` and `slopes` is overwritten.
+    /// [`Motor::slopes`] at many points, given with the directions of the motion there, effect by effect: where nothing
+    /// has to be simulated that is quicker than point by point. What was in `balances` and `slopes` is overwritten.
     pub fn slopes_at_each<const PLACES: usize>(
         &self,
         points: &[(OperatingPoint<S>, S); PLACES],
@@ -344,8 +346,8 @@ impl<S: Scalar<Base = S>> Motor<S> {
             - b.torque
     }
 
-    /// The driving torque on a rotor at rest and the dry friction that holds it, N m. What acts on the circuit alone is left
-    /// out: it changes no torque at a given current.
+    /// The driving torque on a rotor at rest and the dry friction that holds it, N m. What acts on the circuit alone is
+    /// left out: it changes no torque at a given current.
     #[inline(always)]
     pub(crate) fn torques_at_rest(&self, current: S, memories: &Memories<S>) -> (S, S) {
         const { assert!(MAX_EFFECTS <= 8, "a bit for each") };

@@ -22,6 +22,21 @@
 //! # Validity
 //! No saturation, no hysteresis, one lumped flux path, constant temperature: what is missing is what the effects of
 //! [`crate::effects`] are for.
+//! # Example
+//! ```
+//! use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, Stepper};
+//!
+//! // A magnet motor on 24 V, sampled at 10 kHz: R, L, K, J and the friction terms.
+//! let values = [2.0, 1e-3, 0.05, 2e-5, 0.001, 8e-6, 0.0];
+//! let motor = Motor::build(Parameters::from_values(FluxLaw::PermanentMagnet, values), &[])?;
+//! let mut stepper = Stepper::build(motor, 1e-4)?;
+//! (0..20_000).for_each(|_| _ = stepper.step(24.0, 24.0, Constraints::FREE));
+//!
+//! // Steady: K i = μ0 + μ1 ω and u = R i + K ω.
+//! let steady = (0.05 * 24.0 / 2.0 - 0.001) / (0.05 * 0.05 / 2.0 + 8e-6);
+//! assert!((stepper.reading().speed / steady - 1.0f64).abs() < 1e-6);
+//! # Ok::<(), ParameterError>(())
+//! ```
 
 mod balance;
 mod equations;
@@ -32,5 +47,5 @@ mod stepper;
 pub use balance::{Balance, OperatingPoint, State};
 pub use equations::{MAX_TERMS, Memories, Motor, Remembered, Slopes};
 pub use gradient::Gradient;
-pub use parameters::{FluxLaw, MAX_EFFECTS, ParameterError, Parameters};
+pub use parameters::{BaseParameter, FluxLaw, MAX_EFFECTS, ParameterError, Parameters};
 pub use stepper::{Constraints, LIMITS, Snapshot, Stepper};

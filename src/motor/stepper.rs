@@ -12,18 +12,19 @@
 //! # Standstill
 //! Dry friction is set-valued at ω = 0. The direction of motion is decided once per step, from the speed or, at rest,
 //! from the balance of driving torque and dry friction. When the speed changes its sign within a step, the rotor either
-//! sticks (the driving torque does not exceed the dry friction: the speed is set to zero) or has reversed, and the friction
-//! is turned round for the part of the step after the crossing. A rotor at rest therefore stays exactly at rest, and no
-//! regularisation slope makes the system stiff.
+//! sticks (the driving torque does not exceed the dry friction: the speed is set to zero) or has reversed, and the
+//! friction is turned round for the part of the step after the crossing. A rotor at rest therefore stays exactly at
+//! rest, and no regularisation slope makes the system stiff.
 //!
 //! # Sub-steps
-//! The error of a step grows with (h R/L)³. A motor with an electrical time constant of less than 1.3 samples is stepped
-//! several times within a sample; [`Stepper::build`] chooses the number from R/L, and the cost stays constant thereafter.
+//! The error of a step grows with (h R/L)³. A motor with an electrical time constant of less than 1.3 samples is
+//! stepped several times within a sample; [`Stepper::build`] chooses the number from R/L, and the cost stays constant
+//! thereafter.
 //!
 //! # Stability
-//! L-stability covers the linear part for any values. The products K i ω, K i² and μ2 ω² are linearised at the beginning
-//! of the step, which is sound as long as they do not change wildly within one: [`Stepper::build`] refuses motors that at
-//! [`LIMITS`] would (reaching full speed within a sample, say). No real motor comes near.
+//! L-stability covers the linear part for any values. The products K i ω, K i² and μ2 ω² are linearised at the
+//! beginning of the step, which is sound as long as they do not change wildly within one: [`Stepper::build`] refuses
+//! motors that at [`LIMITS`] would (reaching full speed within a sample, say). No real motor comes near.
 //!
 //! # Rounding
 //! In `f32` at 3,500 rad/s a step of 100 µs changes the speed by less than a rounding unit once dω/dt falls below about
@@ -309,8 +310,8 @@ impl<S: Scalar<Base = S>> Stepper<S> {
         }
     }
 
-    /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has counted
-    /// the dry friction with the old sign throughout, which is wrong by twice the friction after the crossing.
+    /// The speed at the end of a step in which it crossed zero, coming from `before` in `direction`: the step has
+    /// counted the dry friction with the old sign throughout, which is wrong by twice the friction after the crossing.
     #[inline(always)]
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;

@@ -5,8 +5,8 @@ use crate::effects::{EffectId, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
 use crate::term::{MAX_OPS, MAX_UNKNOWNS};
 
-/// Digest of the sections with their versions, the catalogue of effects with the names of their parameters, and the limits.
-/// The host writes no block to a microcontroller whose fingerprint is another.
+/// Digest of the sections with their versions, the catalogue of effects with the names of their parameters, and the
+/// limits. The host writes no block to a microcontroller whose fingerprint is another.
 pub const FINGERPRINT: u32 = fingerprint();
 
 // FNV-1a, 32 bits (Fowler, Noll and Vo): offset basis and prime.

@@ -8,17 +8,17 @@
 //! ```
 //!
 //! One block, not a store of keys: the values belong together, and a rig that ran half of one model and half of another
-//! would be worse than one that stands still. [`block`] says what a block looks like, [`section`] what is in it, [`store`]
-//! how it is replaced so that a power cut leaves the old one or the new one.
+//! would be worse than one that stands still. [`block`] says what a block looks like, [`section`] what is in it,
+//! [`store`] how it is replaced so that a power cut leaves the old one or the new one.
 //!
 //! # What is stored
-//! The settings of the filter rather than its coefficients: host and microcontroller compute the same bits from them, and
-//! settings can be checked against ranges, which coefficients cannot.
+//! The settings of the filter rather than its coefficients: host and microcontroller compute the same bits from them,
+//! and settings can be checked against ranges, which coefficients cannot.
 //!
 //! # Extending
-//! A further part of the computation (a learned correction, the thresholds of a detector) is a further section: a tag in
-//! [`Tag`], a serialisable type, and an `Option` in [`Settings`]. A program that does not know a section refuses
-//! the block, because leaving out a part of the computation silently would change its result.
+//! A further part of the computation (a learned correction, the thresholds of a detector) is a further section: a tag
+//! in [`Tag`], a serialisable type, and an `Option` in [`Settings`]. A program that does not know a section refuses the
+//! block, because leaving out a part of the computation silently would change its result.
 
 pub mod block;
 mod error;

@@ -6,10 +6,10 @@
 //! byte 2, 3   length of the body, little-endian
 //! byte 4 …    body in postcard's encoding (wire format 1.0) of the type named at the tag
 //! ```
-//! Sections may come in any order. Postcard is compact, stable, specified, and encodes `f32` in full, so that every value
-//! comes back bit by bit; versions and lengths around it make the block extendable, which postcard by itself is not.
-//! The order of fields and of variants of the encoded types is part of the format: changing one means a new version of the
-//! section, and [`FINGERPRINT`](super::FINGERPRINT) and a test of the bytes notice if it is forgotten.
+//! Sections may come in any order. Postcard is compact, stable, specified, and encodes `f32` in full, so that every
+//! value comes back bit by bit; versions and lengths around it make the block extendable, which postcard by itself is
+//! not. The order of fields and of variants of the encoded types is part of the format: changing one means a new
+//! version of the section, and [`FINGERPRINT`](super::FINGERPRINT) and a test of the bytes notice if it is forgotten.
 
 use serde::{Deserialize, Serialize};
 

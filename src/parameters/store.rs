@@ -1,14 +1,15 @@
 //! Two slots in flash, written in turn.
 //!
-//! The block is written to the slot that does not hold the current one: erase, payload, first half of the header, second
-//! half. Only the last write, of one word, makes it valid, and the other slot is not touched. **Whenever the power fails,
-//! the next start finds the old block or the new one, whole.** `tests/core/store.rs` cuts at every write and erase.
+//! The block is written to the slot that does not hold the current one: erase, payload, first half of the header,
+//! second half. Only the last write, of one word, makes it valid, and the other slot is not touched. **Whenever the
+//! power fails, the next start finds the old block or the new one, whole.** `tests/core/store.rs` cuts at every write
+//! and erase.
 //!
 //! # Flash with check bits
-//! The STM32G4 stores 8 check bits with every 64 (RM0440, section 3.3.2). A word that is written twice, or whose writing
-//! was cut, may not be readable: the processor then gets a non-maskable interrupt instead of an error. The board's handler
-//! clears the flag and returns, the bytes read are arbitrary, and the CRC rejects them; or, as on the test's model, the
-//! read fails and the slot counts as unreadable. No word is ever written twice between erasures.
+//! The STM32G4 stores 8 check bits with every 64 (RM0440, section 3.3.2). A word that is written twice, or whose
+//! writing was cut, may not be readable: the processor then gets a non-maskable interrupt instead of an error. The
+//! board's handler clears the flag and returns, the bytes read are arbitrary, and the CRC rejects them; or, as on the
+//! test's model, the read fails and the slot counts as unreadable. No word is ever written twice between erasures.
 
 use core::fmt;
 

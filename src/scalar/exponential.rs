@@ -1,11 +1,11 @@
-//! The exponential, without divisions, and without branches where arguments usually are: it is the dearest function of the
-//! model's smooth steps and of the stepper, and most of a diagnosis went into that of `libm`.
+//! The exponential, without divisions, and without branches where arguments usually are: it is the dearest function of
+//! the model's smooth steps and of the stepper, and most of a diagnosis went into that of `libm`.
 //!
-//! `e^x = 2^n · e^r` with `n` the whole number nearest to `x / ln 2`, so that `|r| ≤ ½ ln 2`; `ln 2` is taken off in two parts,
-//! of which `n` times the first is exact (Cody and Waite, *Software Manual for the Elementary Functions*, 1980, chapter 6).
-//! In double precision `2^n` is multiplied in as two halves, so that results below the smallest normal number and beyond the
-//! largest come out as IEEE 754 rounds them; in single precision it is added to the exponent, and results below the smallest normal
-//! number are zero. NaN stays NaN.
+//! `e^x = 2^n · e^r` with `n` the whole number nearest to `x / ln 2`, so that `|r| ≤ ½ ln 2`; `ln 2` is taken off in
+//! two parts, of which `n` times the first is exact (Cody and Waite, *Software Manual for the Elementary Functions*,
+//! 1980, chapter 6). In double precision `2^n` is multiplied in as two halves, so that results below the smallest
+//! normal number and beyond the largest come out as IEEE 754 rounds them; in single precision it is added to the
+//! exponent, and results below the smallest normal number are zero. NaN stays NaN.
 
 use core::f32::consts::{LN_2, LOG2_E};
 
@@ -14,8 +14,8 @@ const ROUND_F64: f64 = 6_755_399_441_055_744.0;
 /// The same for single precision: 1.5 · 2^23.
 const ROUND_F32: f32 = 12_582_912.0;
 
-/// `e^x` in double precision, within 1 ulp. The series to `r^13 / 13!` leaves 4·10⁻¹⁸; it is summed in pairs (Estrin), which a
-/// processor can overlap.
+/// `e^x` in double precision, within 1 ulp. The series to `r^13 / 13!` leaves 4·10⁻¹⁸; it is summed in pairs (Estrin),
+/// which a processor can overlap.
 #[inline(always)]
 pub(super) fn double(x: f64) -> f64 {
     /// `ln 2`, the first 33 bits.
@@ -38,8 +38,8 @@ pub(super) fn double(x: f64) -> f64 {
     series * power_of_two_f64(half) * power_of_two_f64(n - half)
 }
 
-/// `e^x` in single precision, within 1 ulp: a polynomial of degree 6 whose largest relative error is 7.9·10⁻⁸ with the rounding
-/// of its evaluation (`2^-24` is 6.0·10⁻⁸).
+/// `e^x` in single precision, within 1 ulp: a polynomial of degree 6 whose largest relative error is 7.9·10⁻⁸ with the
+/// rounding of its evaluation (`2^-24` is 6.0·10⁻⁸).
 #[inline]
 pub(super) fn single(x: f32) -> f32 {
     /// `ln 2`, the first 9 bits.

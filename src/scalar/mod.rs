@@ -1,8 +1,8 @@
 //! The number type of the model: `f32` on the microcontroller, `f64` where the host fits parameters.
 //!
-//! Exponential, fourth root and [`root`] are our own (`exponential.rs`, `fourth_root.rs`, `root.rs`), all other functions are those of the pure-Rust `libm`, so that the same input
-//! gives the same bits on every machine. `f32::exp` and its kin of the standard library call the system's C library and are not
-//! used anywhere in the core.
+//! Exponential, fourth root and [`root`] are our own (`exponential.rs`, `fourth_root.rs`, `root.rs`), all other
+//! functions are those of the pure-Rust `libm`, so that the same input gives the same bits on every machine. `f32::exp`
+//! and its kin of the standard library call the system's C library and are not used anywhere in the core.
 
 mod exponential;
 mod fourth_root;

@@ -2,8 +2,8 @@
 
 /// `√x` of a positive normal number, within 1 ulp; 0 of anything less, infinity of infinity, NaN of NaN.
 ///
-/// Half of the exponent, negated, is `x^(−1/2)` within 3.5 %. Newton's step for `y^−2 = x`, `y ← y (3 − x y²)/2`, makes of an
-/// error ε one of 1.5 ε²: 1.8·10⁻³, 4.9·10⁻⁶; the last step is the one for `√x = x y`.
+/// Half of the exponent, negated, is `x^(−1/2)` within 3.5 %. Newton's step for `y^−2 = x`, `y ← y (3 − x y²)/2`, makes
+/// of an error ε one of 1.5 ε²: 1.8·10⁻³, 4.9·10⁻⁶; the last step is the one for `√x = x y`.
 #[inline]
 pub fn root(x: f32) -> f32 {
     /// Three halves of the exponent's offset, less what makes the largest errors above and below alike.

@@ -83,8 +83,8 @@ fn average_percentage_error<S: Kernel>(network: &Anfis<S, 3, 2, 8>, grid: impl I
     100.0 * sum / count
 }
 
-/// The five layers as they stand in the paper, with the standard library's functions and the stated floor of the memberships:
-/// the output f̄ = Σ w̄ f, and the spread Σ w̄ |f − f̄| of the rules about it.
+/// The five layers as they stand in the paper, with the standard library's functions and the stated floor of the
+/// memberships: the output f̄ = Σ w̄ f, and the spread Σ w̄ |f − f̄| of the rules about it.
 fn five_layers<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M, R>, x: [f64; N]) -> (f64, f64) {
     let rules: Vec<(f64, f64)> = (0..R)
         .map(|rule| {
@@ -114,10 +114,10 @@ fn five_layers<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M
 
 /// What single precision may add to or take from the output within the box of ±1.
 ///
-/// Weights that are off by δ of themselves at most move their mean by δ Σ w̄ |f − f̄|. A membership is off by what the kernel
-/// states for t, and by what z = (x − c)/a is off: at most six roundings of its largest value, 2b of which reach a bell's t (z of
-/// which a Gaussian's exponent). A product sums that over its inputs. The rules themselves are sums of differences of up
-/// to 2^N times the largest rule, four roundings each.
+/// Weights that are off by δ of themselves at most move their mean by δ Σ w̄ |f − f̄|. A membership is off by what the
+/// kernel states for t, and by what z = (x − c)/a is off: at most six roundings of its largest value, 2b of which reach
+/// a bell's t (z of which a Gaussian's exponent). A product sums that over its inputs. The rules themselves are sums of
+/// differences of up to 2^N times the largest rule, four roundings each.
 fn single_precision_bound<const N: usize, const M: usize, const R: usize>(s: &Settings<N, M, R>, spread: f64) -> f64 {
     let rounding = 2f64.powi(-24);
     let membership = |Premise { a, b, c }: &Premise| {
@@ -185,7 +185,8 @@ fn polynomials_keep_their_bounds() {
     assert_eq!((f64::from(Kernel::scaled_exp2(f32::NEG_INFINITY)) / unit).log2().round(), -32.0);
 }
 
-/// With consequents 0 and 1 the output is μ2/(μ1 + μ2); with the first function so wide that μ1 is 1 within 1e-7, μ2 follows.
+/// With consequents 0 and 1 the output is μ2/(μ1 + μ2); with the first function so wide that μ1 is 1 within 1e-7, μ2
+/// follows.
 #[test]
 fn membership_keeps_its_bound() {
     for b in [0.5, 1.0, 1.3, 2.0, 3.7, 5.0] {
@@ -299,8 +300,8 @@ proptest! {
         }
     }
 
-    /// On a straight way out through a face, an edge or a corner nothing jumps, validity only falls, and the value is that
-    /// at the edge times the validity.
+    /// On a straight way out through a face, an edge or a corner nothing jumps, validity only falls, and the value is
+    /// that at the edge times the validity.
     #[test]
     fn fades_smoothly(s in any_settings::<3, 3, 27>(), x in point::<3>(), way in point::<3>()) {
         let network = s.build::<f64>().unwrap();

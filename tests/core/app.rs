@@ -388,8 +388,8 @@ fn a_fault_raises_the_right_alarm_and_the_next_test_knows_nothing_of_it() {
             let alarms: Vec<Judged> =
                 rig.sample(&mut bench, 6_000).into_iter().filter(|j| j.period.alarm.is_some()).collect();
             let first = alarms.first().expect("an alarm");
-            // Three periods call and one is under way; a load acts through the rotor, which follows within some tenths of a
-            // second.
+            // Three periods call and one is under way; a load acts through the rotor, which follows within some tenths
+            // of a second.
             assert!((30_000..32_000).contains(&first.sample), "{first:?}");
             // Until the speed has followed, a fault looks like one of the current's sensor.
             let told = alarms.iter().filter(|j| j.period.alarm.unwrap().kind == kind).count();
@@ -458,7 +458,8 @@ fn judged_periods_survive_the_queue() {
     }
 }
 
-/// The line takes a frame every now and then only; what is recorded is right all the same, and what is not has a number.
+/// The line takes a frame every now and then only; what is recorded is right all the same, and what is not has a
+/// number.
 #[test]
 fn a_capture_has_every_sample_or_a_gap_where_it_is_missing() {
     run(configured(), |rig| {
@@ -571,8 +572,8 @@ fn faults_are_counted_and_cleared() {
     });
 }
 
-/// An end of the converter's range stands for zero if the quantity there is no more than 8 counts from it, and for clipping
-/// if it is further away.
+/// An end of the converter's range stands for zero if the quantity there is no more than 8 counts from it, and for
+/// clipping if it is further away.
 #[test]
 fn an_end_of_the_range_is_clipping_unless_it_is_zero() {
     let of_speed = |zero: f32, per_count: f32, speed: u16| {
@@ -590,7 +591,8 @@ fn an_end_of_the_range_is_clipping_unless_it_is_zero() {
     }
 }
 
-/// Within ±1 count for 0.2 s, 2,000 samples, in which the voltage has spanned more than a tenth of the range, 409 counts.
+/// Within ±1 count for 0.2 s, 2,000 samples, in which the voltage has spanned more than a tenth of the range, 409
+/// counts.
 #[test]
 fn a_current_that_rests_while_the_voltage_moves_is_frozen() {
     for (samples, swing, faults) in [(2_010, 410, 1), (2_010, 409, 0), (1_990, 410, 0), (4_010, 410, 2)] {
@@ -658,8 +660,8 @@ fn the_ring_keeps_order_between_two_threads() {
     assert!((0..16).all(|n| ring.push(&raw(n))) && !ring.push(&raw(16)) && ring.len() == 16);
 }
 
-/// Interrupts that come late by up to 90 µs, some not at all, around the wrap of the counter: every sample that was taken gets
-/// its own number.
+/// Interrupts that come late by up to 90 µs, some not at all, around the wrap of the counter: every sample that was
+/// taken gets its own number.
 #[test]
 fn the_grid_counts_what_nobody_took() {
     const CYCLES: u32 = 17_000;

@@ -1,11 +1,12 @@
-//! The detector against formulas and figures written out here, as docs/detector.md has them: no constant of the detector
-//! is imported.
+//! The detector against formulas and figures written out here, as docs/detector.md has them: no constant of the
+//! detector is imported.
 
 use std::f32::consts::TAU;
 
 use greyrig::butterworth::HighPass;
 use greyrig::detector::{
-    Cumulative, Fast, Jump, Kind, Limits, PeriodClock, Point, Settings, SettingsError, Sums, Tolerance, Verdict, locate,
+    Alarm, Cause, Cumulative, Fast, Jump, Kind, Limits, PeriodClock, Point, Settings, SettingsError, Sums, Tolerance,
+    Verdict, locate,
 };
 use greyrig::motor::State;
 use greyrig::tick::Output;
@@ -64,6 +65,46 @@ fn direct_voltage_has_periods_of_20_ms() {
     assert!(found.iter().all(|n| *n == 200));
 }
 
+/// A rise through zero ends a period if the voltage has been below −5 % of the nominal one, 15 ms or more after the
+/// last end, and 22 ms after it at the latest.
+#[test]
+fn periods_end_where_the_voltage_rises_after_it_was_clearly_negative() {
+    // On 20 V, of 230 V, with a dip every 17 ms: 170 samples.
+    let dips = |volts: f32| {
+        let mut clock = PeriodClock::new(RATE, 230.0);
+        (1..=1_700).filter_map(|n| clock.process(if n % 170 == 0 { volts } else { 20.0 })).collect::<Vec<u32>>()
+    };
+    assert_eq!(dips(-11.6)[1..], [170; 8]);
+    assert!(dips(-11.4).iter().all(|&samples| samples == 200), "a direct voltage of 20 ms periods");
+
+    // After a crossing the next one: 14.9 ms are too short for a period, and 22.1 ms too long.
+    let after = |samples: usize| {
+        let mut clock = PeriodClock::new(RATE, 230.0);
+        let first = [-100.0, 20.0];
+        let signal = first.into_iter().chain(std::iter::repeat_n(20.0, samples - 2)).chain(first);
+        signal.filter_map(|volts| clock.process(volts)).collect::<Vec<u32>>().last().copied()
+    };
+    assert_eq!([after(149), after(151), after(219)], [None, Some(151), Some(219)]);
+    assert_eq!(after(225), Some(220));
+}
+
+/// The slip of a rotor that turns a tenth slower than the model, and what has no signal to be measured by.
+#[test]
+fn features_of_the_speed_the_correction_and_of_nothing() {
+    let mut sums = Sums::default();
+    for n in 0..200 {
+        let (measured, modelled) = (State { current: 0.0, speed: 900.0 }, State { current: 0.0, speed: 1000.0 });
+        let validity = if n % 4 == 0 { 0.0 } else { 1.0 };
+        sums.add(&Point { voltage: -3.0, measured, modelled, high: 0.0, validity });
+    }
+    let f = sums.features();
+    assert_eq!(sums.count(), 200);
+    assert!((f.speed - 1.0 / 9.0).abs() < 1e-6 && (f.speed_deviation + 0.1).abs() < 1e-6, "{f:?}");
+    assert!((f.speed_mean - 900.0).abs() < 1e-3 && (f.voltage_rms - 3.0).abs() < 1e-5 && f.validity == 0.75);
+    assert_eq!([f.current, f.current_deviation, f.sparking, f.arcing, f.current_rms], [0.0; 5]);
+    assert_eq!(Sums::default().features(), Default::default(), "no sample, and no NaN either");
+}
+
 #[test]
 fn features_of_a_motor_that_draws_a_tenth_less_than_the_model() {
     let mut sums = Sums::default();
@@ -100,6 +141,11 @@ fn power_that_goes_with_the_current_is_arcing_and_power_that_does_not_is_noise()
     assert!((f.sparking.powi(2) - 1e-4 - f.arcing).abs() < 1e-8);
     assert!(period(&sine, &|_| 1e-4).arcing.abs() < 1e-8);
     assert_eq!(period(&|_| 5.0, &|i| 1e-4 * i).arcing, 0.0, "direct current cannot tell");
+    // Ripple r cos on a direct current: the variance of |i| over its mean square is r²/2/(1 + r²/2), of which 0.02 are
+    // needed.
+    let rippled = |ripple: f32| period(&|phase| 5.0 * (1.0 + ripple * phase.cos()), &|i| 1e-4 + 1e-5 * i).arcing;
+    assert_eq!(rippled(0.19), 0.0, "0.0177");
+    assert!((rippled(0.22) - 5e-5).abs() < 2e-6, "0.0236: 1e-5 A² a ampere, at 5 A: {}", rippled(0.22));
 }
 
 /// "After three periods above its limit in a row, and quiet again after three below 80 % of it."
@@ -139,8 +185,8 @@ fn cumulative_sum_calls_after_the_time_that_the_excess_says() {
     assert!((0..10_000).all(|n| healthy.process(if n % 2 == 0 { 0.069 } else { -0.029 }).is_none()));
 }
 
-/// At 50 Hz: half a second at twice the tolerance until it calls; once the cause is gone, however long it was there and however
-/// large it was, one and a half until it is quiet: from 4 h = 100 down to h = 25, by one each period.
+/// At 50 Hz: half a second at twice the tolerance until it calls; once the cause is gone, however long it was there and
+/// however large it was, one and a half until it is quiet: from 4 h = 100 down to h = 25, by one each period.
 #[test]
 fn cumulative_sum_comes_back_when_the_cause_is_gone() {
     for (periods, excess) in [(1_000, 3.0f32), (20, 1e6)] {
@@ -166,7 +212,8 @@ fn a_step_is_a_jump_and_what_stays_is_none() {
     let mut jump = Jump::default();
     assert!((0..100).all(|_| jump.process(0.07) == 0.0), "what differs from motor to motor drops out");
     assert!((jump.process(0.09) - 0.02).abs() < 1e-6);
-    // The past follows by a fiftieth of what is left each period, a time constant of a second at 50 Hz: 0.02 (1 − 1/50)⁵⁰.
+    // The past follows by a fiftieth of what is left each period, a time constant of a second at 50 Hz: 0.02 (1 −
+    // 1/50)⁵⁰.
     let after_a_second = (0..50).map(|_| jump.process(0.09)).last().unwrap();
     assert!((after_a_second - 7.283_4e-3).abs() < 1e-6, "{after_a_second}");
     let later = (0..450).map(|_| jump.process(0.09)).last().unwrap();
@@ -184,6 +231,11 @@ fn faults_are_located_by_the_signs_of_the_deviations() {
         ((0.03, 0.03), Kind::Electrical),
         ((0.1, 0.001), Kind::Sensor),
         ((0.0, -0.1), Kind::Sensor),
+        // A deviation below a tenth of the other one counts as none.
+        ((1.0, 0.11), Kind::Electrical),
+        ((1.0, 0.09), Kind::Sensor),
+        ((-0.11, 1.0), Kind::Mechanical),
+        ((-0.09, 1.0), Kind::Sensor),
     ];
     for ((current, speed), kind) in cases {
         assert_eq!(locate(current, speed), kind, "{current} {speed}");
@@ -260,6 +312,77 @@ fn a_period_is_judged_where_the_correction_can_be_relied_on() {
     assert!(judged(182) > 70, "91 %");
 }
 
+/// What calls, and where it then sits: 50 Hz, with a current and a speed that the model has otherwise, and noise above
+/// 1 kHz.
+fn alarm(limits: Limits, current: f32, speed: f32, noise: f32) -> Option<Alarm> {
+    let mut detector = Settings { limits, ..settings() }.build().unwrap();
+    let told = (0..(3.0 * RATE) as u32).filter_map(|n| {
+        let s = (TAU * 50.0 * n as f32 / RATE).sin();
+        // After two seconds.
+        let [current, speed, noise] = if n < 20_000 { [1.0, 1.0, 0.0] } else { [current, speed, noise] };
+        let spark = noise * (TAU * 0.3 * n as f32).sin();
+        detector.process(&Output {
+            raw: [325.0 * s, 5.0 * s * current + spark],
+            measured: State { current: 5.0 * s * current, speed: 1000.0 * speed },
+            modelled: State { current: 5.0 * s, speed: 1000.0 },
+            validity: 1.0,
+            crossed_zero: false,
+        })
+    });
+    let last = told.filter_map(|period| period.alarm).last();
+    assert_eq!(detector.verdict() == Verdict::Fail, last.is_some());
+    last
+}
+
+#[test]
+fn the_strongest_cause_is_told_with_its_ratio() {
+    let widely = [0.0, 1.0];
+    let errors =
+        Limits { current: 0.05, speed: 0.01, current_deviation: widely, speed_deviation: widely, ..Limits::default() };
+    assert_eq!(alarm(errors, 1.0, 1.0, 0.0), None);
+    // 1/0.9 − 1 = 0.111 are 2.2 times 0.05, and 1/0.95 − 1 = 0.0526 are 5.3 times 0.01.
+    let both = alarm(errors, 0.9, 0.95, 0.0).unwrap();
+    assert_eq!((both.cause, both.kind), (Cause::SpeedError, Kind::Electrical));
+    assert!((both.ratio - 5.263).abs() < 1e-2, "{both:?}");
+    let one = alarm(errors, 0.9, 1.0, 0.0).unwrap();
+    assert_eq!((one.cause, one.kind), (Cause::CurrentError, Kind::Sensor));
+    assert!((one.ratio - 2.222).abs() < 1e-2, "{one:?}");
+}
+
+#[test]
+fn sparks_are_electrical_whatever_else_calls() {
+    let limits = Limits { current: 0.01, sparking: 0.1, ..Limits::default() };
+    // 0.5 A at 3 kHz, 0.354 A RMS, which the high-pass lets through: 3.5 times its limit; the current's error is 11
+    // times its own.
+    let sparks = alarm(limits, 0.9, 1.0, 0.5).unwrap();
+    assert_eq!((sparks.cause, sparks.kind), (Cause::Sparking, Kind::Electrical));
+    assert!((sparks.ratio - 3.54).abs() < 0.02, "{sparks:?}");
+}
+
+#[test]
+fn steady_deviations_call_later_and_are_located_in_tolerances() {
+    // Both within their errors' limits; in tolerances the current is off by 2 and the speed by −2.
+    let tolerances = Limits { current_deviation: [0.0, 0.05], speed_deviation: [0.0, 0.025], ..Limits::default() };
+    let load = alarm(tolerances, 1.1, 0.95, 0.0).unwrap();
+    assert_eq!(load.kind, Kind::Mechanical);
+    assert!((load.ratio - 2.0).abs() < 1e-2, "{load:?}");
+    // A tolerance around what healthy motors are.
+    let elsewhere = Limits { current_deviation: [0.1, 0.05], ..Limits::default() };
+    assert_eq!(
+        alarm(elsewhere, 1.1, 1.0, 0.0).map(|alarm| alarm.cause),
+        Some(Cause::CurrentDeviation),
+        "the first 2 s"
+    );
+}
+
+/// The number of judged periods that makes a verdict is the setting's, not one less.
+#[test]
+fn a_verdict_takes_as_many_periods_as_are_asked_for() {
+    let (_, judged) = run(settings(), 2.0, 230.0, 1.0);
+    let of = |fewest_periods| run(Settings { fewest_periods, ..settings() }, 2.0, 230.0, 1.0).0;
+    assert_eq!((of(judged), of(judged + 1)), (Verdict::Pass, Verdict::CannotJudge));
+}
+
 /// The numbers of the samples with which a period is told, of a run in which the rotor is turned round at some.
 fn told(sample_rate_hz: f32, mains_hz: f32, crossed_zero: impl Fn(u32) -> bool) -> Vec<u32> {
     let mut detector = Settings { sample_rate_hz, ..settings() }.build().unwrap();
@@ -290,7 +413,21 @@ fn settings_that_make_no_detector_are_refused() {
     assert_eq!(of(Settings { sample_rate_hz: 2500.0, ..settings() }), SettingsError::SampleRate);
     assert_eq!(of(Settings { sample_rate_hz: f32::NAN, ..settings() }), SettingsError::SampleRate);
     assert_eq!(of(Settings { nominal_voltage: 0.0, ..settings() }), SettingsError::Voltage);
-    assert_eq!(of(Settings { blanking_s: -1.0, ..settings() }), SettingsError::Negative);
+    for bad in [-1.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(of(Settings { blanking_s: bad, ..settings() }), SettingsError::Negative);
+        assert_eq!(of(Settings { least_voltage: bad, ..settings() }), SettingsError::Negative);
+        assert_eq!(of(Settings { most_voltage: bad, ..settings() }), SettingsError::Negative);
+        assert_eq!(of(Settings { least_speed: bad, ..settings() }), SettingsError::Negative);
+        for place in 0..7 {
+            let mut l = Limits::default();
+            let [current, speed] = [&mut l.current_deviation[1], &mut l.speed_deviation[1]];
+            *[&mut l.current, &mut l.speed, &mut l.sparking, &mut l.current_jump, &mut l.speed_jump, current, speed]
+                [place] = bad;
+            assert_eq!(of(Settings { limits: l, ..settings() }), SettingsError::Limit, "{place}");
+        }
+    }
+    let limits = Limits { current_deviation: [f32::NAN, 0.0], ..Limits::default() };
+    assert_eq!(of(Settings { limits, ..settings() }), SettingsError::Limit);
     let limits = Limits { speed_deviation: [0.0, f32::NAN], ..Limits::default() };
     assert_eq!(of(Settings { limits, ..settings() }), SettingsError::Limit);
 }

@@ -9,11 +9,11 @@ use greyrig::effects::{
     Acts, AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
     ChannelDelay, CommutationDemagnetisation, CommutationResistance, CoulombFriction, CurrentCompression, CurrentGain,
     CurrentOffset, Description, EddyCurrent, Effect, EffectId, FanDynamics, Hysteresis, Imbalance,
-    InductanceSaturation, IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Saturation, SkinEffect, SpeedGain,
-    SpeedLag, SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset,
-    TorqueRipple, TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
+    InductanceSaturation, IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Role, Saturation, SkinEffect,
+    SpeedGain, SpeedLag, SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance,
+    TorqueOffset, TorqueRipple, TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
-use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
+use greyrig::motor::{Constraints, FluxLaw, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
 use greyrig::scalar::Scalar;
 use greyrig::term::{Op, Target, Term};
 
@@ -64,8 +64,8 @@ impl Drive {
     }
 }
 
-/// Where more than the first parameter has to vanish for the effect to be absent: cosine and sine of the angle, and pairs
-/// that the catalogue lists under one name.
+/// Where more than the first parameter has to vanish for the effect to be absent: cosine and sine of the angle, and
+/// pairs that the catalogue lists under one name.
 const SIZES: [(&str, usize); 6] = [
     ("torque_ripple", 2),
     ("imbalance", 2),
@@ -196,6 +196,70 @@ fn an_identifier_names_one_effect_and_nothing_else_does() {
 }
 
 #[test]
+fn every_parameter_has_its_role() {
+    for d in catalogue() {
+        let sizes = SIZES.iter().find(|(id, _)| d.id == *id).map_or(1, |(_, sizes)| *sizes);
+        for (place, p) in d.parameters.iter().enumerate() {
+            assert_eq!(p.role == Role::Size, place == 0, "{}", p.name);
+            assert_eq!(p.role == Role::SecondSize, (1..sizes).contains(&place), "{}", p.name);
+        }
+    }
+    let of = |role: Role| -> Vec<&str> {
+        catalogue().flat_map(|d| d.parameters).filter(|p| p.role == role).map(|p| p.name).collect()
+    };
+    // By hand: time constants in s beside a size, and shares of the inductance.
+    assert_eq!(of(Role::Time), ["winding_time", "fan_time", "warmup_time"]);
+    assert_eq!(of(Role::Linked), ["hysteresis_linked", "saturation_linked", "eddy_linked", "transformer_linked"]);
+}
+
+#[test]
+fn what_is_known_of_an_effect_is_whole_and_agrees() {
+    for d in catalogue() {
+        assert_eq!(d.size_in_words.matches("{}").count(), 1, "{}", d.id);
+        let said = greyrig::effects::Sentence(d.size_in_words, "3 A").to_string();
+        assert!(said.contains("3 A") && !said.contains("{}"), "{said}");
+        assert!(d.prior.share > 0.0 && d.prior.share < 1.0 && !d.prior.because.is_empty(), "{}", d.id);
+        // What shows in the error of a free run needs something that excites it.
+        for law in [FluxLaw::Series, FluxLaw::PermanentMagnet] {
+            assert!(!d.is_tried(law) || !d.excited_by.is_empty(), "{}", d.id);
+            // Who stands for another one is named itself.
+            let named = d.named_as(law);
+            assert_eq!(named.description().named_as(law), named, "{}", d.id);
+        }
+        for other in d.two_make_it.iter().flatten() {
+            assert!(other.description().two_make_it.is_some_and(|two| two.contains(&d.id)), "{} and {other}", d.id);
+        }
+        if let Some(first) = d.at_standstill {
+            assert!(first != d.id && first.description().at_standstill.is_none(), "{}", d.id);
+        }
+    }
+    let tried = |law| catalogue().filter(move |d| d.is_tried(law)).map(|d| d.id).collect::<Vec<_>>();
+    let (series, magnets) = (tried(FluxLaw::Series), tried(FluxLaw::PermanentMagnet));
+    for (id, [in_series, with_magnets]) in [
+        ("saturation", [true, false]),
+        ("brush_drop", [true, true]),
+        ("commutation_resistance", [false, true]),
+        ("speed_sign_lost", [false, false]),
+        ("adc_clipping", [false, false]),
+        ("current_gain", [false, false]),
+    ] {
+        assert_eq!(series.iter().any(|d| *d == id), in_series, "{id}");
+        assert_eq!(magnets.iter().any(|d| *d == id), with_magnets, "{id}");
+    }
+}
+
+#[test]
+fn a_motor_is_told_what_the_description_says() {
+    for d in catalogue() {
+        assert_eq!(d.id.traits(), d.traits());
+        let limits = d.parameters.iter().map(|p| (p.name, p.range.0, p.range.1));
+        let (known, rest) = d.id.limits().split_at(d.parameters.len());
+        assert!(limits.eq(known.iter().copied()), "{}", d.id);
+        assert!(rest.iter().all(|limits| *limits == ("", 0.0, 0.0)), "{}", d.id);
+    }
+}
+
+#[test]
 fn values_pass_through_the_effect_in_their_order() {
     for d in catalogue() {
         let values: Vec<f64> = (0..d.parameters.len()).map(|n| 1.5 + n as f64).collect();
@@ -320,9 +384,9 @@ fn accurate_at_the_step_of_the_rig() {
     for d in catalogue() {
         let (current, speed) = differences(&run::<f64>(&[typical(d)], 1, 0.2), &run::<f64>(&[typical(d)], 10, 0.2));
         println!("{:30} current {current:.1e} speed {speed:.1e}", d.id);
-        // 0.1 % is what the core promises. The largest, 2.7e-4, is flux that lags, as di/dt counts as
-        // constant within a step; 2.4e-4 the dead zone, whose edges fall within one, and 2.0e-4 the hysteresis, whose slope jumps
-        // where the current turns; for the rest it is 1.5e-4 and less.
+        // 0.1 % is what the core promises. The largest, 2.7e-4, is flux that lags, as di/dt counts as constant within a
+        // step; 2.4e-4 the dead zone, whose edges fall within one, and 2.0e-4 the hysteresis, whose slope jumps where
+        // the current turns; for the rest it is 1.5e-4 and less.
         if !(current < 1e-3 && speed < 1e-3) {
             wrong.push(format!("{}: current {current:.1e}, speed {speed:.1e}", d.id));
         }
@@ -358,8 +422,8 @@ fn single_precision_suffices() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-// What the equations give by hand. Where nothing else is said the tolerance is 1e-9 of the value: rounding in f64 over a
-// few thousand steps.
+// What the equations give by hand. Where nothing else is said the tolerance is 1e-9 of the value: rounding in f64 over
+// a few thousand steps.
 
 #[track_caller]
 fn near(got: f64, expected: f64, relative: f64) {
@@ -590,15 +654,15 @@ fn hysteresis_on_a_dc_supply_lets_the_current_fall() {
         (0..5_000 * parts).map(|_| stepper.step(90.0, 90.0, Constraints::FREE).current).last().expect("steps")
     };
     let (coarse, fine) = (run(1), run(10));
-    // Of the step that leaves the play at the inrush, with 4,500 A/s, the run-up keeps 5e-4; a current that stands still in
-    // the play ends 0.3 A higher.
+    // Of the step that leaves the play at the inrush, with 4,500 A/s, the run-up keeps 5e-4; a current that stands
+    // still in the play ends 0.3 A higher.
     near(coarse, fine, 1e-3);
 }
 
 #[test]
 fn hysteresis_is_that_of_plays() {
-    // A play of radius ρ lags by ρ and rests for 2 ρ after a reversal. Radii: none of them for 1 − r of the plays; else half
-    // of i_c and more, exponential with λ = (2 + e) i_k/(2 r), up to λ ln((2 + e)/e) more: their mean is i_c.
+    // A play of radius ρ lags by ρ and rests for 2 ρ after a reversal. Radii: none of them for 1 − r of the plays; else
+    // half of i_c and more, exponential with λ = (2 + e) i_k/(2 r), up to λ ln((2 + e)/e) more: their mean is i_c.
     const PLAYS: u32 = 4_000;
     let (coercive, resting, closing, top) = (0.3, 0.8, 0.7, 4.0);
     let motor = motor(Effect::Hysteresis(Hysteresis { coercive, resting, closing, linked: 0.6 }));
@@ -635,9 +699,9 @@ fn hysteresis_is_that_of_plays() {
 
 #[test]
 fn hysteresis_loop_has_its_area() {
-    // Between ±I the play p moves by ±X, X = I − p, and z runs through its steady loop z = 1 − (1 + Z) exp(−(x + X)/s) with
-    // Z = tanh(X/s), s = 2 i_k/r. ∮ lag di = 4 r p X + i_k (∮ z dx − 4 p Z), ∮ z dx = 4 (X − s Z): in the play the current goes
-    // back by 2 p while z stays at ±Z.
+    // Between ±I the play p moves by ±X, X = I − p, and z runs through its steady loop z = 1 − (1 + Z) exp(−(x + X)/s)
+    // with Z = tanh(X/s), s = 2 i_k/r. ∮ lag di = 4 r p X + i_k (∮ z dx − 4 p Z), ∮ z dx = 4 (X − s Z): in the play the
+    // current goes back by 2 p while z stays at ±Z.
     let (coercive, resting, top) = (0.5, 2.0 / 2.2, 4.0);
     let motor = motor(Effect::Hysteresis(Hysteresis { coercive, resting, closing: 0.0, linked: 0.6 }));
     let mut memories = motor.memories_at_start(carrying(0.0));
@@ -660,7 +724,8 @@ fn hysteresis_loop_has_its_area() {
     near(area, 4.0 * (resting * play * x + kept * (x - scale * end - play * end)), 1e-5);
 }
 
-/// Two periods of 50 V at 50 Hz at a held speed, 0.2 s (22 L/R) after switching on, at 10 µs: current, A, and torque, N m.
+/// Two periods of 50 V at 50 Hz at a held speed, 0.2 s (22 L/R) after switching on, at 10 µs: current, A, and torque, N
+/// m.
 fn settled_at(speed: f64, effect: Effect<f64>) -> Vec<(f64, f64)> {
     const STEP: f64 = 1e-5;
     let motor = motor(effect);
@@ -742,7 +807,7 @@ fn an_effect_turns_into_the_one_that_it_says() {
     let turns: Vec<_> = turns.collect();
     for (d, turn) in &turns {
         assert!(
-            d.parameters.iter().skip(1).any(|p| p.name == turn.parameter),
+            d.parameters.get(turn.parameter).is_some_and(|p| p.role == Role::Shape),
             "{} is no shape of {}",
             turn.parameter,
             d.id
@@ -843,7 +908,8 @@ fn winding_warms_to_heat_times_time() {
         let memories = after(&motor, carrying(current), steps, |_| carrying(current));
         motor.balance(&OperatingPoint::unsupplied(current, 0.0), &memories).resistance
     };
-    // dr/dt = g i² (1 + r) − r/τ: the warm winding heats more, which makes the rise larger and slower by the same factor.
+    // dr/dt = g i² (1 + r) − r/τ: the warm winding heats more, which makes the rise larger and slower by the same
+    // factor.
     let heat = heating * current * current * time;
     let rise = heat / (1.0 - heat);
     near(resistance(400_000), 2.2 * (1.0 + rise), 1e-8);
@@ -852,7 +918,8 @@ fn winding_warms_to_heat_times_time() {
     // A triangle heats with a third of the square of its peak.
     let swings = after(&motor, carrying(0.0), 100, |t| carrying(8.0 * t / 0.01));
     let risen = motor.balance(&OperatingPoint::unsupplied(0.0, 0.0), &swings).resistance / 2.2 - 1.0;
-    // Cooling over 10 ms takes a quarter of 10 ms/τ, and the heat of what has risen adds half of it, but for h/(2τ) = 2.5e-5 as above.
+    // Cooling over 10 ms takes a quarter of 10 ms/τ, and the heat of what has risen adds half of it, but for h/(2τ) =
+    // 2.5e-5 as above.
     let alone = heating * 64.0 / 3.0 * 0.01;
     near(risen, alone * (1.0 - 0.01 / time / 4.0 + alone / 2.0), 3e-5);
 }
@@ -892,8 +959,8 @@ fn air_follows_the_fan_late() {
 
 #[test]
 fn what_is_remembered_comes_to_rest_with_the_motor() {
-    // Two seconds at 50 Hz, then ten at rest: a lag that fades on by itself gets to subnormal numbers within 0.7 s for each
-    // millisecond of its time constant, and from time constants of a few steps on it stays there.
+    // Two seconds at 50 Hz, then ten at rest: a lag that fades on by itself gets to subnormal numbers within 0.7 s for
+    // each millisecond of its time constant, and from time constants of a few steps on it stays there.
     let running = |t: f64| State { current: 5.0 * (TAU * 50.0 * t).sin(), speed: 2000.0 };
     let state = |t: f64| if t < 2.0 { running(t) } else { State { current: 0.0, speed: 0.0 } };
     for description in catalogue().filter(|d| d.remembers) {
@@ -942,8 +1009,9 @@ fn late_current_of_a_ramp() {
 
 #[test]
 fn late_current_of_a_sine() {
-    // By whole steps up to two the delay is exact; else a parabola goes through 0, a and a + m, with m = d/h − 1 and a from 1 to
-    // m, and d (d − a) (a + m − d)/6 (h ω)³ is missed: at most 2e-6, 4.7e-5 and 1.05e-3 of the amplitude at 50 Hz.
+    // By whole steps up to two the delay is exact; else a parabola goes through 0, a and a + m, with m = d/h − 1 and a
+    // from 1 to m, and d (d − a) (a + m − d)/6 (h ω)³ is missed: at most 2e-6, 4.7e-5 and 1.05e-3 of the amplitude at
+    // 50 Hz.
     let i = |t: f64| 10.0 * (TAU * 50.0 * t).sin();
     for (steps_late, tolerance) in [(1.0, 1e-9), (2.0, 1e-9), (1.5, 2e-6), (4.0, 4.8e-5), (10.0, 1.1e-3)] {
         let motor = motor(Effect::ChannelDelay(ChannelDelay { delay: steps_late * H }));

@@ -81,8 +81,8 @@ proptest! {
         prop_assert_eq!(postcard::from_bytes::<Asked>(&body), Ok(asked));
     }
 
-    /// A CRC of 32 bits finds every burst of up to 32 bits: a wrong byte, and a lost or an invented one within a frame, too,
-    /// but for one case in 2^32.
+    /// A CRC of 32 bits finds every burst of up to 32 bits: a wrong byte, and a lost or an invented one within a frame,
+    /// too, but for one case in 2^32.
     #[test]
     fn damage_is_noticed(data in prop::collection::vec(any::<u8>(), 0..=CHUNK), at in any::<prop::sample::Index>(),
                          byte in any::<u8>(), kind in 0..3) {

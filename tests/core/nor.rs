@@ -1,7 +1,7 @@
 //! A NOR flash with check bits, as that of the STM32G4, whose power can be cut.
 //!
-//! A word of 64 bits is erased, written, or poisoned: written twice, or cut while it was written. Reading a poisoned word is
-//! an error. Erasing a page that is cut leaves each word of it erased, as it was, or poisoned.
+//! A word of 64 bits is erased, written, or poisoned: written twice, or cut while it was written. Reading a poisoned
+//! word is an error. Erasing a page that is cut leaves each word of it erased, as it was, or poisoned.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 

@@ -98,8 +98,8 @@ fn correction_and_limits_come_back_and_are_checked() {
     assert_eq!(decode(&encoded(&bad)), Err(Error::Detector(detector::SettingsError::Voltage)));
 }
 
-/// The bytes of version 1 of every section, written down: whoever changes them has to raise a version. (Postcard 1.0: an
-/// enumeration is its variant's number, a string its length and bytes, an `f32` or `f64` its bits, little-endian.)
+/// The bytes of version 1 of every section, written down: whoever changes them has to raise a version. (Postcard 1.0:
+/// an enumeration is its variant's number, a string its length and bytes, an `f32` or `f64` its bits, little-endian.)
 #[test]
 fn bytes_of_version_1() {
     let payload = encoded(&settings());

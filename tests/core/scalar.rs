@@ -1,4 +1,5 @@
-//! The shared exponential against `libm`'s, whose results lie within 1 ulp of the true ones: two good results may be 2 apart.
+//! The shared exponential against `libm`'s, whose results lie within 1 ulp of the true ones: two good results may be 2
+//! apart.
 
 use greyrig::scalar::{Scalar, root};
 

@@ -1,5 +1,5 @@
-//! The stepper against a reference integration (Runge–Kutta of the `ode_solvers` crate, in f64, with steps so small that
-//! halving them changes the result by less than 1e-7) with the same input, linear between samples.
+//! The stepper against a reference integration (Runge–Kutta of the `ode_solvers` crate, in f64, with steps so small
+//! that halving them changes the result by less than 1e-7) with the same input, linear between samples.
 
 use std::f64::consts::PI;
 

@@ -51,8 +51,8 @@ fn blocks_are_written_in_turn() {
     assert_eq!(first_page, [0xFF; 8], "the page before the slots is untouched");
 }
 
-/// The sweep: every write and every erasure is cut before, within and after, from every number of blocks written before;
-/// then the interrupted write is repeated on what the cut has left.
+/// The sweep: every write and every erasure is cut before, within and after, from every number of blocks written
+/// before; then the interrupted write is repeated on what the cut has left.
 #[test]
 fn every_power_cut_leaves_the_old_or_the_new_block() {
     let mut cuts = 0;
@@ -84,8 +84,8 @@ fn every_power_cut_leaves_the_old_or_the_new_block() {
     assert!(cuts > 200, "{cuts} cuts");
 }
 
-/// Two cuts in a row: whatever the first has left, the second write is cut too, everywhere. The block of before stays until
-/// a newer one is whole, and a third write succeeds.
+/// Two cuts in a row: whatever the first has left, the second write is cut too, everywhere. The block of before stays
+/// until a newer one is whole, and a third write succeeds.
 #[test]
 fn a_second_power_cut_leaves_a_block_too() {
     let mut pairs = 0;

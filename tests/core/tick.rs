@@ -64,6 +64,34 @@ fn bad_samples_pass_without_a_trace_that_lasts() {
     assert_eq!(outputs.0.measured, outputs.1.measured);
 }
 
+#[test]
+fn the_residual_is_modelled_less_measured() {
+    let output = greyrig::tick::Output {
+        measured: State { current: 2.0, speed: 30.0 },
+        modelled: State { current: 5.0, speed: 20.0 },
+        ..Default::default()
+    };
+    assert_eq!(output.residual(), State { current: 3.0, speed: -10.0 });
+}
+
+#[test]
+fn a_run_begins_in_the_steady_state_of_its_first_sample_and_of_the_model() {
+    let mut rig = tick();
+    rig.start_from(State { current: 4.0, speed: 500.0 });
+    let first = rig.process(sample(100.0, 3.0, 400.0), Constraints::FREE);
+    assert_eq!(first.raw, [100.0, 3.0]);
+    assert_eq!(first.measured, State { current: 3.0, speed: 400.0 });
+    assert_eq!(first.modelled, State { current: 4.0, speed: 500.0 });
+    assert_eq!((first.validity, first.crossed_zero), (1.0, false), "without a correction");
+    // The voltage between two samples is a line: a step from the last one to this one.
+    let mut model = stepper();
+    model.set_state(State { current: 4.0, speed: 500.0 });
+    let expected = model.step(100.0, 60.0, Constraints::FREE);
+    let held = rig.process(sample(60.0, 3.0, 400.0), Constraints::FREE);
+    assert_eq!(held.raw[0], 60.0);
+    assert!((held.modelled.current - 4.0).abs() <= (expected.current - 4.0).abs(), "filtered, and on the way there");
+}
+
 /// The voltage is replaced by the last usable one, not by zero: the model goes on as if the supply had not changed.
 #[test]
 fn a_voltage_that_is_no_number_is_the_last_one() {
@@ -89,6 +117,11 @@ fn counts_become_quantities() {
     assert!((low.voltage.0 + 400.0).abs() < 1e-3 && (high.voltage.0 - 400.0).abs() < 1e-3);
     assert!((low.current.0 + 40.0).abs() < 1e-4 && (high.current.0 - 40.0).abs() < 1e-4);
     assert!(low.speed.0 == 0.0 && (high.speed.0 - 5000.0).abs() < 1e-2);
-    let broken = CalibrationSettings { current: Scale { zero: 0.0, per_count: 0.0 }, ..Default::default() };
-    assert_eq!(broken.build().unwrap_err().0, "current");
+    for (zero, per_count) in [(0.0, 0.0), (f32::NAN, 1.0), (0.0, f32::INFINITY)] {
+        let (scale, usual) = (Scale { zero, per_count }, CalibrationSettings::default());
+        let refused = |settings: CalibrationSettings| settings.build().unwrap_err().0;
+        assert_eq!(refused(CalibrationSettings { voltage: scale, ..usual }), "voltage");
+        assert_eq!(refused(CalibrationSettings { current: scale, ..usual }), "current");
+        assert_eq!(refused(CalibrationSettings { speed: scale, ..usual }), "speed");
+    }
 }

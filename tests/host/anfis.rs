@@ -138,8 +138,8 @@ fn hybrid_reproduces_matlab_to_six_digits() {
 
 #[test]
 fn step_size_follows_matlabs_log() {
-    // A published log of MATLAB's anfis raises the step after epochs 5, 9, 13, 17, 21 and lowers it after 27, 31, 35. Its errors
-    // fall for 23 epochs and then go up and down; these are made up so.
+    // A published log of MATLAB's anfis raises the step after epochs 5, 9, 13, 17, 21 and lowers it after 27, 31, 35.
+    // Its errors fall for 23 epochs and then go up and down; these are made up so.
     let mut errors = Vec::new();
     let mut rule = StepSize::new(1.0);
     let (mut raised, mut lowered) = (Vec::new(), Vec::new());
@@ -294,8 +294,8 @@ fn rules_without_data_do_not_run_away() {
         let total: f64 = trained.support.iter().map(|s| s.rows).sum();
         // The shares of a row add to one.
         assert!((total - 4_000.0).abs() < 1e-6);
-        // Nowhere in the trained box, most of it without data, does the output leave the range of the targets by as much
-        // as that range; or it is flagged.
+        // Nowhere in the trained box, most of it without data, does the output leave the range of the targets by as
+        // much as that range; or it is flagged.
         let width = trained.output.1 - trained.output.0;
         let mut worst = 0.0_f64;
         for k in 0..9_261 {

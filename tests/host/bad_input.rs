@@ -101,7 +101,7 @@ fn time() {
 #[test]
 fn names_and_units() {
     let rows = "\n0,1,2,3\n0.1,1,2,4\n0.2,1,2,5\n";
-    bad_csv(&format!("t_s,a,b,c{rows}"), &["a, b, c", "--map u_v=a --map i_a=b"]);
+    bad_csv(&format!("t_s,a,b,c{rows}"), &["a, b, c", "--map u_v=COLUMN"]);
     bad_csv(&format!("t_s,voltage,Spannung,i{rows}"), &["'voltage' and 'Spannung'", "--map u_v=voltage"]);
     bad_csv(&format!("t,u [furlong],i,w{rows}"), &["u [furlong]", "furlong", "V, mV, uV, kV"]);
     bad_csv(&format!("t,u [A],i,w{rows}"), &["u [A]", "is in A", "voltage"]);
@@ -154,7 +154,7 @@ fn files() {
     refused(&convert("run.h5", b"TDSm\0\0\0\0\0\0\0\0", &[]), &["it looks like TDMS"]);
     // A result is not overwritten, and has a known format.
     let input = folder.path().join("good.csv");
-    std::fs::write(&input, good(20).join("\n")).expect("a writable file");
+    std::fs::write(&input, good(20).join("\n") + "\n").expect("a writable file");
     std::fs::write(&out, "keep").expect("a writable file");
     refused(&run(&input, &out, &[]), &["exists already", "--force"]);
     assert_eq!(std::fs::read_to_string(&out).expect("still there"), "keep");

@@ -4,8 +4,8 @@ use std::process::Command;
 
 #[test]
 fn a_board_that_is_not_built_says_how_to_build_it() {
-    // The tool in a folder of its own, without a path: the program cannot be found. Linked, as a copy is open for writing for a moment, and
-    // processes that other tests start meanwhile keep it so: "text file busy".
+    // The tool in a folder of its own, without a path: the program cannot be found. Linked, as a copy is open for
+    // writing for a moment, and processes that other tests start meanwhile keep it so: "text file busy".
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let tool = folder.path().join("greyrig");
     std::fs::hard_link(env!("CARGO_BIN_EXE_greyrig"), &tool).unwrap();

@@ -1,5 +1,5 @@
-//! A real browser, Chromium through chromedriver; and the report in it, which opens from a file with the network cut off, draws,
-//! zooms, measures and exports.
+//! A real browser, Chromium through chromedriver; and the report in it, which opens from a file with the network cut
+//! off, draws, zooms, measures and exports.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -48,7 +48,8 @@ impl Driver {
 
 impl Drop for Driver {
     fn drop(&mut self) {
-        // Asked politely, it takes its browser along even when a test has failed. Nothing to do where it has gone already.
+        // Asked politely, it takes its browser along even when a test has failed. Nothing to do where it has gone
+        // already.
         if let Ok(mut connection) = TcpStream::connect(("127.0.0.1", self.port)) {
             let _ = connection.write_all(b"GET /shutdown HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
             let _ = connection.set_read_timeout(Some(Duration::from_secs(5)));
@@ -158,7 +159,8 @@ impl Browser {
         }
     }
 
-    /// The place of the element's inner point at shares of width and height, scrolled into view, in pixels of the window.
+    /// The place of the element's inner point at shares of width and height, scrolled into view, in pixels of the
+    /// window.
     async fn point(&self, selector: &str, x: f64, y: f64) -> (i64, i64) {
         let script = format!(
             "const e = document.querySelector({selector:?}); e.scrollIntoView({{block: 'center'}}); \
@@ -297,7 +299,8 @@ async fn the_report_works_without_a_network() {
     browser.wait_for("return document.querySelector('.signals').dataset.exact === 'false'").await;
     assert!(browser.text(".resolution").await.contains("zoom in for each sample"));
     let spike_s = SPIKE.0 as f64 * SAMPLE_TIME_S;
-    // Without the spike the current stays below 13 A; the axis goes to 43 A, so nothing else is blue in its upper third.
+    // Without the spike the current stays below 13 A; the axis goes to 43 A, so nothing else is blue in its upper
+    // third.
     let blue_near = |time_s: f64| {
         format!(
             "const pane = document.querySelector('[data-pane=current]'), c = pane.querySelector('canvas'); \

@@ -101,7 +101,8 @@ fn adding_takes_the_member_of_the_class_that_has_the_right_sign() {
 fn adding_holds_what_a_part_of_a_recording_does_not_tell() {
     let folder = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| greyrig(folder.path(), arguments);
-    // Two thirds of a slow ramp hold one acceleration, which is no other torque than a constant one: the inertia stays as the model has it.
+    // Two thirds of a slow ramp hold one acceleration, which is no other torque than a constant one: the inertia stays
+    // as the model has it.
     let magnets = ["--kind", "pm-dc"];
     let made = ["simulate", "--profile", "dc-ramp", "--seed", "1", "--effect", "current_offset", "--out", "ramp.csv"];
     run(&[&made[..], &magnets].concat());

@@ -72,8 +72,8 @@ fn names_two_effects() {
 
 #[test]
 fn a_direct_start_does_not_hide_what_is_missing() {
-    // Ten times the usual current, deep in saturation, which no other part of the data tells anything of. The base model, which the
-    // start alone decides, is far off everywhere.
+    // Ten times the usual current, deep in saturation, which no other part of the data tells anything of. The base
+    // model, which the start alone decides, is far off everywhere.
     let ask = |profiles: &[(&str, f64)], effects: &[&str]| {
         let recordings: Vec<Recording> =
             profiles.iter().map(|(p, s)| record(Kind::Universal, p, *s, effects)).collect();
@@ -97,8 +97,8 @@ fn a_shape_that_the_data_leave_open_has_no_interval() {
     // The reference speed says the same as mu2: every value of it will do.
     assert!(interval("windage_reference").is_none(), "{}", d.verdict.text);
     assert!(d.verdict.text.contains("left open by these data"), "{}", d.verdict.text);
-    // What is known of the exponent is known at any reference speed: 0.6 to 0.3 %. With the reference free as well the interval is
-    // fourteen times as wide, 0.054.
+    // What is known of the exponent is known at any reference speed: 0.6 to 0.3 %. With the reference free as well the
+    // interval is fourteen times as wide, 0.054.
     let [low, high] = interval("windage_excess").expect("an interval");
     assert!(low < 0.6 && 0.6 < high && high - low < 0.02, "{low} … {high}");
 }
@@ -129,7 +129,8 @@ fn says_that_the_truth_is_outside_the_catalogue() {
     let d = universal(&["hysteresis=0.3"], &["hysteresis"]);
     assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
     assert!(d.verdict.effects.is_empty());
-    // Saturation and what stands in for it withheld: generic terms have to find an odd law of the current times the speed.
+    // Saturation and what stands in for it withheld: generic terms have to find an odd law of the current times the
+    // speed.
     let d = universal(&["saturation=0.3"], &["saturation", "armature_reaction"]);
     assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
     assert!(
@@ -141,7 +142,8 @@ fn says_that_the_truth_is_outside_the_catalogue() {
 
 #[test]
 fn what_rests_at_an_end_of_its_range_is_not_named() {
-    // Under the noise a transformer EMF that does not fade with the speed fits as well as the eddy currents that it is then.
+    // Under the noise a transformer EMF that does not fade with the speed fits as well as the eddy currents that it is
+    // then.
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(8.0).seed(11).noise(5.0);
     let recordings = [setup.effect("eddy_current=60e-6").expect("an effect").run().expect("a run").recording];
     let ask = |exclude: &[&str]| {
@@ -156,7 +158,8 @@ fn what_rests_at_an_end_of_its_range_is_not_named() {
 
 #[test]
 fn a_single_effect_whose_size_may_be_zero_is_not_named_for_sure() {
-    // A knee far below the noise makes of saturation a step with the sign of the current: a brush drop, which is withheld.
+    // A knee far below the noise makes of saturation a step with the sign of the current: a brush drop, which is
+    // withheld.
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(12.0).seed(3).noise(5.0);
     let recordings = [setup.effect("brush_drop=1.5").expect("an effect").run().expect("a run").recording];
     let verdict = |withheld: &[&str]| {
@@ -202,8 +205,8 @@ fn two_offsets_stand_in_for_a_third() {
 
 #[test]
 fn a_class_is_named_once() {
-    // Skin effect and late commutation are one class; together they cancel in the voltage and leave a torque like that of the
-    // stray load that is withheld here.
+    // Skin effect and late commutation are one class; together they cancel in the voltage and leave a torque like that
+    // of the stray load that is withheld here.
     let d = universal(&["stray_load_torque=60"], &["stray_load_torque", "iron_loss_drag"]);
     assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
     let tried_together = d.candidates.iter().filter(|c| c.effect == "skin_effect").count();
@@ -238,7 +241,8 @@ fn ideal(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Diagnosis
 
 #[test]
 fn hard_edges_of_the_voltage_are_no_effect() {
-    // Taken for straight between samples a step of 12 V is half an interval early: 12 V · 0.1 ms/(2 L) = 0.2 A of an inrush of 3.5 A.
+    // Taken for straight between samples a step of 12 V is half an interval early: 12 V · 0.1 ms/(2 L) = 0.2 A of an
+    // inrush of 3.5 A.
     for effects in [&[][..], &["brush_drop=1"]] {
         let setup = Setup::new(Kind::PmDc).profile("dc-steps").expect("a profile").seconds(8.0).seed(11).ideal();
         let setup = effects.iter().fold(setup, |s, e| s.effect(e).expect("an effect"));
@@ -273,8 +277,8 @@ fn turbulent(turbulence: f64, effects: &[&str], options: &Options) -> Diagnosis 
 
 #[test]
 fn turbulence_of_the_load_is_no_structure() {
-    // The speed wanders with the load, slowly, and the current with the speed: what one period of the mains has, the next one has, too.
-    // And a fluctuation of 20 ms hardly differs from one window of the torque balance to the next.
+    // The speed wanders with the load, slowly, and the current with the speed: what one period of the mains has, the
+    // next one has, too. And a fluctuation of 20 ms hardly differs from one window of the torque balance to the next.
     for (kind, turbulence, effect, named) in [
         (Kind::Universal, 0.05, "brush_drop=2.5", "brush_drop"),
         (Kind::Universal, 0.05, "hysteresis=0.2", "hysteresis"),
@@ -289,7 +293,8 @@ fn turbulence_of_the_load_is_no_structure() {
     for (kind, turbulence) in [(Kind::Universal, 0.05), (Kind::PmDc, 0.01), (Kind::PmDc, 0.05)] {
         let verdict = turbulent(turbulence, &[], &options(kind, Base::usual(kind), &[])).verdict;
         assert_eq!(verdict.kind, VerdictKind::None, "{}", verdict.text);
-        // That is told where the rotor keeps a fluctuation for much longer than a period; the magnet motor's forgets it sooner.
+        // That is told where the rotor keeps a fluctuation for much longer than a period; the magnet motor's forgets it
+        // sooner.
         assert!(kind == Kind::PmDc || verdict.text.contains("it wanders"), "{}", verdict.text);
     }
 }
@@ -321,8 +326,9 @@ fn what_comes_back_in_a_second_recording_is_not_the_loads() {
 
 #[test]
 fn turbulence_of_the_load_does_not_hide_what_the_catalogue_lacks() {
-    // 2.5 V at both brushes: the lead is a constant voltage with the sign of the current. (A term that takes the drive away from the
-    // torque balance, -K i², would take all of it away if the inertia and the friction went with it, with K free or not.)
+    // 2.5 V at both brushes: the lead is a constant voltage with the sign of the current. (A term that takes the drive
+    // away from the torque balance, -K i², would take all of it away if the inertia and the friction went with it, with
+    // K free or not.)
     let without = |id: &str| options(Kind::Universal, Base::Full, &[id]);
     let mut with_k_fixed = without("brush_drop");
     with_k_fixed
@@ -352,7 +358,8 @@ fn recordings_without_noise_are_judged_like_others() {
 
 #[test]
 fn an_error_of_every_transient_is_not_acquitted() {
-    // The sensor shows a third of an inrush: an error that lasts for milliseconds and does not repeat from one 20 ms to the next.
+    // The sensor shows a third of an inrush: an error that lasts for milliseconds and does not repeat from one 20 ms to
+    // the next.
     let d = ideal(Kind::PmDc, "dc-steps", 8.0, &["current_compression=0.3"]);
     assert_ne!(d.verdict.kind, VerdictKind::None, "{}", d.verdict.text);
 }
@@ -379,8 +386,8 @@ fn a_locked_rotor_alone_cannot_tell_what_is_one_without_a_speed() {
 
 #[test]
 fn a_wrong_effect_that_took_the_inertia_along_leaves_no_floor_behind() {
-    // On a slow ramp of a direct voltage iron loss and a third of the inertia explain the balances at first; the free run exchanges them. With
-    // that inertia the noise of the torque was a third of what it is.
+    // On a slow ramp of a direct voltage iron loss and a third of the inertia explain the balances at first; the free
+    // run exchanges them. With that inertia the noise of the torque was a third of what it is.
     let d = diagnosed(Kind::Universal, "dc-ramp", 20.0, &["windage_exponent=2.6"]);
     assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
     assert_eq!(d.verdict.effects, ["windage_exponent"], "{}", d.verdict.text);
@@ -394,14 +401,16 @@ fn an_offset_of_the_current_is_not_two_others_together() {
     assert_eq!(d.verdict.effects, ["current_offset"], "{}", d.verdict.text);
     let size = &d.verdict.sizes[0];
     assert!(size.ci95.is_some_and(|[low, high]| low < 0.063 && 0.063 < high), "{size:?}");
-    // The voltage's share is seen where the resistance grows to six times what the balances know of it without the offset.
+    // The voltage's share is seen where the resistance grows to six times what the balances know of it without the
+    // offset.
     let setup = Setup::new(Kind::PmDc).profile("dc-ramp").expect("a profile").seed(1);
     names_alone(&diagnosed_alone(setup.effect("current_offset").expect("an effect")), &["current_offset"]);
 }
 
 #[test]
 fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
-    // The balances hardly see the inertia there, and a little hysteresis takes a twentieth of their error; the free run's does not fall.
+    // The balances hardly see the inertia there, and a little hysteresis takes a twentieth of their error; the free
+    // run's does not fall.
     let on = |seed: u64| {
         let setup = Setup::new(Kind::Universal).profile("dc-ramp").expect("a profile").seconds(20.0).seed(seed);
         let recordings = [setup.run().expect("a run").recording];
@@ -415,8 +424,8 @@ fn a_slow_ramp_of_a_direct_voltage_accuses_no_healthy_motor() {
 
 #[test]
 fn a_lag_that_is_long_beside_the_speeds_ripple_is_named() {
-    // Phase control shakes the speed by twice the mains frequency: 12 ms are 7.5 rad there, and what they leave of the ripple is no multiple of
-    // what a short lag takes away.
+    // Phase control shakes the speed by twice the mains frequency: 12 ms are 7.5 rad there, and what they leave of the
+    // ripple is no multiple of what a short lag takes away.
     let d = diagnosed(Kind::Universal, "phase-angle", 20.0, &["speed_lag=12e-3"]);
     assert_eq!(d.verdict.kind, VerdictKind::MissingEffect, "{}", d.verdict.text);
     assert_eq!(d.verdict.effects, ["speed_lag"], "{}", d.verdict.text);
@@ -431,8 +440,8 @@ fn a_direct_current_in_one_direction_cannot_tell_constant_voltages() {
     }
 }
 
-/// A vacuum cleaner's motor on a staircase from a quarter of the mains on, whose load fluctuates by 0.3 % (a first-order process of
-/// 20 ms), with so much Stribeck friction, N m, that fades over so many rad/s.
+/// A vacuum cleaner's motor on a staircase from a quarter of the mains on, whose load fluctuates by 0.3 % (a
+/// first-order process of 20 ms), with so much Stribeck friction, N m, that fades over so many rad/s.
 fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording {
     const SHARES: [f64; 12] = [0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2];
     const H: f64 = 1e-4;
@@ -475,8 +484,8 @@ fn with_friction_of_the_run_up(torque: f64, speed: f64, seed: u64) -> Recording 
 
 #[test]
 fn friction_of_the_run_up_is_not_taken_for_windage() {
-    // The blocks of the run-up tell its size all by themselves: by data held out windage with another exponent does better. Of 56 such
-    // motors one was called that and four were outside the catalogue; here are three of the five.
+    // The blocks of the run-up tell its size all by themselves: by data held out windage with another exponent does
+    // better. Of 56 such motors one was called that and four were outside the catalogue; here are three of the five.
     for (torque, speed, seed) in [(0.02, 180.0, 12), (0.035, 200.0, 6), (0.035, 200.0, 8)] {
         let recordings = [with_friction_of_the_run_up(torque, speed, seed)];
         let d =
@@ -518,8 +527,8 @@ fn names_alone(d: &Diagnosis, effects: &[&str]) {
 
 #[test]
 fn the_rest_of_a_law_of_friction_is_no_effect_of_its_own() {
-    // The rig's Stribeck friction fades with the square of the speed, the catalogue's exponentially: a little load that grows with the speed
-    // takes most of the difference.
+    // The rig's Stribeck friction fades with the square of the speed, the catalogue's exponentially: a little load that
+    // grows with the speed takes most of the difference.
     names_alone(&diagnosed(Kind::PmDc, "staircase", 24.0, &["stribeck=6e-3"]), &["stribeck"]);
     // Where there is such a load, the smallest that stands out by itself, it is named.
     let both = diagnosed(Kind::PmDc, "staircase", 24.0, &["stribeck=6e-3", "quadratic_load=1e-3"]);
@@ -552,7 +561,8 @@ fn of_the_lot(kind: Kind, profile: &str, seed: u64, effect: &str) -> Diagnosis {
 
 #[test]
 fn a_motor_without_flux_and_inertia_explains_nothing() {
-    // A warming winding with next to no flux and inertia makes the balances of strong saturation smaller than saturation itself does.
+    // A warming winding with next to no flux and inertia makes the balances of strong saturation smaller than
+    // saturation itself does.
     for (seed, second, size) in [(1, "brush_drop", "=3"), (2, "bearing_warmup", "")] {
         let setup = unit_of_the_lot(Kind::Universal, "staircase", seed).seconds(8.0);
         let with = |setup: Setup, effect: &str| setup.effect(effect).expect("an effect");
@@ -569,14 +579,16 @@ fn hysteresis_of_no_size_is_not_kept_beside_another_effect() {
 
 #[test]
 fn the_rest_of_a_law_of_the_flux_is_no_inductance() {
-    // A straight line credits an inductance that depends on the current with a fifth of all; a fit of saturation alone comes as close.
+    // A straight line credits an inductance that depends on the current with a fifth of all; a fit of saturation alone
+    // comes as close.
     names_alone(&of_the_lot(Kind::Universal, "steady", 2, "saturation"), &["saturation"]);
 }
 
 #[test]
 fn a_law_of_friction_that_chance_has_put_ahead_of_another_is_not_named_for_sure() {
-    // Where a motor runs steadily the law of its friction rests on a second of run-up, and the balances prefer a law that the motor does not
-    // have: chance decides in the first of these motors, and in the second the free run prefers the right one.
+    // Where a motor runs steadily the law of its friction rests on a second of run-up, and the balances prefer a law
+    // that the motor does not have: chance decides in the first of these motors, and in the second the free run prefers
+    // the right one.
     for seed in [2, 4] {
         let d = of_the_lot(Kind::Universal, "steady", seed, "stribeck");
         let named = &d.verdict.effects;
@@ -651,7 +663,8 @@ fn the_catalogue_of_the_documentation_is_that_of_the_program() {
     assert!(page == stored.as_bytes(), "run: greyrig effects --markdown > docs/effects.md");
 }
 
-/// A constant flux neither bends nor lags, a meter's gain shows in no recording of its own, and friction is in every motor.
+/// A constant flux neither bends nor lags, a meter's gain shows in no recording of its own, and friction is in every
+/// motor.
 #[test]
 fn the_catalogue_tells_in_which_motors_an_effect_is_tried() {
     let all = json(&greyrig(Path::new("."), &["effects", "--json"]));

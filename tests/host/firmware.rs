@@ -42,7 +42,8 @@ impl Board {
     fn emulator(serial: &str) -> Command {
         let mut command = Command::new("qemu-system-arm");
         command.args(["-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", serial]);
-        // An instruction takes 8 ns of the board's time: as many a second as on a board at 125 MHz, if each took a cycle.
+        // An instruction takes 8 ns of the board's time: as many a second as on a board at 125 MHz, if each took a
+        // cycle.
         command.args(["-icount", "shift=3", "-kernel"]).arg(image());
         command.stdin(Stdio::null()).stdout(Stdio::null());
         command

@@ -67,8 +67,8 @@ fn covers_the_truth(seconds: f64, noise: f64) {
 
 #[test]
 fn masked_samples_do_not_take_the_intervals_away() {
-    // The filter has not settled between two masked samples of each half period: only the first half counts, and what the model lacks
-    // leaves residuals that are correlated for seconds.
+    // The filter has not settled between two masked samples of each half period: only the first half counts, and what
+    // the model lacks leaves residuals that are correlated for seconds.
     let mut recording = universal("staircase", 24.0).effect("windage_exponent=2.7").unwrap().run().unwrap().recording;
     let half = recording.len() / 2;
     recording.exclude((half..recording.len()).step_by(50));
@@ -78,8 +78,8 @@ fn masked_samples_do_not_take_the_intervals_away() {
 
 #[test]
 fn a_parameter_that_the_motor_needs_is_not_held() {
-    // What the model lacks (the fan's exponent is not two) leaves every friction term uncertain by more than its size. Without mu1 and
-    // mu2 no speed comes out right, and R and J would have been given up, too.
+    // What the model lacks (the fan's exponent is not two) leaves every friction term uncertain by more than its size.
+    // Without mu1 and mu2 no speed comes out right, and R and J would have been given up, too.
     let setup =
         universal("staircase", 24.0).effect("windage_exponent=2.69").unwrap().effect("adc_clipping=5.33").unwrap();
     let recordings = without_clipped(&[setup.run().unwrap().recording]);
@@ -214,8 +214,8 @@ fn the_noise_floor_is_what_the_true_model_shows() {
     }
     let comparison = compare(&model, std::slice::from_ref(&run.recording), &Context::quiet()).unwrap();
     let (esr, floor) = (comparison.esr.current.unwrap(), comparison.noise_floor.current.unwrap());
-    // The load's turbulence is an error that the floor does not hold, hence a third more; quantisation is not quite white,
-    // hence a quarter less.
+    // The load's turbulence is an error that the floor does not hold, hence a third more; quantisation is not quite
+    // white, hence a quarter less.
     assert!((0.75..1.35).contains(&(esr / floor)), "the true model shows {esr}, the floor says {floor}");
     assert!(comparison.noise_floor_source.is_some());
 }
@@ -239,8 +239,8 @@ fn a_shape_gives_way_before_a_parameter_of_the_motor() {
     let found = identify(&[windage("staircase", 12.0, 1)], &settings, &Context::quiet()).unwrap();
     assert_eq!(estimate(&found.parameters, "windage_reference").status, Status::NotIdentifiable);
     assert_eq!(estimate(&found.parameters, "mu2").status, Status::Identified);
-    // The law is the plant's but for the share of the speed below which it fades, so nothing but noise is left: 1.5 leaves room
-    // for the scatter of the floor's estimate.
+    // The law is the plant's but for the share of the speed below which it fades, so nothing but noise is left: 1.5
+    // leaves room for the scatter of the floor's estimate.
     let held_out = compare(&found.model, &[windage("ramp", 10.0, 2)], &Context::quiet()).unwrap();
     let (error, floor) = (held_out.esr.current.unwrap(), held_out.noise_floor.current.unwrap());
     assert!(error < 1.5 * floor, "held out {error}, noise {floor}");

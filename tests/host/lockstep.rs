@@ -18,8 +18,9 @@ fn bits(problem: &impl Residuals, space: &Space, thetas: &[Vec<f64>]) -> [Vec<u6
     [of(problem.at_each(space, thetas)), of(thetas.iter().map(|theta| problem.at(space, theta)).collect())]
 }
 
-/// Points that differ by little and by much, more than there are lanes and no multiple of them: each has the residuals that it has
-/// alone, with effects of circuit, iron and measuring chain, on the mains, on steps with hard edges, locked and coasting.
+/// Points that differ by little and by much, more than there are lanes and no multiple of them: each has the residuals
+/// that it has alone, with effects of circuit, iron and measuring chain, on the mains, on steps with hard edges, locked
+/// and coasting.
 #[test]
 fn points_at_once_have_the_bits_of_each_alone() {
     let run = |profile: &str, seconds: f64, seed: u64| {

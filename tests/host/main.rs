@@ -9,7 +9,9 @@ mod commands;
 mod conditions;
 mod context;
 mod diagnose;
+mod effects_by_data;
 mod firmware;
+mod foreign;
 mod identify;
 #[path = "../image.rs"]
 mod image;
@@ -18,6 +20,7 @@ mod master;
 mod monitor;
 mod monitor_live;
 mod plan_and_challenge;
+mod rates;
 mod real_data;
 mod recording;
 mod recording_mutation;

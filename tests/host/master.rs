@@ -256,8 +256,8 @@ fn the_golden_motor_shows_a_rig_that_has_drifted() {
     assert_eq!(history.runs.last().map(|r| (r.check, r.serial.as_str())), Some((7, "GOLD")));
 }
 
-/// Programs that add to one history at once, of which some are killed: every check has a number of its own, every line is
-/// whole, and what was there is there.
+/// Programs that add to one history at once, of which some are killed: every check has a number of its own, every line
+/// is whole, and what was there is there.
 #[cfg(unix)]
 #[test]
 fn a_history_is_shared_and_survives_kills_and_full_disks() {

@@ -106,7 +106,8 @@ fn parameters_tell_what_was_wrong_from_the_start() {
     let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault)), &Context::quiet()).unwrap();
     // Without the effects saturation passes for resistance, so that a run does not determine it.
     assert!(!station().2.detector.as_ref().unwrap().parameters.contains_key("R"));
-    // A scatter of 3 % makes limits of some 15 to 20 % from ten motors; a sensor's gain acts on several parameters at once.
+    // A scatter of 3 % makes limits of some 15 to 20 % from ten motors; a sensor's gain acts on several parameters at
+    // once.
     for (fault, kind, suspect, size) in [
         ("resistance_up=0.4@0", "electrical", "resistance", 0.4),
         ("fan_load=-0.5@0", "mechanical", "", -0.5),
@@ -117,7 +118,8 @@ fn parameters_tell_what_was_wrong_from_the_start() {
         let alarm = &t.alarms[0];
         assert_eq!(alarm.kind, kind, "{fault}: {alarm:?} {:?}", t.suspects);
         assert!(alarm.suspect.contains(suspect), "{fault}: {alarm:?} {:?}", t.suspects);
-        // The motor's own scatter: two standard deviations of 3 % are two fifths of the smallest fault, less what several parameters average.
+        // The motor's own scatter: two standard deviations of 3 % are two fifths of the smallest fault, less what
+        // several parameters average.
         let told = t.suspects[0].change;
         assert!((told / size - 1.0).abs() < 0.35, "{fault}: {told}");
     }
@@ -194,7 +196,8 @@ fn the_command_tells_by_its_exit_code() {
     let day = std::fs::read_to_string(folder.path().join("day.csv")).unwrap();
     let verdicts: Vec<&str> = day.lines().skip(1).map(|l| l.split(',').nth(2).unwrap()).collect();
     assert_eq!(verdicts, ["pass", "fail", "cannot judge"]);
-    // Only a file of results is written to: a recording by the same option is refused before the motor is judged, and stays.
+    // Only a file of results is written to: a recording by the same option is refused before the motor is judged, and
+    // stays.
     let before = std::fs::read(folder.path().join("bad.csv")).unwrap();
     let wrong = greyrig(folder.path(), &["monitor", "good.csv", "--model", "station.toml", "--results", "bad.csv"]);
     refused(&wrong, &["bad.csv:1:1", "something else", "recording,serial,verdict"]);

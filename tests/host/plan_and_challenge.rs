@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use greyrig_host::challenge::{Challenge, challenge};
 use greyrig_host::context::{Context, Progress};
-use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, catalogue, unit};
+use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, catalogue};
 use greyrig_host::plan::{Contest, Limits, Plan, plan};
 use greyrig_host::recording::{Motion, Recording};
 use greyrig_host::rig::{Motor, Setup};
@@ -15,7 +16,7 @@ use greyrig_host::rig::{Motor, Setup};
 /// The model with the rig's own parameters.
 fn true_model(kind: Kind) -> Model {
     let parameters = Motor::nominal(kind).parameters().map(|(name, value)| {
-        let unit = unit(name, kind, Motion::Rotary).to_owned();
+        let unit = BaseParameter::of_name(name).unwrap().unit(kind.flux_law()).to_owned();
         (name.to_owned(), Parameter { value, unit, ci95: None, status: Status::Identified })
     });
     Model {
@@ -30,6 +31,7 @@ fn true_model(kind: Kind) -> Model {
         terms: Vec::new(),
         correction: None,
         detector: None,
+        accepted: None,
         provenance: Default::default(),
     }
 }

@@ -1,7 +1,7 @@
 //! Real measurements by others, with the figures that were published or obtained by ordinary least squares.
 //!
-//! The data state no licence and are not part of the project. They are looked for in the folder that GREYRIG_DATA names, or
-//! in `../shared/data` beside the checkout.
+//! The data state no licence and are not part of the project. They are looked for in the folder that GREYRIG_DATA
+//! names, or in `../shared/data` beside the checkout.
 
 use std::path::PathBuf;
 
@@ -62,7 +62,8 @@ fn emps_equals_the_published_parameters() {
 #[test]
 fn emps_climbs_the_ladder_of_friction() {
     let Some(train) = read("EMPS/emps_train.csv", &EMPS) else { return };
-    // Ordinary least squares with a 40 Hz decimation filter gives these; ours at 44 Hz may differ by the filter's shape.
+    // Ordinary least squares with a 40 Hz decimation filter gives these; ours at 44 Hz may differ by the filter's
+    // shape.
     for (base, expected) in [(Base::Viscous, 0.1799), (Base::DryViscous, 0.0712)] {
         let mut settings = magnet_motor(base);
         settings.filter.cutoff_hz = 44.0;

@@ -110,9 +110,10 @@ fn saturated_motor_keeps_its_nameplate_and_its_name_says_how_much_flux_is_lost()
 
 #[test]
 fn saturation_leaves_the_fingerprint_of_machine_theory() {
-    // The residual of the voltage equation with the base parameters, against the zero of the current: flattened flux adds
-    // a third harmonic in phase with the current, positive, and more than in proportion to the voltage. Another
-    // simulator gave 15.6 V at 230 V and 4.9 V at 115 V; a sine of the nominal peak gives 18 V for a fifth of the flux lost.
+    // The residual of the voltage equation with the base parameters, against the zero of the current: flattened flux
+    // adds a third harmonic in phase with the current, positive, and more than in proportion to the voltage. Another
+    // simulator gave 15.6 V at 230 V and 4.9 V at 115 V; a sine of the nominal peak gives 18 V for a fifth of the flux
+    // lost.
     let third = |volts: f64| {
         let mut setup = Setup::new(Kind::Universal).effect("saturation=0.2").unwrap().profile("steady").unwrap();
         setup.motor.nameplate.voltage_v = volts;
@@ -289,8 +290,8 @@ fn triac_lets_no_current_through_before_it_fires() {
     let (u, i, w) = (channel(&run, Channel::Voltage), channel(&run, Channel::Current), channel(&run, Channel::Speed));
     let m = Motor::universal();
     let (mut gaps, mut conducting) = (0, 0);
-    // Firing angle 60 degrees from 8 s to 11 s: 3.33 ms after each zero; nothing flows from 1 ms before, as the current of
-    // the half-wave before has long gone (cos φ is near 1).
+    // Firing angle 60 degrees from 8 s to 11 s: 3.33 ms after each zero; nothing flows from 1 ms before, as the current
+    // of the half-wave before has long gone (cos φ is near 1).
     for n in 85_000..105_000 {
         let in_half_wave = n % 100;
         if (25..33).contains(&in_half_wave) {
@@ -477,8 +478,8 @@ fn the_chain_comes_to_rest_behind_an_open_contact() {
     chain.cutoff_hz = Some(4000.0);
     setup.chain = Some(chain);
     let run = setup.run().unwrap();
-    // The filter has a time constant of 56 µs: what it showed of 10 A falls below 1e-200 within 30 ms, and does not ring on
-    // for seconds as subnormal numbers.
+    // The filter has a time constant of 56 µs: what it showed of 10 A falls below 1e-200 within 30 ms, and does not
+    // ring on for seconds as subnormal numbers.
     let current = channel(&run, Channel::Current);
     assert!(current.iter().any(|i| i.abs() > 1.0));
     assert!(!current.iter().any(|i| i.is_subnormal()));

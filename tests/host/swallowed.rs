@@ -1,5 +1,5 @@
-//! A brush drop that the form of a law has swallowed: a motor whose flux bends sharply, simulated without the project's model, as by
-//! `host-tools/benches/foreign_plant.py`.
+//! A brush drop that the form of a law has swallowed: a motor whose flux bends sharply, simulated without the project's
+//! model, as by `host-tools/benches/foreign_plant.py`.
 
 use std::f64::consts::TAU;
 
@@ -19,13 +19,14 @@ const PEAK_V: f64 = 325.0;
 /// Twelve levels of a second each, of the mains' voltage.
 const LEVELS: [f64; 12] = [0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 0.9, 0.75, 0.6, 0.45, 0.3, 0.2];
 
-/// A blender's motor: R, Ω; L, H; K, V s/(rad A); J, kg m²; dry friction, N m; viscous friction, N m s/rad; fan, N m s²/rad².
+/// A blender's motor: R, Ω; L, H; K, V s/(rad A); J, kg m²; dry friction, N m; viscous friction, N m s/rad; fan, N m
+/// s²/rad².
 type Motor = [f64; 7];
 
 const BLENDER: Motor = [9.0, 0.09, 0.05, 1.2e-4, 0.015, 8e-6, 9e-8];
 
-/// di/dt and dω/dt of `L di/dt = u − R i − 3.35 V tanh(i/0.1 A) − K φ ω` and `J dω/dt = K φ i − friction`, with Froelich's flux to the third
-/// power, `φ = i/(1 + |i/3.18 A|³)^(1/3)`.
+/// di/dt and dω/dt of `L di/dt = u − R i − 3.35 V tanh(i/0.1 A) − K φ ω` and `J dω/dt = K φ i − friction`, with
+/// Froelich's flux to the third power, `φ = i/(1 + |i/3.18 A|³)^(1/3)`.
 fn slopes([r, l, k, j, dry, viscous, fan]: Motor, u: f64, [i, w]: [f64; 2]) -> [f64; 2] {
     let flux = i / (1.0 + (i / 3.18).abs().powi(3)).cbrt();
     let torque = k * flux * i - (viscous + fan * w.abs()) * w;
@@ -45,8 +46,8 @@ fn step(motor: Motor, [begin, end]: [f64; 2], h: f64, state: [f64; 2]) -> [f64; 
     beside([mean(0), mean(1)], h)
 }
 
-/// A motor of the type, its parameters scattered by a tenth, on a staircase: mains with a third harmonic, sensors with noise, a
-/// fluctuating fan, and converters of twelve bits.
+/// A motor of the type, its parameters scattered by a tenth, on a staircase: mains with a third harmonic, sensors with
+/// noise, a fluctuating fan, and converters of twelve bits.
 fn recording(seed: u64) -> Recording {
     const STEPS: usize = 10;
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(6.0);
@@ -85,7 +86,8 @@ fn recording(seed: u64) -> Recording {
 
 #[test]
 fn a_drop_that_the_form_of_a_law_has_swallowed_is_found_by_another_law() {
-    // Of twenty such motors armature reaction took the drop along in these. (In the sixteenth the drop is not named even so.)
+    // Of twenty such motors armature reaction took the drop along in these. (In the sixteenth the drop is not named
+    // even so.)
     for seed in [3, 4, 10, 13, 15] {
         let options = options(Kind::Universal, Base::Full, &[]);
         let d = diagnose(&[recording(seed)], &options, &Context::quiet()).expect("a diagnosis");

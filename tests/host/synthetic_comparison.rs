@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use greyrig::motor::BaseParameter;
 use greyrig_host::between::Course;
 use greyrig_host::compare::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 use greyrig_host::model::{Base, Kind, Model, Origin, Parameter, Provenance, Status};
@@ -112,6 +113,7 @@ pub fn recording(name: &str, traces: Traces) -> RecordingComparison {
         rms: figures(4.31, 1874.0),
         input: Some(Course::Smooth),
         input_share: None,
+        pulses_a_turn: None,
         cutoff_hz: 250.0,
         diverges: false,
         warnings: Vec::new(),
@@ -179,7 +181,9 @@ pub fn comparison(recordings: Vec<RecordingComparison>) -> Comparison {
 pub fn model(motion: Motion) -> Model {
     let rotary = motion == Motion::Rotary;
     let parameter = |value: f64, name: &str, width: Option<f64>, status| {
-        let unit = greyrig_host::model::unit(name, Kind::Universal, motion).to_owned();
+        let unit =
+            greyrig_host::model::unit(BaseParameter::of_name(name).unwrap().unit(Kind::Universal.flux_law()), motion)
+                .to_owned();
         (
             name.to_owned(),
             Parameter { value, unit, ci95: width.map(|w| [value * (1.0 - w), value * (1.0 + w)]), status },
@@ -206,6 +210,7 @@ pub fn model(motion: Motion) -> Model {
         terms: Vec::new(),
         correction: None,
         detector: None,
+        accepted: None,
         provenance: Provenance {
             greyrig: "0.1.0".into(),
             method: "output error".into(),

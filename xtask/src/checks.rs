@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
 use crate::dependencies;
+use crate::fuzz;
 use crate::needs::{self, Need};
 use crate::packages;
 use crate::size;
@@ -35,6 +36,9 @@ pub enum Length {
 
 /// What asks for [`Length::Long`].
 pub const LONG: &str = "--long";
+
+/// Steps that run only when they are named: they build everything once more, or look for what nobody knows yet.
+pub const BY_NAME: [&str; 2] = ["packages", "fuzz"];
 
 /// The step that has a long version.
 const TESTS: &str = "tests";
@@ -97,6 +101,12 @@ pub const ALL: &[Check] = &[
         needs: &[Need::Target, Need::Qemu, Need::Browser, Need::BoardTools],
         run: tests,
     },
+    Check {
+        name: "fuzz",
+        what: "no fuzz target fails within some seconds; overflows panic",
+        needs: &[],
+        run: |_| fuzz::smoke(),
+    },
 ];
 
 /// Examines the diagnosis or the detector: builds the program and hands it the arguments.
@@ -122,7 +132,8 @@ pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
     }
 }
 
-/// The checks with these names, in the order of [`ALL`]; all of them if there is no name. And how thorough they are to be.
+/// The checks with these names, in the order of [`ALL`]; all but those of [`BY_NAME`] if there is no name. And how
+/// thorough they are to be.
 pub fn choose(arguments: &[String]) -> Result<(Vec<&'static Check>, Length), String> {
     let (options, names): (Vec<&str>, Vec<&str>) =
         arguments.iter().map(String::as_str).partition(|argument| *argument == LONG);
@@ -134,7 +145,11 @@ pub fn choose(arguments: &[String]) -> Result<(Vec<&'static Check>, Length), Str
     if length == Length::Long && !names.is_empty() && !names.contains(&TESTS) {
         return Err(format!("{LONG} is for the step {TESTS}; name that one, or none"));
     }
-    Ok((ALL.iter().filter(|check| names.is_empty() || names.contains(&check.name)).collect(), length))
+    let wanted = |check: &&Check| match names.as_slice() {
+        [] => !BY_NAME.contains(&check.name),
+        names => names.contains(&check.name),
+    };
+    Ok((ALL.iter().filter(wanted).collect(), length))
 }
 
 /// Provides what the checks need, runs them until one fails, and prints a table and the counts. A check that is not
@@ -237,9 +252,11 @@ mod tests {
             let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
             choose(&wanted).map(|(checks, length)| (checks.iter().map(|check| check.name).collect::<Vec<_>>(), length))
         };
-        assert_eq!(names(&[]).map(|(all, length)| (all.len(), length)), Ok((ALL.len(), Length::Usual)));
+        let usual = vec!["fmt", "structure", "dependencies", "clippy", "doc", "firmware", "tests"];
+        assert_eq!(names(&[]), Ok((usual.clone(), Length::Usual)));
         assert_eq!(names(&["tests", "fmt"]), Ok((vec!["fmt", "tests"], Length::Usual)));
-        assert_eq!(names(&["--long"]).map(|(all, length)| (all.len(), length)), Ok((ALL.len(), Length::Long)));
+        assert_eq!(names(&["--long"]), Ok((usual, Length::Long)));
+        assert_eq!(names(&["fuzz"]), Ok((vec!["fuzz"], Length::Usual)));
         assert_eq!(names(&["tests", "--long"]), Ok((vec!["tests"], Length::Long)));
         assert!(names(&["fmt", "--long"]).is_err_and(|sentence| sentence.contains("for the step tests")));
         assert!(names(&["tset"]).is_err_and(|sentence| sentence.contains("tset") && sentence.contains("clippy")));

@@ -1,11 +1,13 @@
-//! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask exam`
-//! examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo xtask size` prints
-//! what the firmware takes; `cargo xtask mutants` finds what no test notices, and `cargo xtask semver` what breaks users.
+//! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask
+//! exam` examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo
+//! xtask size` prints what the firmware takes; `cargo xtask fuzz` looks for inputs that anything that reads bytes
+//! cannot stand, `cargo xtask mutants` finds what no test notices, and `cargo xtask semver` what breaks users.
 
 mod cargo;
 mod checks;
 mod dependencies;
 mod firmware;
+mod fuzz;
 mod mutation;
 mod needs;
 mod packages;
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
             }
         },
         Some((command, [])) if command == "size" => ended(size::tables()),
+        Some((command, arguments)) if command == "fuzz" => fuzz::run(arguments),
         Some((command, arguments)) if command == "mutants" => ended(mutation::run(arguments)),
         Some((command, [revision])) if command == "semver" => ended(semver::run(revision)),
         Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
@@ -53,10 +56,13 @@ fn ended(result: Result<(), String>) -> ExitCode {
 }
 
 fn usage() -> String {
-    let steps: String = checks::ALL.iter().map(|check| format!("  {:12} {}\n", check.name, check.what)).collect();
+    let mark = |check: &checks::Check| if checks::BY_NAME.contains(&check.name) { " (when named)" } else { "" };
+    let steps: String =
+        checks::ALL.iter().map(|check| format!("  {:12} {}{}\n", check.name, check.what, mark(check))).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
          cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
+         cargo xtask fuzz [--seconds N] [--seed N] [TARGET]…   (N seconds for each target)\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\
          {long}: tests that have a long version run it: a minute of sampling on the virtual board instead of ten seconds.\n",
         long = checks::LONG

@@ -8,8 +8,8 @@ use crate::needs::{self, Need};
 /// A package, and which of its tests are to notice: those that call what is changed themselves.
 const PARTS: [(&str, &[&str]); 2] = [("greyrig", &["--test", "core"]), ("greyrig-host", &["--lib"])];
 
-/// Changes both packages, or the one that the first argument names; further arguments go to cargo-mutants, such as `--file` or
-/// `--shard 1/8`.
+/// Changes both packages, or the one that the first argument names; further arguments go to cargo-mutants, such as
+/// `--file` or `--shard 1/8`.
 ///
 /// # Errors
 /// A change that no test noticed, or that cargo-mutants cannot be had.

@@ -12,8 +12,8 @@ pub const PUBLISHED: [&str; 2] = ["greyrig", "greyrig-host"];
 /// Folders that stay in the repository.
 const BAGGAGE: [&str; 5] = ["tests/", "benches/", "docs/", "xtask/", "target/"];
 
-/// Packs both crates and builds them from the packages: the core, the host on that core, and the firmware for the emulator, whose
-/// linker scripts have to be in the package.
+/// Packs both crates and builds them from the packages: the core, the host on that core, and the firmware for the
+/// emulator, whose linker scripts have to be in the package.
 ///
 /// # Errors
 /// What does not pack or build, or is baggage.
@@ -41,7 +41,8 @@ fn build_from_packages(target: &Path, folder: &Path) -> Result<(), String> {
     }
     let unpacked = |name: &str| folder.join(format!("{name}-{}", env!("CARGO_PKG_VERSION")));
     let [core, host] = PUBLISHED.map(unpacked);
-    // Dependencies are those of the other steps, built alike; the image has a place of its own, as its name is that of the firmware's.
+    // Dependencies are those of the other steps, built alike; the image has a place of its own, as its name is that of
+    // the firmware's.
     let cargo = |place: &Path, target: &Path, arguments: &[&str]| {
         let mut command = cargo_command(arguments);
         command.current_dir(place).env("CARGO_TARGET_DIR", target).env("CARGO_PROFILE_DEV_OPT_LEVEL", "1");

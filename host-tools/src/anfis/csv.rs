@@ -1,7 +1,7 @@
 //! Training tables in text: a line of names, then rows of numbers, `x1,…,xn,y`.
 //!
-//! The target is the column `y`, or the last one where none has that name. Lines that begin with `#` are skipped. Rows are read one
-//! after the other, so a file may be larger than the memory.
+//! The target is the column `y`, or the last one where none has that name. Lines that begin with `#` are skipped. Rows
+//! are read one after the other, so a file may be larger than the memory.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};

@@ -4,8 +4,8 @@ use super::{Method, Trained};
 use crate::network::{FORMAT, File, Input, Rule, Training};
 
 impl Trained {
-    /// The file of the network, with the names of its `inputs` and its `target`. `margin` is how far outside the trained box the output
-    /// fades to zero, as a fraction of the box.
+    /// The file of the network, with the names of its `inputs` and its `target`. `margin` is how far outside the
+    /// trained box the output fades to zero, as a fraction of the box.
     pub fn file(&self, method: Method, margin: f64, inputs: &[String], target: &str) -> File {
         let net = &self.net;
         File {

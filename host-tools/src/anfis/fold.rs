@@ -88,8 +88,8 @@ pub fn fold<S: Sum>(
     Ok(total.unwrap_or_default())
 }
 
-/// The work on a chunk, compiled for the vector units that the processor turns out to have: all that it calls is inlined.
-/// Vectors only do several rows at a time, and nothing is fused, so that the result is the same.
+/// The work on a chunk, compiled for the vector units that the processor turns out to have: all that it calls is
+/// inlined. Vectors only do several rows at a time, and nothing is fused, so that the result is the same.
 struct Rows<'a, S: Sum> {
     net: &'a Net,
     scales: &'a [Scale],

@@ -1,12 +1,12 @@
 //! Hybrid learning as published: each epoch least squares for the consequents, then one step of steepest descent for
 //! the premises.
 //!
-//! The step goes against the gradient of E = Σ (y − o)² and has the length k in the space of all premise parameters,
-//! Δp = −k g/|g|. After four falls of the error in a row k grows by a tenth; after two combinations of one rise and one fall
-//! it shrinks by a tenth; each at most once in four epochs.
+//! The step goes against the gradient of E = Σ (y − o)² and has the length k in the space of all premise parameters, Δp
+//! = −k g/|g|. After four falls of the error in a row k grows by a tenth; after two combinations of one rise and one
+//! fall it shrinks by a tenth; each at most once in four epochs.
 //!
-//! Source: J.-S. R. Jang, "ANFIS: adaptive-network-based fuzzy inference system", IEEE Transactions on Systems, Man, and
-//! Cybernetics 23(3), 1993, sections III and IV.
+//! Source: J.-S. R. Jang, "ANFIS: adaptive-network-based fuzzy inference system", IEEE Transactions on Systems, Man,
+//! and Cybernetics 23(3), 1993, sections III and IV.
 
 use greyrig::anfis::Premise;
 

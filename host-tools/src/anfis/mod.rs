@@ -11,16 +11,16 @@
 //! # Ok::<(), greyrig_host::error::Error>(())
 //! ```
 //!
-//! Two methods. [`varpro`], the default, finds the smallest error in few passes over the data; [`hybrid`] is Jang's, step by step
-//! as published. Both pass over the rows in blocks and keep sums alone, so that memory does not grow with the rows
-//! ([`Table`] puts many of them into a temporary file), and give the same result on any number of threads.
+//! Two methods. [`varpro`], the default, finds the smallest error in few passes over the data; [`hybrid`] is Jang's,
+//! step by step as published. Both pass over the rows in blocks and keep sums alone, so that memory does not grow with
+//! the rows ([`Table`] puts many of them into a temporary file), and give the same result on any number of threads.
 //!
 //! # What stands against a network that runs away
 //!
-//! A rule's share of the output is never quite zero anywhere, so least squares also sets rules on which there are no data, and
-//! sets them at random. Against that: the ridge (relative to the number of rows in [`Method::Varpro`]), the support of each rule
-//! ([`Support`]; rules below [`Settings::prune`] get zero consequents, so that where nothing is known nothing is corrected), and
-//! the [`Reach`] of the output over the whole box, which says whether it worked.
+//! A rule's share of the output is never quite zero anywhere, so least squares also sets rules on which there are no
+//! data, and sets them at random. Against that: the ridge (relative to the number of rows in [`Method::Varpro`]), the
+//! support of each rule ([`Support`]; rules below [`Settings::prune`] get zero consequents, so that where nothing is
+//! known nothing is corrected), and the [`Reach`] of the output over the whole box, which says whether it worked.
 
 mod block;
 mod course;
@@ -114,8 +114,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The usual choices of a method. Jang's are those of his paper and program: λ = 10^-6, k = 0.1, no early stop, nothing
-    /// pruned, the network with the smallest training error.
+    /// The usual choices of a method. Jang's are those of his paper and program: λ = 10^-6, k = 0.1, no early stop,
+    /// nothing pruned, the network with the smallest training error.
     pub fn new(method: Method, functions: usize, epochs: usize) -> Self {
         let hybrid = method == Method::Hybrid;
         Self {

@@ -1,9 +1,9 @@
 //! The normal equations of the consequents, without ever forming the matrix that they belong to.
 //!
-//! A row of that matrix A is ν1 ⊗ ν2 ⊗ … ⊗ (x1, …, xn, 1), with the normalised memberships ν_i of each input. So an entry
-//! of AᵀA is a sum over rows of Π_i ν_ij ν_ij' · x_k x_k', and each factor is symmetric in its two indices: three inputs with
-//! three functions have 6·6·6·10 = 2160 different sums instead of 108·109/2 = 5886. They are one matrix product UᵀV, with
-//! the pairs of the first inputs in U and those of the others, times the x_k x_k', in V.
+//! A row of that matrix A is ν1 ⊗ ν2 ⊗ … ⊗ (x1, …, xn, 1), with the normalised memberships ν_i of each input. So an
+//! entry of AᵀA is a sum over rows of Π_i ν_ij ν_ij' · x_k x_k', and each factor is symmetric in its two indices: three
+//! inputs with three functions have 6·6·6·10 = 2160 different sums instead of 108·109/2 = 5886. They are one matrix
+//! product UᵀV, with the pairs of the first inputs in U and those of the others, times the x_k x_k', in V.
 //!
 //! With the minimum nothing factorises, and A is formed block by block.
 

@@ -1,7 +1,8 @@
 //! Least squares for the consequents: min |A c − y|² + λ|c|².
 //!
-//! Jang's recursive least squares, started from c = 0 and S = α I, ends at this minimum with λ = 1/α (α = 10^6: λ = 10^-6).
-//! The ridge bounds the condition number of AᵀA + λI by about 10^10 for 10^5 rows, which Cholesky in `f64` bears.
+//! Jang's recursive least squares, started from c = 0 and S = α I, ends at this minimum with λ = 1/α (α = 10^6: λ =
+//! 10^-6). The ridge bounds the condition number of AᵀA + λI by about 10^10 for 10^5 rows, which Cholesky in `f64`
+//! bears.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

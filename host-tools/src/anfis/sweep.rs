@@ -1,8 +1,8 @@
 //! Residuals of a network, their derivatives by the premise parameters, and the sums that training needs of them.
 //!
-//! With the output o, the normalised strengths w̄ and the rules' f, ∂o/∂ ln μ_ij is the sum of w̄ (f − o) over the rules with
-//! function j of input i. For the product that is ν_ij (E_ij − o), where E_ij is the output with function j alone on input i.
-//! Then, with z = (x − c)/a and s = −∂ ln μ/∂ ln |z| (2b (1 − μ) for the bell, z² for the Gaussian):
+//! With the output o, the normalised strengths w̄ and the rules' f, ∂o/∂ ln μ_ij is the sum of w̄ (f − o) over the
+//! rules with function j of input i. For the product that is ν_ij (E_ij − o), where E_ij is the output with function j
+//! alone on input i. Then, with z = (x − c)/a and s = −∂ ln μ/∂ ln |z| (2b (1 − μ) for the bell, z² for the Gaussian):
 //!
 //! ∂ ln μ/∂ ln a = s, ∂ ln μ/∂ ln b = −s ln|z|, ∂ ln μ/∂c = s/(x − c), the last two 0 at x = c.
 

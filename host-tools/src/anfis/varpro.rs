@@ -1,15 +1,15 @@
-//! Variable projection: the consequents are those of least squares at every premise, and the premises are improved by the
-//! method of Levenberg and Marquardt on what is left.
+//! Variable projection: the consequents are those of least squares at every premise, and the premises are improved by
+//! the method of Levenberg and Marquardt on what is left.
 //!
-//! With A the matrix of the consequents, D the derivatives of the output by the premises with the consequents held, and G =
-//! AᵀA + λI, the normal matrix of the reduced problem is H = DᵀD − (AᵀD)ᵀ G⁻¹ AᵀD, and its right side Dᵀr: at the minimum over
-//! the consequents the gradient needs no further term. All of these are sums over rows.
+//! With A the matrix of the consequents, D the derivatives of the output by the premises with the consequents held, and
+//! G = AᵀA + λI, the normal matrix of the reduced problem is H = DᵀD − (AᵀD)ᵀ G⁻¹ AᵀD, and its right side Dᵀr: at the
+//! minimum over the consequents the gradient needs no further term. All of these are sums over rows.
 //!
-//! A step is taken in ln a, ln b and c, within [bounds](Bounds); a parameter on its bound that is pushed outwards stays. Without
-//! bounds a few bells become steps and fit the noise between two rows.
+//! A step is taken in ln a, ln b and c, within [bounds](Bounds); a parameter on its bound that is pushed outwards
+//! stays. Without bounds a few bells become steps and fit the noise between two rows.
 //!
-//! Sources: G. Golub and V. Pereyra, SIAM Journal on Numerical Analysis 10, 1973; L. Kaufman, BIT 15, 1975 (leaving out the
-//! second term of the Jacobian); H. B. Nielsen, report IMM-REP-1999-05 (damping).
+//! Sources: G. Golub and V. Pereyra, SIAM Journal on Numerical Analysis 10, 1973; L. Kaufman, BIT 15, 1975 (leaving out
+//! the second term of the Jacobian); H. B. Nielsen, report IMM-REP-1999-05 (damping).
 
 use greyrig::anfis::{MAX_EXPONENT, Premise};
 use nalgebra::{Cholesky, DMatrix, DVector};

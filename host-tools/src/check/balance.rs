@@ -5,9 +5,9 @@
 //! | voltage | u = R i + L di/dt + K ω | u = R i + L di/dt + K i ω |
 //! | torque | K i = J dω/dt + μ0 sgn ω + μ1 ω | K i² = J dω/dt + μ0 sgn ω + μ1 ω |
 //!
-//! With the raised cosine φ(t) = (1 − cos 2πt/T)/T over a window T, ∫φ x' dt = −∫φ' x dt: both equations hold between weighted means
-//! of the samples (Shinbrot's modulating functions, 1957), whatever the motor does and however fast. R, L, K, J are positive in any
-//! motor; a coefficient that is negative beyond its standard error tells of a channel.
+//! With the raised cosine φ(t) = (1 − cos 2πt/T)/T over a window T, ∫φ x' dt = −∫φ' x dt: both equations hold between
+//! weighted means of the samples (Shinbrot's modulating functions, 1957), whatever the motor does and however fast. R,
+//! L, K, J are positive in any motor; a coefficient that is negative beyond its standard error tells of a channel.
 
 use std::f64::consts::TAU;
 

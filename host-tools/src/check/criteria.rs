@@ -1,7 +1,7 @@
 //! From where on something counts as found. Each figure is derived here, or named as a debt.
 
-/// Groups that a regression leaves out one at a time. Nineteen degrees of freedom; more would leave too little in each on
-/// the shortest recordings.
+/// Groups that a regression leaves out one at a time. Nineteen degrees of freedom; more would leave too little in each
+/// on the shortest recordings.
 pub const GROUPS: usize = 20;
 
 /// Student's t of a coefficient whose sign is believed: one false alarm in 10^6 coefficients at 19 degrees of freedom
@@ -11,8 +11,8 @@ pub const T_SIGN: f64 = 7.0;
 /// Student's t for what only informs: one in 10^4.
 pub const T_INFORM: f64 = 4.9;
 
-/// Standard deviations of Gaussian noise that none of 10^9 samples exceeds by chance (p = 1.2e-15 each), with a third on top
-/// for an estimate of the deviation that is off by as much.
+/// Standard deviations of Gaussian noise that none of 10^9 samples exceeds by chance (p = 1.2e-15 each), with a third
+/// on top for an estimate of the deviation that is off by as much.
 pub const SIGMAS_OF_OUTLIER: f64 = 12.0;
 
 /// Chance of a coincidence that is not believed to be one.
@@ -33,5 +33,6 @@ pub const INTERVALS_S: (f64, f64) = (5e-6, 0.1);
 /// Longest electrical time constant of a motor up to some kilowatts, s. Ten times that of a large servo drive.
 pub const LONGEST_ELECTRICAL_S: f64 = 0.3;
 
-/// Longest mechanical time constant R J/K² of a motor with its load, s: a servo drive with a flywheel of a hundred times its own inertia.
+/// Longest mechanical time constant R J/K² of a motor with its load, s: a servo drive with a flywheel of a hundred
+/// times its own inertia.
 pub const LONGEST_MECHANICAL_S: f64 = 5.0;

@@ -20,15 +20,16 @@ pub struct Evidence {
     pub told: Option<Kind>,
 }
 
-/// How many times the other kind leaves unexplained. Both have as many coefficients, so that with n windows the ratio of
-/// likelihoods is this to the power of n/2: beyond 10^12 from 40 windows on, the fewest that are fitted.
+/// How many times the other kind leaves unexplained. Both have as many coefficients, so that with n windows the ratio
+/// of likelihoods is this to the power of n/2: beyond 10^12 from 40 windows on, the fewest that are fitted.
 const TIMES_WORSE: f64 = 4.0;
 
 /// Share of the voltage that has to be unexplained by the other kind: what the largest effects of the catalogue leave.
 const UNEXPLAINED: f64 = 0.01;
 
-/// Share of its mean square that the voltage has to vary by: at one voltage both kinds slow down as they draw more current.
-const VARIES: f64 = 0.05;
+/// Share of its mean square that the voltage has to vary by: at one voltage both kinds slow down as they draw more
+/// current.
+const VARIES: f64 = 0.005;
 
 impl Evidence {
     /// Of a recording.
@@ -64,7 +65,8 @@ impl Evidence {
         }
     }
 
-    /// What the fit of the voltage leaves, as a share of its largest part: a supply that is constant has no variance of its own.
+    /// What the fit of the voltage leaves, as a share of its largest part: a supply that is constant has no variance of
+    /// its own.
     pub fn unexplained(&self, kind: Kind) -> Option<f64> {
         let fit = self.voltage(kind)?;
         Some(match kind {

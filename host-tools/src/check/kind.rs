@@ -1,7 +1,7 @@
 //! A magnet motor taken for a universal one, or the other way round.
 //!
-//! Both balances of the voltage have as many coefficients, and differ in one regressor: ω or i ω. The one that leaves several times less
-//! has the likelihood on its side.
+//! Both balances of the voltage have as many coefficients, and differ in one regressor: ω or i ω. The one that leaves
+//! several times less has the likelihood on its side.
 
 use super::evidence::Evidence;
 use super::signals::Signals;

@@ -1,8 +1,9 @@
 //! What is wrong with recorded data, before anything is asked of them.
 //!
-//! A recording is questioned by itself: its channels against each other by the two equations of a motor ([`balance`]), its samples
-//! against what a measuring chain does, its time axis against what is built. Nothing here knows a model's parameters, an effect or a
-//! diagnosis. Each check is a file; each finding says what, where, how much, what is done about it, and what mends it.
+//! A recording is questioned by itself: its channels against each other by the two equations of a motor ([`balance`]),
+//! its samples against what a measuring chain does, its time axis against what is built. Nothing here knows a model's
+//! parameters, an effect or a diagnosis. Each check is a file; each finding says what, where, how much, what is done
+//! about it, and what mends it.
 //!
 //! ```
 //! use greyrig_host::check::check;

@@ -4,7 +4,8 @@ use super::signals::{self, Signals, short};
 use crate::recording::clipping;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 
-/// Share of the samples on a rail of rest at which the voltage drives to the other side, from which on the quantity must have gone there.
+/// Share of the samples on a rail of rest at which the voltage drives to the other side, from which on the quantity
+/// must have gone there.
 const DRIVEN: f64 = 0.3;
 
 /// What to look for.

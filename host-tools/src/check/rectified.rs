@@ -1,7 +1,8 @@
 //! A speed sensor that shows the magnitude where a magnet motor turns both ways.
 //!
-//! The voltage of a motor that turns backwards is K ω + R i with a negative ω. Two regressions of the voltage, one on the speed as it
-//! is, one on the speed with the sign of the voltage (which leads the speed by less than it takes the motor to reverse), tell which of them it is.
+//! The voltage of a motor that turns backwards is K ω + R i with a negative ω. Two regressions of the voltage, one on
+//! the speed as it is, one on the speed with the sign of the voltage (which leads the speed by less than it takes the
+//! motor to reverse), tell which of them it is.
 
 use super::balance::Window;
 use super::evidence::Evidence;

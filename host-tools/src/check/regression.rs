@@ -1,7 +1,8 @@
 //! Least squares of few regressors, with standard errors by leaving out groups of rows.
 //!
-//! y = Σ b_k x_k + e, by the normal equations of columns scaled to unit RMS. The standard error of b is that of the delete-a-group
-//! jackknife, se² = (G − 1)/G Σ (b₍g₎ − b̄)², which holds for any distribution and any colour of e within a group (Efron and Stein 1981).
+//! y = Σ b_k x_k + e, by the normal equations of columns scaled to unit RMS. The standard error of b is that of the
+//! delete-a-group jackknife, se² = (G − 1)/G Σ (b₍g₎ − b̄)², which holds for any distribution and any colour of e
+//! within a group (Efron and Stein 1981).
 
 use super::criteria::GROUPS;
 
@@ -158,7 +159,8 @@ mod tests {
             .collect();
         let fit = fit(rows.into_iter()).unwrap();
         assert!((fit.b[0] - 2.0).abs() < 0.02 && (fit.b[1] + 3.0).abs() < 0.04);
-        // The standard error of the slope is √(1/12 / (4000 · 1/3)) = 0.0079, that of a jackknife with 20 groups is within a half.
+        // The standard error of the slope is √(1/12 / (4000 · 1/3)) = 0.0079, that of a jackknife with 20 groups is
+        // within a half.
         assert!((fit.t[1] / (-3.0 / 0.0079) - 1.0).abs() < 0.5, "{}", fit.t[1]);
         assert!((fit.variance * 12.0 - 1.0).abs() < 0.1);
     }

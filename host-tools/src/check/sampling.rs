@@ -13,7 +13,8 @@ const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 /// How far public mains stray, relative, with the resolution of a period in samples on top.
 const MAINS_TOLERANCE: f64 = 0.03;
 
-/// An edge of the voltage within an interval that the current has not seen yet passes for an inductance of up to R times the interval.
+/// An edge of the voltage within an interval that the current has not seen yet passes for an inductance of up to R
+/// times the interval.
 const LATE: f64 = 1.5;
 
 /// What to look for.

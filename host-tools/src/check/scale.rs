@@ -1,7 +1,7 @@
 //! Factors of a thousand, and speeds in rpm or °/s that were taken for rad/s.
 //!
-//! The equations of a motor hold in any unit of a channel (K, R, L, J follow it), so a factor shows only where a quantity was recorded
-//! twice, as angle and speed, or where a figure is beyond what is built.
+//! The equations of a motor hold in any unit of a channel (K, R, L, J follow it), so a factor shows only where a
+//! quantity was recorded twice, as angle and speed, or where a figure is beyond what is built.
 
 use super::criteria::T_SIGN;
 use super::evidence::Evidence;
@@ -15,7 +15,7 @@ use crate::recording::finding::{Code, DataFinding, Severity};
 const SPEEDS: [(&str, f64); 6] = [
     ("rpm", 0.104_719_755),
     ("deg/s", 0.017_453_293),
-    ("rps", 6.283_185_3),
+    ("rps", std::f64::consts::TAU),
     ("mrad/s", 1e-3),
     ("krad/s", 1e3),
     ("krpm", 104.719_755),
@@ -24,8 +24,9 @@ const SPEEDS: [(&str, f64); 6] = [
 /// How closely angle and speed have to agree, relative: ten times the gain error of a tacho of class 1.
 const SAME: f64 = 0.1;
 
-/// What is built, by kind: greatest voltage at least and at most, V; current, A; speed, rad/s; and greatest product of voltage and current, W.
-/// Magnet motors from a phone's to a machine tool's, universal motors from a shaver's to a hammer's; a debt, since it is a list.
+/// What is built, by kind: greatest voltage at least and at most, V; current, A; speed, rad/s; and greatest product of
+/// voltage and current, W. Magnet motors from a phone's to a machine tool's, universal motors from a shaver's to a
+/// hammer's; a debt, since it is a list.
 struct Built {
     voltage_v: (f64, f64),
     current_a: (f64, f64),
@@ -58,7 +59,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     for (channel, value, (least, greatest)) in ranges {
         // A channel without a signal is no channel with a wrong factor.
         let small = value < least && value > 0.0 && has_motion;
-        if (small || value > greatest) && !(channel == Channel::Speed && !s.is_rotary()) {
+        if (small || value > greatest) && (channel != Channel::Speed || s.is_rotary()) {
             let factor = if small { 1e3 } else { 1e-3 };
             found.push(suspect(s, channel, value, factor));
         }

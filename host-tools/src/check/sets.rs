@@ -8,7 +8,8 @@ use crate::model::Kind;
 use crate::recording::Recording;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 
-/// Whether two recordings hold the same samples: whole, or the shorter one as a part of the longer one's beginning or end.
+/// Whether two recordings hold the same samples: whole, or the shorter one as a part of the longer one's beginning or
+/// end.
 pub fn same(a: &Recording, b: &Recording) -> bool {
     let shorter = a.len().min(b.len());
     if shorter < 2 {

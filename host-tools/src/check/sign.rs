@@ -1,11 +1,12 @@
 //! Reversed signs, and voltage and current in each other's place.
 //!
-//! R, K and J are positive. Of the three signs that the balances show (u against i, u against ω, i against dω/dt), reversing one channel
-//! of a magnet motor turns two: their product stays positive, and the channel that both have in common is the reversed one. A product that is
-//! negative is beyond any reversal: with u and i in each other's place, i = (u − K ω)/R shows a negative K and a positive J/K.
+//! R, K and J are positive. Of the three signs that the balances show (u against i, u against ω, i against dω/dt),
+//! reversing one channel of a magnet motor turns two: their product stays positive, and the channel that both have in
+//! common is the reversed one. A product that is negative is beyond any reversal: with u and i in each other's place, i
+//! = (u − K ω)/R shows a negative K and a positive J/K.
 //!
-//! A universal motor does not mind which way its voltage goes: only u against i tells of those two, by the energy ∫u i dt, which is
-//! positive in a run that begins at rest.
+//! A universal motor does not mind which way its voltage goes: only u against i tells of those two, by the energy ∫u i
+//! dt, which is positive in a run that begins at rest.
 
 use super::balance::{torque_with_magnet, voltage_at_rest, voltage_without_current};
 use super::criteria::T_SIGN;
@@ -17,7 +18,7 @@ use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Severity};
 
 /// A voltage of which the balance leaves more than this share is not that of this motor; its signs mean nothing.
-const MOST_UNEXPLAINED: f64 = 0.5;
+const MOST_UNEXPLAINED: f64 = 0.1;
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {

@@ -1,8 +1,9 @@
 //! Values that stand for "out of range", and single samples far from their neighbours.
 //!
-//! A sample is an outlier if it stands out from both neighbours to the same side by [`SIGMAS_OF_OUTLIER`] standard deviations of the noise
-//! (of fourth differences, by their median), and by four times as much as any other within ten samples: a motor's current and speed have an inductance and an inertia, and go nowhere
-//! and back within two intervals.
+//! A sample is an outlier if it stands out from both neighbours to the same side by [`SIGMAS_OF_OUTLIER`] standard
+//! deviations of the noise (of fourth differences, by their median), and by four times as much as any other within ten
+//! samples: a motor's current and speed have an inductance and an inertia, and go nowhere and back within two
+//! intervals.
 
 use super::criteria::SIGMAS_OF_OUTLIER;
 use super::regression;
@@ -52,7 +53,7 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(values[first], s.unit(channel))
-                    .handled(Handled::Masked),
+                    .handled(Handled::None),
             );
         }
         if let (Some(&first), Some(&last)) = (wild.outliers.first(), wild.outliers.last()) {
@@ -68,7 +69,7 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(wild.outliers.len() as f64 / values.len() as f64, "")
-                    .handled(Handled::Masked),
+                    .handled(Handled::None),
             );
         }
         left_out.extend(wild.codes);
@@ -123,7 +124,8 @@ pub fn wild(s: &Signals<'_>, channel: Channel, values: &[f64]) -> Wild {
     Wild { codes, outliers }
 }
 
-/// What voltage and speed say about a height of the current: where the current settles within an interval it follows both at once.
+/// What voltage and speed say about a height of the current: where the current settles within an interval it follows
+/// both at once.
 fn from_the_others<'a>(
     s: &'a Signals<'_>,
     outliers: &[usize],

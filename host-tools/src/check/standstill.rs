@@ -1,4 +1,5 @@
-//! Channels that show nothing: a dead sensor, a motor that stands, a circuit without a current, a run without excitation.
+//! Channels that show nothing: a dead sensor, a motor that stands, a circuit without a current, a run without
+//! excitation.
 
 use super::balance::{self, Window};
 use super::criteria::T_INFORM;
@@ -12,14 +13,15 @@ use crate::recording::finding::{Code, DataFinding, Severity};
 /// Window over which hum and ripple of a channel average out, s: five periods of 50 Hz.
 const WINDOW_S: f64 = 0.1;
 
-/// Variance of window means of white noise over that of its samples, times the samples of a window: Σφ² of a raised cosine.
+/// Variance of window means of white noise over that of its samples, times the samples of a window: Σφ² of a raised
+/// cosine.
 const WHITE: f64 = 1.5;
 
 /// How far beyond that a resting channel may go: the ratio scatters by a fifth with 50 windows.
 const SLOW: f64 = 3.0;
 
-/// Share of the voltage's variance that back-EMF has to explain before a speed of zero is called dead: saturation, brushes and hysteresis of
-/// a held rotor leave a few per cent.
+/// Share of the voltage's variance that back-EMF has to explain before a speed of zero is called dead: saturation,
+/// brushes and hysteresis of a held rotor leave a few per cent.
 const BACK_EMF: f64 = 0.1;
 
 /// Largest deviation of Gaussian noise in 10^7 samples, in standard deviations, with a half on top for quantisation.

@@ -1,4 +1,5 @@
-//! What a channel's steps tell: coarse quantisation, counts of an encoder, values held for several rows, bits that rest.
+//! What a channel's steps tell: coarse quantisation, counts of an encoder, values held for several rows, bits that
+//! rest.
 
 use super::criteria::CHANCE;
 use super::signals::{self, Signals, extremes, short};
@@ -7,11 +8,15 @@ use crate::recording::{Channel, clipping};
 
 /// Samples of a stretch.
 const STRETCH: usize = 8;
-/// Share of the stretches with a turn that span one step only, from which on the steps, not noise, make the turns. Of Gaussian noise of half a
-/// step a fifth does, of 0.3 steps a half.
+/// Range about a straight line that steps alone make, in steps: counts of a steady rate take two values. Gaussian noise
+/// of half a step, rounded, has a deviation of √(1/4 + 1/12) = 0.58 and a range of 1.6 in eight samples.
+const STEPS_ALONE: f64 = 1.5;
+/// Share of the stretches with a turn in which that is all, from which on the steps, not noise, make the turns.
 const NO_NOISE: f64 = 0.7;
-/// More steps in the range than these are fine enough for any fit: noise of quantisation of 2e-4 of the range.
-const FINE: f64 = 1500.0;
+/// More steps in the range than these are fine enough for any fit: noise of quantisation of 6e-4 of the range.
+const FINE: f64 = 500.0;
+/// The same of a speed, whose counts a fit of friction at slow speeds still sees.
+const FINE_SPEED: f64 = 1500.0;
 /// Fewest changes of value that are judged.
 const CHANGES: usize = 20;
 
@@ -58,7 +63,8 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
 fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Option<DataFinding> {
     let step = clipping::quantum(values, 1e-6 * range);
     let steps = range / step;
-    if steps > FINE || values.len() < 4 * STRETCH {
+    let fine = if channel == Channel::Speed { FINE_SPEED } else { FINE };
+    if steps > fine || values.len() < 4 * STRETCH {
         return None;
     }
     let (mut turning, mut narrow, mut resting) = (0_usize, 0_usize, 0_usize);
@@ -66,7 +72,7 @@ fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Opti
         let turns = w.windows(3).filter(|w| (w[1] - w[0]) * (w[2] - w[1]) < 0.0).count();
         let (low, high) = extremes(w);
         turning += usize::from(turns > 0);
-        narrow += usize::from(turns > 0 && high - low < 1.5 * step);
+        narrow += usize::from(turns > 0 && about_line(w) < STEPS_ALONE * step);
         resting += usize::from(low == high);
     }
     let stretches = values.len() / STRETCH;
@@ -93,6 +99,17 @@ fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Opti
     Some(s.finding(code, Severity::Info, text).on(channel).value(step, unit))
 }
 
+/// Range about the straight line of least squares, or about none where that is less.
+fn about_line(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let (middle, mean) = ((n - 1.0) / 2.0, values.iter().sum::<f64>() / n);
+    let about = || values.iter().enumerate().map(|(k, x)| (k as f64 - middle, x - mean));
+    let slope = about().map(|(k, x)| k * x).sum::<f64>() / about().map(|(k, _)| k * k).sum::<f64>();
+    let rest: Vec<f64> = about().map(|(k, x)| x - slope * k).collect();
+    let range = |(low, high): (f64, f64)| high - low;
+    range(extremes(&rest)).min(range(extremes(values)))
+}
+
 fn levels(values: &[f64]) -> usize {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -100,7 +117,8 @@ fn levels(values: &[f64]) -> usize {
     sorted.len()
 }
 
-/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the probability 1/rows each.
+/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the
+/// probability 1/rows each.
 fn held(values: &[f64]) -> Option<usize> {
     let changes: Vec<usize> = (1..values.len()).filter(|&n| values[n] != values[n - 1]).collect();
     if changes.len() < CHANGES {
@@ -119,8 +137,8 @@ fn held(values: &[f64]) -> Option<usize> {
     (most && chance < CHANCE).then_some(rows)
 }
 
-/// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in which bit k is set (or not)
-/// never occurs, though the channel has gone through many such periods.
+/// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in
+/// which bit k is set (or not) never occurs, though the channel has gone through many such periods.
 fn stuck(s: &Signals<'_>, channel: Channel, values: &[f64], low: f64, high: f64) -> Option<DataFinding> {
     let step = clipping::quantum(values, 1e-6 * (high - low));
     let codes = ((high - low) / step).round();

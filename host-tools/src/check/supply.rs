@@ -1,7 +1,7 @@
 //! The supply's voltage, or a controller's command, in the place of the motor's voltage.
 //!
-//! At a constant voltage R i + K ω is constant, too: current and speed of a loaded motor go against each other on one line. A supply's voltage
-//! rests (or sags by a cable's resistance) while current and speed go their own ways.
+//! At a constant voltage R i + K ω is constant, too: current and speed of a loaded motor go against each other on one
+//! line. A supply's voltage rests (or sags by a cable's resistance) while current and speed go their own ways.
 
 use super::balance::Window;
 use super::criteria::T_SIGN;

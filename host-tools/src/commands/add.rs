@@ -32,7 +32,8 @@ pub struct Args {
     /// Effects of the catalogue, and recordings
     #[arg(required = true, value_name = "EFFECT|RUN")]
     arguments: Vec<PathBuf>,
-    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)' (repeatable)
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)'
+    /// (repeatable)
     #[arg(long, value_name = "FORMULA")]
     term: Vec<Formula>,
     /// Model file to start from
@@ -91,6 +92,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
                     recording";
         final_fit.notes.push(note.to_owned());
     }
+    final_fit.model.judged(accepted);
     if let Some(path) = &args.out {
         final_fit.model.save(path, args.answer.force)?;
     }

@@ -52,7 +52,8 @@ struct Fit {
     /// Epochs at most
     #[arg(long, default_value_t = 100)]
     epochs: usize,
-    /// Range over which the first membership functions are spread: one for all inputs, or one for each in turn [default: that of the data]
+    /// Range over which the first membership functions are spread: one for all inputs, or one for each in turn
+    /// [default: that of the data]
     #[arg(long, value_name = "LO:HI", value_parser = parse_range, allow_hyphen_values = true)]
     range: Vec<(f64, f64)>,
     /// How the premises are trained

@@ -1,4 +1,5 @@
-//! `greyrig board`: starts the virtual board, a program of its own: its processor's licence (GPL-2.0) is not this tool's.
+//! `greyrig board`: starts the virtual board, a program of its own: its processor's licence (GPL-2.0) is not this
+//! tool's.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

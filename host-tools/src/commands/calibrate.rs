@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use greyrig::motor::BaseParameter;
 use serde_json::json;
 
 use super::input::{self, Input};
@@ -83,9 +84,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
 
 /// What is known of the motors' own parameters.
 fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
-    let undetermined: Vec<&str> = ["R", "L", "K", "J"]
+    let undetermined: Vec<&str> = BaseParameter::POSITIVE
         .into_iter()
-        .filter(|name| model.parameters.contains_key(*name) && !detector.parameters.contains_key(*name))
+        .filter(|p| model.base_parameter(*p).is_some() && !detector.parameters.contains_key(p.name()))
         .filter_map(parameters::described)
         .collect();
     let mut lines = Vec::new();
@@ -123,7 +124,7 @@ fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {
     row("deviation of the current", of(&|s| s.current_deviation[1]), band(detector.current_deviation), 100.0, " %");
     row("deviation of the speed", of(&|s| s.speed_deviation[1]), band(detector.speed_deviation), 100.0, " %");
     for (name, limits) in &detector.parameters {
-        let words = parameters::described(name).unwrap_or(name.as_str());
+        let words = BaseParameter::of_name(name).and_then(parameters::described).unwrap_or(name.as_str());
         let own = of(&|s| s.parameters.get(name).map_or(f64::NAN, |x| x.exp_m1()));
         let [low, high] = [limits[0] - limits[1], limits[0] + limits[1]].map(f64::exp_m1);
         row(&format!("{words}, from the model's"), own, format!("{} … {}", percent(low), percent(high)), 100.0, " %");

@@ -24,7 +24,8 @@ pub struct Args {
     /// Model file
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
-    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else smooth]
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else
+    /// smooth]
     #[arg(long = "input", value_enum, value_name = "COURSE")]
     course: Option<Course>,
     #[command(flatten)]

@@ -13,8 +13,9 @@ use super::input::{self, Answered, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
+use crate::between::Course;
 use crate::check;
-use crate::compare::{PerSignal, compare};
+use crate::compare::{PerSignal, compare_along};
 use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
 use crate::error::Result;
@@ -46,6 +47,10 @@ pub struct Args {
     /// Effect that is not to be considered (repeatable)
     #[arg(long, value_name = "ID")]
     exclude: Vec<String>,
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else
+    /// smooth]
+    #[arg(long = "input", value_enum, value_name = "COURSE")]
+    course: Option<Course>,
     #[command(flatten)]
     answer: Answer,
 }
@@ -67,6 +72,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             Settings { base: args.base.unwrap_or(Base::usual(kind)), ..Settings::new(kind) }
         }
     };
+    settings.course = args.course;
     settings.fixed.extend(args.fix.iter().cloned());
     let findings = input::question(&recordings, settings.kind);
     if let Some(stop) = check::stop(&findings) {
@@ -78,9 +84,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
     let compared = || {
         let fitted = identify::identify(&recordings, &settings, &terminal.context()).ok()?.model;
-        let mut comparison = compare(&fitted, &recordings, &terminal.context()).ok();
-        // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of `compare`.
-        let given = model.as_ref().and_then(|model| compare(model, &recordings, &terminal.context()).ok());
+        let mut comparison = compare_along(&fitted, &recordings, args.course, &terminal.context()).ok();
+        // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of
+        // `compare`.
+        let given =
+            model.as_ref().and_then(|model| compare_along(model, &recordings, args.course, &terminal.context()).ok());
         if let (Some(comparison), Some(given)) = (&mut comparison, given) {
             comparison.noise_floor = given.noise_floor;
             comparison.noise_floor_source = given.noise_floor_source;

@@ -3,13 +3,13 @@
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen};
+use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen, Sentence};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
 use super::stdout;
 use super::words;
-use crate::diagnose::{classes, screening};
+use crate::diagnose::classes;
 use crate::error::Result;
 use crate::model::{Kind, catalogue};
 
@@ -76,7 +76,7 @@ fn enters(d: &Description) -> &'static str {
 /// The effect that another one turns into, and with which shape.
 fn turns_into(d: &Description) -> Option<(EffectId, String)> {
     let turn = d.turns_into?;
-    let p = d.parameters.iter().find(|p| p.name == turn.parameter)?;
+    let p = &d.parameters[turn.parameter];
     Some((turn.into, format!("`{}` beyond {} %{}", p.name, 100.0 * turn.beyond, relative(p.relative))))
 }
 
@@ -96,7 +96,7 @@ fn shows(d: &Description) -> String {
 
 /// The kinds of motor in which a diagnosis tries an effect.
 fn diagnosed_in(d: &Description) -> Vec<Kind> {
-    Kind::value_variants().iter().copied().filter(|kind| screening::shows(*kind, d)).collect()
+    Kind::value_variants().iter().copied().filter(|kind| d.is_tried(kind.flux_law())).collect()
 }
 
 /// The same in words.
@@ -106,6 +106,24 @@ fn tried(d: &Description) -> String {
         [kind] => format!("in {kind} motors"),
         _ => "in all motors".to_owned(),
     }
+}
+
+/// What the size of an effect means, with its name for a figure.
+fn size(d: &Description) -> String {
+    Sentence(d.size_in_words, d.size().name).to_string()
+}
+
+/// What a recording has to hold, in words.
+fn excited_by(d: &Description) -> String {
+    match d.excited_by {
+        [] => "nothing that these three channels hold".to_owned(),
+        all => all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// On how many rigs it is to be expected, in words.
+fn prior(d: &Description) -> String {
+    format!("on one rig in {:.0}: {}", 1.0 / d.prior.share, d.prior.because)
 }
 
 /// What a start value is relative to, in words.
@@ -167,6 +185,9 @@ fn page(effects: &[&Description]) -> String {
         }
         text += &format!("\n- Enters: {}. Shows {}. `greyrig diagnose` tries it {}.\n", enters(d), shows(d), tried(d));
         text += &format!("- Signature: {}.\n", d.signature);
+        text += &format!("- Its size: {}.\n", size(d));
+        text += &format!("- Excited by {}.\n", excited_by(d));
+        text += &format!("- To be expected {}.\n", prior(d));
         if let Some((other, beyond)) = turns_into(d) {
             text += &format!("- Turns into `{other}` with {beyond}.\n");
         }
@@ -191,6 +212,9 @@ fn explained(d: &Description) -> String {
     }
     text += &format!("\nenters         {}\nshows          {}\ndiagnosed      {}", enters(d), shows(d), tried(d));
     text += &format!("\nsignature      {}\n", d.signature);
+    text += &format!("its size       {}\n", size(d));
+    text += &format!("excited by     {}\n", excited_by(d));
+    text += &format!("expected       {}\n", prior(d));
     if let Some((other, beyond)) = turns_into(d) {
         text += &format!("turns into     {other} with {beyond}\n");
     }
@@ -211,6 +235,9 @@ fn as_json(d: &Description) -> serde_json::Value {
         "shows": shows(d),
         "diagnosed_in": diagnosed_in(d),
         "signature": d.signature,
+        "size_in_words": size(d),
+        "excited_by": d.excited_by.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "prior": { "share": d.prior.share, "because": d.prior.because },
         "turns_into": turns_into(d).map(|(other, beyond)| json!({ "effect": other, "with": beyond })),
         "confused_with": d.confused_with,
         "separated_by": InWords(d.separated_by).to_string(),

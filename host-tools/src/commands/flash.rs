@@ -13,7 +13,7 @@ use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
 /// Write a model to the microcontroller, verified by reading back.
@@ -36,13 +36,16 @@ pub struct Args {
     /// By a debug probe (cargo greyrig-full); the chip is an STM32G474RETx unless another is named
     #[arg(long, value_name = "CHIP", num_args = 0..=1, default_missing_value = "STM32G474RETx")]
     probe: Option<String>,
-    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets the usual
-    /// ranges elsewhere
+    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets
+    /// the usual ranges elsewhere
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
     /// Serial number or name of the rig; without it the rig keeps its own over --port
     #[arg(long, value_name = "NAME")]
     rig: Option<String>,
+    /// Also a model of which the data held out said that what was added last does not belong to it
+    #[arg(long)]
+    unaccepted: bool,
     /// Check everything, write nothing
     #[arg(long)]
     dry_run: bool,
@@ -60,6 +63,13 @@ pub struct Args {
 /// A model that cannot be used, trouble with the link.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
+    if model.accepted == Some(false) && !args.unaccepted {
+        return Err(Error::input(
+            Place::file(&args.model),
+            "this model was not accepted: what was added last does not lower the error on data that the fit has not seen",
+            "flash the model from before, or give --unaccepted",
+        ));
+    }
     let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
     // Over the link the rig keeps what nobody gives anew.
@@ -150,8 +160,8 @@ enum Calibration {
     Usual,
 }
 
-/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot be read
-/// are an error: nobody may guess it.
+/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot
+/// be read are an error: nobody may guess it.
 fn in_force(port: &Port, calibration: bool, ctx: &Context) -> Result<Option<Settings>> {
     let (mut connection, device) = Connection::open(port, ctx)?;
     check_layout(&device)?;

@@ -9,7 +9,8 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::compare::compare;
+use crate::between::Course;
+use crate::compare::compare_along;
 use crate::error::{Error, Result};
 use crate::identify::{self, Method, Settings};
 use crate::model::{Assignment, Base, Kind, catalogue};
@@ -38,7 +39,8 @@ pub struct Args {
     /// Effect of the catalogue that the model shall have besides (repeatable)
     #[arg(long, value_name = "ID")]
     effect: Vec<String>,
-    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)' (repeatable)
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)'
+    /// (repeatable)
     #[arg(long, value_name = "FORMULA")]
     term: Vec<Formula>,
     /// Parameter with a known value, SI (repeatable)
@@ -47,6 +49,10 @@ pub struct Args {
     /// Parameter with bounds, SI (repeatable)
     #[arg(long, value_name = "NAME=LEAST:GREATEST", value_parser = parse_bound)]
     bound: Vec<(String, f64, f64)>,
+    /// What the voltage does between its samples [default: what the data tell, where they are sampled slowly; else
+    /// smooth]
+    #[arg(long = "input", value_enum, value_name = "COURSE")]
+    course: Option<Course>,
     /// Cut-off of the Butterworth filter, Hz [default: 250; from the data where only torque and motion are recorded]
     #[arg(long, value_name = "HZ")]
     cutoff: Option<f64>,
@@ -91,6 +97,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     settings.terms.clone_from(&args.term);
     settings.fixed.clone_from(&args.fix);
     settings.bounds.clone_from(&args.bound);
+    settings.course = args.course;
     settings.filter.order = args.order;
     if let Some(cutoff) = args.cutoff {
         settings.filter.cutoff_hz = cutoff;
@@ -99,7 +106,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let mut identification =
         terminal.watching("output error", |ctx| identify::identify(&recordings, &settings, ctx))?;
     // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
-    let comparison = compare(&identification.model, &recordings, &terminal.context()).ok();
+    let comparison = compare_along(&identification.model, &recordings, args.course, &terminal.context()).ok();
     if let Some(c) = &comparison {
         for (name, esr) in [("current", c.esr.current), ("speed", c.esr.speed), ("torque", c.esr.torque)] {
             if let Some(esr) = esr {
@@ -123,6 +130,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
                 "noise_floor": comparison.as_ref().map(|c| c.noise_floor),
                 "noise_floor_source": comparison.as_ref().and_then(|c| c.noise_floor_source.clone()),
                 "filter": identification.model.filter,
+                "input": comparison.as_ref().and_then(|c| c.input),
                 "notes": identification.notes,
                 "data_findings": findings,
                 "model": args.out,

@@ -1,6 +1,6 @@
 //! `greyrig master`: is the rig still what it was?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::json;
@@ -11,7 +11,6 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::calibrate::by_motor;
@@ -46,8 +45,8 @@ pub struct Args {
     /// Checks at the begin of the history that teach what is usual
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(FEWEST as u64..=1000))]
     baseline: u64,
-    /// Gauge study: several motors (# serial:), each run as often, perhaps on several rigs (# rig:) or by several people
-    /// (# operator:)
+    /// Gauge study: several motors (# serial:), each run as often, perhaps on several rigs (# rig:) or by several
+    /// people (# operator:)
     #[arg(long)]
     study: bool,
     #[command(flatten)]
@@ -57,7 +56,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or written.
+/// A model without limits, recordings that cannot be used or are of different motors, a file that cannot be read or
+/// written.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.answer.report {
         output::refuse_overwrite(path, args.answer.force)?;
@@ -83,7 +83,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let shift = if args.study {
         Shift { study: Some(study(&recordings, &tests, detector)?), ..Shift::default() }
     } else {
-        golden_motor(args, &model, detector, &recordings, &tests, &terminal.context())?
+        golden_motor(args, &model, detector, &recordings, &tests, terminal)?
     };
     // Of a motor that does not pass nothing can be said about the rig.
     let drifted = verdict == Outcome::Pass && shift.charts.iter().any(Chart::drifted);
@@ -129,10 +129,14 @@ fn golden_motor(
     detector: &DetectorEntry,
     recordings: &[Recording],
     tests: &[Test],
-    ctx: &Context,
+    terminal: &Terminal,
 ) -> Result<Shift> {
     let digest = digest(model);
-    let mut history = args.history.as_deref().map(|path| History::open(path, ctx)).transpose()?;
+    let opened = |path: &Path| terminal.watching("history", |ctx| History::open(path, ctx));
+    let mut history = args.history.as_deref().map(opened).transpose()?;
+    if let Some(warning) = history.as_ref().and_then(History::warning) {
+        eprintln!("greyrig: {warning}");
+    }
     for (path, line) in args.history.iter().zip(&history).flat_map(|(path, h)| h.torn.iter().map(move |n| (path, n))) {
         eprintln!("greyrig: {}:{line}: not a whole line, left out", path.display());
     }

@@ -22,7 +22,8 @@ use crate::recording::{self, Recording};
 
 /// Longest recording, s: what a recording may hold.
 const LONGEST_S: f64 = 1000.0;
-/// Share of samples that may be lost. With more, what is between straight lines begins to count. Nothing derives this number.
+/// Share of samples that may be lost. With more, what is between straight lines begins to count. Nothing derives this
+/// number.
 const MOST_LOST: f64 = 0.2;
 
 /// Record raw samples from the microcontroller.
@@ -163,7 +164,8 @@ impl Cut {
     }
 }
 
-/// Writes what nobody can make again under a name that nothing has yet: `run.csv` becomes `run.WORD.csv`, `run.WORD-2.csv` …
+/// Writes what nobody can make again under a name that nothing has yet: `run.csv` becomes `run.WORD.csv`,
+/// `run.WORD-2.csv` …
 fn keep(recording: &Recording, out: &Path, word: &str, ctx: &Context) -> Result<PathBuf> {
     if out.exists() && !out.is_file() {
         recording::write(recording, out, true, ctx)?;

@@ -13,7 +13,8 @@ use crate::model::Kind;
 use crate::recording::MapArgs;
 use crate::serve::{Session, serve};
 
-/// The same loop in the browser, on 127.0.0.1: identify, compare, see where the model fails, diagnose, add, watch the error fall.
+/// The same loop in the browser, on 127.0.0.1: identify, compare, see where the model fails, diagnose, add, watch the
+/// error fall.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  greyrig serve staircase.csv ramp.csv\n\n\
     Only programs on this machine can reach the page. It ends with Ctrl-C; what is to be kept is downloaded as a model file.")]

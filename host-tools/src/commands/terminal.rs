@@ -21,8 +21,9 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Takes Ctrl-C (and a polite kill) as the wish to stop the work at its next look instead of in the middle of a file, and keeps the
-    /// messages of other people's decoders to itself that give up on a damaged file: the error says it.
+    /// Takes Ctrl-C (and a polite kill) as the wish to stop the work at its next look instead of in the middle of a
+    /// file, and keeps the messages of other people's decoders to itself that give up on a damaged file: the error says
+    /// it.
     pub fn new() -> Self {
         let terminal = Self::default();
         let cancel = terminal.cancel.clone();

@@ -55,8 +55,8 @@ pub struct Args {
     /// Firing operator
     #[arg(long, value_enum, default_value = "product")]
     firing: FiringName,
-    /// Tell what a fourth input would gain, the modelled current so long ago, s. The model that is written has none: the
-    /// microcontroller's network has no memory
+    /// Tell what a fourth input would gain, the modelled current so long ago, s. The model that is written has none:
+    /// the microcontroller's network has no memory
     #[arg(long, value_name = "S")]
     delay: Option<f64>,
     /// Threads, 0 for all processors

@@ -6,7 +6,7 @@ mod result;
 pub mod traces;
 
 use greyrig::effects::Passed;
-use greyrig::motor::{OperatingPoint, State};
+use greyrig::motor::{BaseParameter, OperatingPoint, State};
 use rayon::prelude::*;
 
 pub use result::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
@@ -56,7 +56,7 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
     if experiments.iter().any(|e| e.drive == Drive::Torque) {
         // The torque acts as the current of a motor with magnets and K = 1.
         single_model.kind = crate::model::Kind::PmDc;
-        single_model.parameters.remove("K");
+        single_model.parameters.remove(BaseParameter::K.name());
     }
     let motor = single_model.motor::<f32>().map_err(refused)?;
     let precise = single_model.motor::<f64>().map_err(refused)?;
@@ -99,6 +99,7 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
                 input: of_voltage.then(|| e.between.into()),
                 input_share: e.between.share(),
+                pulses_a_turn: e.pulses,
                 cutoff_hz: e.filter.cutoff_hz,
                 diverges: traces.diverges,
                 warnings: recording.warnings().to_vec(),
@@ -111,7 +112,9 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
     let known: Vec<&'static str> = parts.iter().filter_map(|p| p.floor.source).collect();
     let traces: Vec<&Traces> = free_runs.iter().collect();
     let (profiles, mut regions) = regions::profiles(&traces, recordings[0].motion());
-    let (esr, noise_floor) = (ratio(&all_errors, &floors), floor_ratio(&floors, &all_errors));
+    let diverges = per_recording.iter().any(|r| r.diverges);
+    let esr = if diverges { PerSignal::default() } else { ratio(&all_errors, &floors) };
+    let noise_floor = floor_ratio(&floors, &all_errors);
     regions.retain(|r| {
         let (error, floor) = (esr.of(r.quantity), noise_floor.of(r.quantity));
         // What stands out of pure noise says nothing about the model.
@@ -122,7 +125,7 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
     courses.dedup();
     Ok(Comparison {
         input: if let [course] = courses[..] { course } else { None },
-        diverges: per_recording.iter().any(|r| r.diverges),
+        diverges,
         esr,
         noise_floor,
         noise_floor_source: (known.len() == parts.len()).then(|| known.first().map(|s| (*s).to_owned())).flatten(),
@@ -152,12 +155,13 @@ impl From<[Option<f64>; 3]> for PerSignal {
 /// A voltage-driven recording needs the electrical side, a turning rotor the mechanical one.
 fn require(model: &Model, e: &Experiment) -> Result<()> {
     let turns = !(0..e.len()).all(|n| e.is_locked(n));
-    let needed: &[&str] = match (e.drive, turns) {
-        (Drive::Voltage, true) => &["R", "L", "K", "J"],
-        (Drive::Voltage, false) => &["R", "L"],
-        (Drive::Torque, _) => &["J"],
+    let needed: &[BaseParameter] = match (e.drive, turns) {
+        (Drive::Voltage, true) => &BaseParameter::POSITIVE,
+        (Drive::Voltage, false) => &[BaseParameter::R, BaseParameter::L],
+        (Drive::Torque, _) => &[BaseParameter::J],
     };
-    let missing: Vec<&str> = needed.iter().copied().filter(|n| !model.parameters.contains_key(*n)).collect();
+    let missing = needed.iter().filter(|p| model.base_parameter(**p).is_none());
+    let missing: Vec<&str> = missing.map(|p| p.name()).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -269,7 +273,8 @@ fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]], floors
     [of(0), of(1), None].into()
 }
 
-/// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves both.
+/// The current with measured voltage and speed, and the speed with measured current: in the free run each error moves
+/// both.
 fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
     let electrical = traces::simulate(motor, None, e, Imposed::Speed(w))?;
@@ -282,8 +287,8 @@ fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Opt
     ])
 }
 
-/// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave over
-/// before anything is simulated.
+/// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave
+/// over before anything is simulated.
 fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>; 2] {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return [None; 2] };
     let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));

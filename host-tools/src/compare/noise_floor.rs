@@ -1,17 +1,19 @@
-//! What error a perfect model would show on these data: the noise of the measuring chain, through the same filter and, for
-//! the voltage that drives the model, through the model.
+//! What error a perfect model would show on these data: the noise of the measuring chain, through the same filter and,
+//! for the voltage that drives the model, through the model.
 //!
 //! Three sources, best first:
-//! 1. Repeated runs ([`repeats::are_in_step`]): half of the mean square by which the model's errors on two recordings of the same
-//!    excitation differ holds everything that no model can know, disturbances of the load included. What the voltages differ by
-//!    is in the model as well, and drops out.
+//! 1. Repeated runs ([`repeats::are_in_step`]): half of the mean square by which the model's errors on two recordings
+//!    of the same
+//!    excitation differ holds everything that no model can know, disturbances of the load included. What the voltages
+//!    differ by is in the model as well, and drops out.
 //! 2. Idle stretches (voltage and current at rest) show the noise of each channel directly.
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 //!
-//! Slow samples have no band above the signal. There white noise is told by what is not smooth over five samples, in the median.
+//! Slow samples have no band above the signal. There white noise is told by what is not smooth over five samples, in
+//! the median.
 //!
-//! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise, measures them by
-//! what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
+//! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise,
+//! measures them by what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
 
 use greyrig::motor::Motor;
 use rand::SeedableRng;
@@ -113,7 +115,8 @@ fn through_model(motor: &Motor<f32>, e: &Experiment, sigma: f64) -> Option<[f64;
     Some([rms(&clean.current, &disturbed.current), rms(&clean.speed, &disturbed.speed)])
 }
 
-/// The floor from a repeated run, if there is another one with the same excitation: of each, the recording and the model's free run.
+/// The floor from a repeated run, if there is another one with the same excitation: of each, the recording and the
+/// model's free run.
 pub fn of_repeats(own: (&Experiment, &Traces), others: &[(&Experiment, &Traces)]) -> Option<Floor> {
     let (_, twin) = others.iter().find(|(other, _)| repeats::are_in_step(own.0, other))?;
     let own = own.1;

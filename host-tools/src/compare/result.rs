@@ -151,6 +151,9 @@ pub struct RecordingComparison {
     /// Share of the interval by which the supply is switched before a sample, where it is switched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input_share: Option<f64>,
+    /// Pulses a turn of an encoder whose counts from sample to sample are the speed; the model's is averaged alike.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulses_a_turn: Option<u32>,
     /// Cut-off of the filter that measured and modelled signals went through, Hz.
     pub cutoff_hz: f64,
     /// Whether the free run leaves all bounds: then there is no error.
@@ -179,8 +182,8 @@ pub struct Comparison {
     /// Current error with measured u and ω imposed; speed error with measured i imposed.
     pub structured: PerSignal,
     /// RMS of the one-step (equation) residuals relative to RMS of voltage and torque: `current` is that of the voltage
-    /// balance, `speed` that of the torque balance. Of slow samples, whose rates say nothing, RMS of what is predicted from one sample to
-    /// the next relative to RMS of current and speed.
+    /// balance, `speed` that of the torque balance. Of slow samples, whose rates say nothing, RMS of what is predicted
+    /// from one sample to the next relative to RMS of current and speed.
     pub one_step: PerSignal,
     /// Recording by recording.
     pub per_recording: Vec<RecordingComparison>,

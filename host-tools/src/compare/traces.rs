@@ -20,12 +20,12 @@ pub struct Simulated {
     pub diverges: bool,
 }
 
-/// Modelled over largest measured value from which a free run is said to diverge. What merely fits badly stays within the current at a
-/// standstill, u/R.
+/// Modelled over largest measured value from which a free run is said to diverge. What merely fits badly stays within
+/// the current at a standstill, u/R.
 const DIVERGED: f64 = 1e3;
 
-/// Simulates the model over an experiment in `f32`, as the microcontroller does, with its learned correction if it has one,
-/// and filters the result.
+/// Simulates the model over an experiment in `f32`, as the microcontroller does, with its learned correction if it has
+/// one, and filters the result.
 ///
 /// # Errors
 /// Parameters that the stepper refuses at this sampling rate.

@@ -1,5 +1,5 @@
-//! A story on built-in data, without hardware: a motor of the virtual rig that hides something, the ways to a model of it, what is
-//! missing in that, and motors that are judged by it.
+//! A story on built-in data, without hardware: a motor of the virtual rig that hides something, the ways to a model of
+//! it, what is missing in that, and motors that are judged by it.
 
 mod attempts;
 mod correction;

@@ -13,7 +13,8 @@ const AROUND_S: f64 = 0.03;
 /// A second at 50 Hz.
 const LAST_PERIODS: usize = 50;
 
-/// Adds the figures: the physical model alone, the hybrid model, and the residuals of the type's motor, healthy and sparking.
+/// Adds the figures: the physical model alone, the hybrid model, and the residuals of the type's motor, healthy and
+/// sparking.
 pub fn figures<'a>(report: Report<'a>, physical: &Comparison, hybrid: &Comparison, motors: &[Test; 2]) -> Report<'a> {
     report
         .curves("As figure 4 of the paper: the physical model alone", currents(physical, "physical model"))

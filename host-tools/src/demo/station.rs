@@ -25,8 +25,8 @@ const SPARKING: &str = "sparking=0.2@5";
 pub struct Station {
     /// Three motors: what they have, and how they were judged.
     pub tests: Vec<(&'static str, Test)>,
-    /// The motor that the model is of, healthy and with brushes that spark from 5 s on: the paper's case, in which no scatter of the
-    /// lot hides the residual.
+    /// The motor that the model is of, healthy and with brushes that spark from 5 s on: the paper's case, in which no
+    /// scatter of the lot hides the residual.
     pub of_the_type: [Test; 2],
 }
 

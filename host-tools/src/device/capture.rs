@@ -89,8 +89,9 @@ pub struct Ended {
     pub early: Option<Error>,
 }
 
-/// Records a number of samples. What an earlier program has left running is stopped first. If the link breaks, it is opened
-/// again; samples that went by meanwhile are lost. If it does not come back, or at Ctrl-C, what there is is kept.
+/// Records a number of samples. What an earlier program has left running is stopped first. If the link breaks, it is
+/// opened again; samples that went by meanwhile are lost. If it does not come back, or at Ctrl-C, what there is is
+/// kept.
 ///
 /// # Errors
 /// Whatever comes before the first sample.
@@ -174,7 +175,7 @@ mod tests {
         }
         assert_eq!(take(&mut capture, 11, 4), Some(()));
         assert_eq!((capture.samples.len(), capture.missing()), (10, 2));
-        assert_eq!(capture.lost(), [4..6]);
+        assert_eq!(capture.lost(), std::slice::from_ref(&(4..6)));
     }
 
     #[test]

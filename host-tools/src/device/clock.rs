@@ -1,4 +1,5 @@
-//! The clock by which time-outs are counted: the system's, or that of a virtual board, which may be slower than real time.
+//! The clock by which time-outs are counted: the system's, or that of a virtual board, which may be slower than real
+//! time.
 //!
 //! A board publishes its time in a file: microseconds as a decimal number and a line end. The file is replaced, never
 //! changed, so that a reader sees one time or the next.

@@ -11,7 +11,8 @@ use serde::Deserialize;
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
-/// A rig's calibration as a file: `[voltage]`, `[current]`, `[speed]`, each with `zero` (counts) and `per_count` (SI units).
+/// A rig's calibration as a file: `[voltage]`, `[current]`, `[speed]`, each with `zero` (counts) and `per_count` (SI
+/// units).
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CalibrationFile {

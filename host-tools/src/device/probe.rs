@@ -9,8 +9,8 @@ use probe_rs::probe::list::Lister;
 use super::error::{Error, Result};
 use super::image;
 
-/// Erases both slots, writes the block to the first, and lets the probe verify it; then restarts the processor. A dry run
-/// checks the place against the chip's memory map and looks for no probe. Not run on silicon.
+/// Erases both slots, writes the block to the first, and lets the probe verify it; then restarts the processor. A dry
+/// run checks the place against the chip's memory map and looks for no probe. Not run on silicon.
 ///
 /// # Errors
 /// No probe, a chip that is not known, a flash that does not hold what was written.

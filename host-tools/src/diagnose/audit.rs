@@ -1,49 +1,53 @@
 //! The effects found, looked at once more in the free run.
 //!
-//! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output error,
-//! and each has to earn its place there: how far would the error rise without it, with all other parameters free to move?
+//! Equation error is quick and slightly biased; the free run is the judge. All effects are refined together by output
+//! error, and each has to earn its place there: how far would the error rise without it, with all other parameters free
+//! to move?
 
 use std::collections::BTreeMap;
 
 use greyrig::effects::{Description, EffectId};
+use greyrig::motor::BaseParameter;
 
-use super::blocks::{self, HeldOut, p_value};
 use super::classes;
 use super::completeness::{self, Completeness, Course, Floor};
 use super::criteria::SMALLEST_GAIN;
-use super::fit::Fit;
-use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
 use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
+use crate::identify::cross_validation::{self, p_value};
 use crate::identify::intervals_of_fit;
-use crate::identify::minimise::{Effort, Refined, Residuals, have_rows, log_error, minimise, resume, rms_of};
+use crate::identify::minimise::{Effort, Fit, HeldOut, Residuals, have_rows, log_error, minimise, resume, rms_of};
 use crate::identify::output_error::{OutputError, Rows};
+use crate::identify::refitted::held_out_refitted;
 use crate::identify::scales::Scales;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::repeats;
 
 /// A little friction, relative to what motors have.
 const SMALL: f64 = 1e-3;
 
-/// An effect that earns less than this share of what all together earn may only be making up for the form of another one.
+/// An effect that earns less than this share of what all together earn may only be making up for the form of another
+/// one.
 const LEAST_SHARE: f64 = 0.03;
 
-/// And one that may be the rest of another one's law ([`classes::rounds_off`]). Where the plant's Stribeck or stray-load law differs from
-/// the catalogue's, the mismatch earns 5 to 9 % as a spurious quadratic load or windage exponent; genuine ones earn 13 % and more. The
-/// threshold lies between (80 pairs and 4 motors).
+/// And one that may be the rest of another one's law ([`classes::rounds_off`]). Where the plant's Stribeck or
+/// stray-load law differs from the catalogue's, the mismatch earns 5 to 9 % as a spurious quadratic load or windage
+/// exponent; genuine ones earn 13 % and more. The threshold lies between (80 pairs and 4 motors).
 pub const LEAST_SHARE_OF_A_LAW: f64 = 0.105;
 
 /// Excess over what does not repeat, as a logarithm, of the current from which a fit is suspected of the wrong valley.
 const STRUCTURE: f64 = 0.3;
 
-/// Share of what the fit without effects exceeds it by, of the current, that a fit may leave without such a suspicion, if it has ended. In
-/// 120 cases with two and one withheld effect on AC a second fit came to another end only where that was 86 % or the first had not.
+/// Share of what the fit without effects exceeds it by, of the current, that a fit may leave without such a suspicion,
+/// if it has ended. In 120 cases with two and one withheld effect on AC a second fit came to another end only where
+/// that was 86 % or the first had not.
 const MUCH: f64 = 0.5;
 
-/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, is not finished.
+/// An estimate whose error exceeds that of a fit by more than this, sum of the logarithms of both signals, is not
+/// finished.
 const FAR_OFF: f64 = 1.0;
 
 /// The free run of a set of recordings.
@@ -73,7 +77,7 @@ impl<'a> Audit<'a> {
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let time_constant_s = time_constant_s(&problem, space).max(period_s);
         let repeats = repeats::of_experiments(experiments);
-        let (blocks, ctx) = (blocks::blocks(&times), ctx.quietly());
+        let (blocks, ctx) = (cross_validation::blocks(&times), ctx.quietly());
         Ok(Self { blocks, times, problem, period_s, time_constant_s, repeats, ctx })
     }
 
@@ -90,14 +94,14 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn fit_with(&self, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, None, &self.ctx).map(Fit::from)
+        minimise(space, &self.problem, effort, None, &self.ctx)
     }
 
     /// Goes on from a rough fit.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish(&self, rough: &Refined) -> Result<Fit> {
+    pub fn finish(&self, rough: &Fit) -> Result<Fit> {
         self.finish_with(rough, Effort::USUAL)
     }
 
@@ -105,17 +109,17 @@ impl<'a> Audit<'a> {
     ///
     /// # Errors
     /// An interrupt.
-    pub fn finish_with(&self, rough: &Refined, effort: Effort) -> Result<Fit> {
-        resume(rough, &self.problem, effort, &self.ctx).map(Fit::from)
+    pub fn finish_with(&self, rough: &Fit, effort: Effort) -> Result<Fit> {
+        resume(rough, &self.problem, effort, &self.ctx)
     }
 
-    /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current, or is no
-    /// better than `base`, the fit without them, the start may lie in another valley: then once more from `base`, with the
-    /// effects as they usually are.
+    /// Fits a model with effects from where another search has ended. Where that leaves much structure in the current,
+    /// or is no better than `base`, the fit without them, the start may lie in another valley: then once more from
+    /// `base`, with the effects as they usually are.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn fit_with_effects(&self, space: &Space, base: &Refined, scales: &Scales) -> Result<Fit> {
+    pub fn fit_with_effects(&self, space: &Space, base: &Fit, scales: &Scales) -> Result<Fit> {
         let fit = self.fit(space)?;
         let [left, was] = [&fit, base].map(|other| self.excess(other, &fit)[0]);
         let leaves_little = left < STRUCTURE || fit.ended && left < MUCH * was;
@@ -133,8 +137,8 @@ impl<'a> Audit<'a> {
         Ok(if self.fall(&fit, &other) > 0.0 { other } else { fit })
     }
 
-    /// Drops effects that do not earn their place, the least one first; all of them, if the error hardly falls by all. `base` is the fit
-    /// without any.
+    /// Drops effects that do not earn their place, the least one first; all of them, if the error hardly falls by all.
+    /// `base` is the fit without any.
     ///
     /// # Errors
     /// An interrupt.
@@ -163,9 +167,9 @@ impl<'a> Audit<'a> {
         }
     }
 
-    /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more than the error
-    /// rises by with all other parameters as they are, which it cannot.
-    fn worth(&self, fit: &Refined, id: EffectId) -> f64 {
+    /// By how much the error of a fit would rise without one of its effects: by linearisation; 0 where that says more
+    /// than the error rises by with all other parameters as they are, which it cannot.
+    fn worth(&self, fit: &Fit, id: EffectId) -> f64 {
         let worth = screening::worth(fit, self.problem.groups(), id);
         let without = self.error_at(&fit.space.without_effect(id));
         let most = log_error(without, self.has()) - self.log_error(fit);
@@ -173,29 +177,29 @@ impl<'a> Audit<'a> {
     }
 
     /// Tries candidates at a fit by linearisation of the free run, most promising first.
-    pub fn screen(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+    pub fn screen(&self, fit: &Fit, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
         screening::screen(fit, &self.problem, scales, candidates, Loops::AsTheyAre)
     }
 
     /// Tries the candidates of a screening two at a time, most promising first.
-    pub fn pairs(&self, fit: &Refined, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+    pub fn pairs(&self, fit: &Fit, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
         screening::pairs(fit, &self.problem, scales, promises)
     }
 
     /// By how much a fit's error exceeds what does not repeat in another fit's: logarithms, of current and speed.
-    pub fn excess(&self, fit: &Refined, best: &Refined) -> [f64; 2] {
+    pub fn excess(&self, fit: &Fit, best: &Fit) -> [f64; 2] {
         let over = self.over_floor(fit, best);
         [over.electrical.ln(), over.mechanical.ln()]
     }
 
     /// A fit's error over what does not repeat in another fit's.
-    pub fn over_floor(&self, fit: &Refined, best: &Refined) -> Completeness {
+    pub fn over_floor(&self, fit: &Fit, best: &Fit) -> Completeness {
         Completeness::of(fit, &self.floor(best))
     }
 
-    /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence makes of the current by
-    /// way of the speed.
-    pub fn completeness_of_both(&self, without: &Refined, with: &Refined) -> (Completeness, Completeness) {
+    /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence
+    /// makes of the current by way of the speed.
+    pub fn completeness_of_both(&self, without: &Fit, with: &Fit) -> (Completeness, Completeness) {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
         let passed_on = self.problem.through_the_speed(with);
         let floor = self.floor(with);
@@ -204,16 +208,17 @@ impl<'a> Audit<'a> {
     }
 
     /// How the speed of a fit wanders: [`completeness::wandering`].
-    pub fn wandering(&self, fit: &Refined) -> f64 {
+    pub fn wandering(&self, fit: &Fit) -> f64 {
         completeness::wandering(fit, &self.problem, &self.course())
     }
 
-    /// How much of a fit's error of the speed comes back in recordings of the same excitation: [`completeness::comes_back`].
-    pub fn comes_back(&self, fit: &Refined) -> Option<f64> {
+    /// How much of a fit's error of the speed comes back in recordings of the same excitation:
+    /// [`completeness::comes_back`].
+    pub fn comes_back(&self, fit: &Fit) -> Option<f64> {
         completeness::comes_back(fit, &self.problem, &self.course())
     }
 
-    fn floor(&self, best: &Refined) -> Floor {
+    fn floor(&self, best: &Fit) -> Floor {
         Floor::of_free_run(best, &self.problem, &self.course(), self.time_constant_s)
     }
 
@@ -227,12 +232,12 @@ impl<'a> Audit<'a> {
     }
 
     /// Logarithm of a fit's error: [`log_error`].
-    pub fn log_error(&self, fit: &Refined) -> f64 {
+    pub fn log_error(&self, fit: &Fit) -> f64 {
         fit.log_error(self.problem.groups())
     }
 
     /// Fall of the error from one fit to another: sum of the logarithms of both signals' RMS.
-    pub fn fall(&self, before: &Refined, after: &Refined) -> f64 {
+    pub fn fall(&self, before: &Fit, after: &Fit) -> f64 {
         self.log_error(before) - self.log_error(after)
     }
 
@@ -251,8 +256,8 @@ impl<'a> Audit<'a> {
         p_value(self.held_out(before), self.held_out(after), after, self.problem.groups(), parameters)
     }
 
-    /// 95 % intervals of the free parameters of a fit, by name.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    /// 95 % intervals of the free parameters of a fit.
+    pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of_fit(&self.problem, fit)
     }
 
@@ -291,9 +296,9 @@ fn smallest_share(id: EffectId, found: &[EffectId], all: f64) -> f64 {
 fn time_constant_s(problem: &OutputError<'_>, space: &Space) -> f64 {
     let at = |space: &Space| problem.at(space, &space.coordinates());
     let mut braked = space.clone();
-    let Some(friction) = braked.get_mut("mu1") else { return 0.0 };
+    let Some(friction) = braked.get_mut(BaseParameter::Mu1) else { return 0.0 };
     let more = SMALL * friction.scale;
     friction.value += more;
     let slower = rms_of(&(at(&braked) - at(space)), problem.groups())[1];
-    space.value("J") * slower / (more * problem.sizes()[1])
+    space.value(BaseParameter::J) * slower / (more * problem.sizes()[1])
 }

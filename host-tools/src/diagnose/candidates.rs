@@ -9,13 +9,12 @@ use serde::Serialize;
 
 use super::Options;
 use super::audit::Audit;
-use super::fit::Fit;
 use super::ladder::{Ladder, Objection, Step, Tried};
 use super::sizes::{Size, sizes};
 use crate::compare::PerSignal;
 use crate::error::Result;
 use crate::identify::Settings;
-use crate::identify::minimise::Effort;
+use crate::identify::minimise::{Effort, Fit};
 use crate::recording::Recording;
 
 /// Candidates whose free-run error is refined for the report, at most.
@@ -47,8 +46,8 @@ pub struct Candidate {
 /// The fit of a candidate by the balances, and its error in the free run.
 pub type InFreeRun = (Arc<Fit>, PerSignal);
 
-/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at the
-/// estimate by the balances. What is `known` is not computed again.
+/// Errors in the free run of the candidates of all steps, for the report: refined where it matters, for the others at
+/// the estimate by the balances. What is `known` is not computed again.
 pub fn errors_in_free_run(
     steps: &[Step],
     audit: &Audit<'_>,

@@ -1,102 +1,104 @@
-//! Effects that no recording of voltage, current and speed could separate.
+//! Effects that no recording of voltage, current and speed could separate, as their descriptions say.
 
-use greyrig::effects::EffectId;
+use greyrig::effects::{Description, EffectId, Sum};
 use greyrig::motor::FluxLaw;
 
 use crate::model::Kind;
 
 /// A set of such effects.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Class {
-    /// The effects, the default member first.
-    pub members: &'static [EffectId],
-    /// The motors in which they are one, if not in all. A resistance and a weaker flux are the same voltage where the flux is
-    /// the current; with magnets, two laws by which a resistance grows with the speed are.
+    /// The effects, the one that is named first.
+    pub members: Vec<EffectId>,
+    /// The motors in which they are one, if not in all.
     pub law: Option<FluxLaw>,
 }
 
-const CLASSES: &[Class] = &[
-    Class { members: &[EffectId::Saturation, EffectId::ArmatureReaction], law: Some(FluxLaw::Series) },
-    Class { members: &[EffectId::IronLossDrag, EffectId::StrayLoadTorque], law: None },
-    Class { members: &[EffectId::CommutationDemagnetisation, EffectId::SkinEffect], law: Some(FluxLaw::Series) },
-    Class { members: &[EffectId::CommutationResistance, EffectId::SkinEffect], law: Some(FluxLaw::PermanentMagnet) },
-];
-
-/// Effects of which any two can take the part of the third while the motor runs on a closed supply: their columns in the
-/// voltage balance, K ω, R + K ω and 1, are linearly dependent. A locked rotor or an open supply takes one of them away.
-pub const OFFSETS: [EffectId; 3] = [EffectId::Remanence, EffectId::CurrentOffset, EffectId::VoltageOffset];
-
-/// Effects that are one while the rotor stands still, the first of which stands for the others: without a speed the flux shows in the
-/// inductance alone, a lag fades by nothing, and a constant current is a constant voltage over R.
-const AT_STANDSTILL: [&[EffectId]; 3] = [
-    &[EffectId::InductanceSaturation, EffectId::Saturation, EffectId::ArmatureReaction],
-    &[EffectId::EddyCurrent, EffectId::TransformerEmf],
-    &[EffectId::VoltageOffset, EffectId::CurrentOffset],
-];
-
-/// Effects that are one with another while the rotor stands still, itself included.
-pub fn at_standstill(id: EffectId) -> &'static [EffectId] {
-    AT_STANDSTILL.iter().copied().find(|set| set.contains(&id)).unwrap_or(&[])
-}
-
-/// Torques whose law no two sources agree on (how Stribeck friction fades beyond its speed, with which power of the speed stray load grows),
-/// and effects of which a little takes up the difference between two such laws.
-const ROUNDED_OFF: [(&[EffectId], &[EffectId]); 2] = [
-    (&[EffectId::Stribeck], &[EffectId::WindageExponent, EffectId::QuadraticLoad]),
-    (&[EffectId::IronLossDrag, EffectId::StrayLoadTorque], &[EffectId::QuadraticLoad]),
-];
-
-/// Whether an effect may be the rest of the law of one that is `present`.
-pub fn rounds_off(id: EffectId, present: &[EffectId]) -> bool {
-    ROUNDED_OFF.iter().any(|(laws, rests)| rests.contains(&id) && laws.iter().any(|law| present.contains(law)))
-}
-
-/// Laws of the flux, and the effect that the linearised score overrates beside them: the law's shape parameters can absorb the same
-/// residual non-linearly. Refit without it before keeping it. (Of a motor with saturation that runs steadily it scored a fifth of the whole
-/// gain, and a refit gave none of that.)
-const BENT_TOGETHER: (&[EffectId], EffectId) =
-    (&[EffectId::Saturation, EffectId::ArmatureReaction], EffectId::InductanceSaturation);
-
-/// Whether an effect may be the rest of a law of the flux that is `present`: whatever a linearisation says, a fit has to prove what it earns.
-pub fn bends_with(id: EffectId, present: &[EffectId]) -> bool {
-    let (laws, rest) = BENT_TOGETHER;
-    id == rest && laws.iter().any(|law| present.contains(law))
-}
-
-/// An effect that is two others together.
-#[derive(Debug, Clone, Copy)]
-pub struct Sum {
-    /// The one.
-    pub one: EffectId,
-    /// The two.
-    pub two: [EffectId; 2],
-    law: FluxLaw,
-}
-
-/// With magnets a constant error i₀ of the current is R i₀ of voltage and K i₀ of torque.
-const SUMS: [Sum; 1] = [Sum {
-    one: EffectId::CurrentOffset,
-    two: [EffectId::VoltageOffset, EffectId::TorqueOffset],
-    law: FluxLaw::PermanentMagnet,
-}];
-
-/// Effects of a kind of motor that are two others together.
-pub fn sums(kind: Kind) -> impl Iterator<Item = Sum> {
-    SUMS.into_iter().filter(move |sum| sum.law == kind.flux_law())
-}
-
 /// All classes.
-pub fn all() -> &'static [Class] {
-    CLASSES
+pub fn all() -> Vec<Class> {
+    let mut classes: Vec<Class> = Vec::new();
+    for d in Description::all() {
+        for named in d.represented_by {
+            match classes.iter_mut().find(|class| class.members[0] == named.effect && class.law == named.law) {
+                Some(class) => class.members.push(d.id),
+                None => classes.push(Class { members: vec![named.effect, d.id], law: named.law }),
+            }
+        }
+    }
+    classes
 }
 
-/// The class of an effect in a kind of motor, if it shares one.
-pub fn class_of(kind: Kind, id: EffectId) -> Option<&'static [EffectId]> {
-    let here = |class: &&Class| class.law.is_none_or(|law| law == kind.flux_law());
-    CLASSES.iter().filter(here).map(|class| class.members).find(|members| members.contains(&id))
+/// The class of an effect in a kind of motor, the one that is named first; none, if it shares none.
+pub fn class_of(kind: Kind, id: EffectId) -> Option<Vec<EffectId>> {
+    let law = kind.flux_law();
+    let first = id.description().named_as(law);
+    let others = Description::all().filter(|d| d.id != first && d.named_as(law) == first).map(|d| d.id);
+    let class: Vec<EffectId> = std::iter::once(first).chain(others).collect();
+    (class.len() > 1).then_some(class)
 }
 
 /// Whether two effects are one in the data of a kind of motor.
 pub fn same(kind: Kind, a: EffectId, b: EffectId) -> bool {
-    a == b || class_of(kind, a).is_some_and(|class| class.contains(&b))
+    let named = |id: EffectId| id.description().named_as(kind.flux_law());
+    named(a) == named(b)
+}
+
+/// Effects that are one with another while the rotor stands still, itself included; the first of them stands for the
+/// others.
+pub fn at_standstill(id: EffectId) -> Vec<EffectId> {
+    let first = id.description().at_standstill.unwrap_or(id);
+    let others = Description::all().filter(|d| d.at_standstill == Some(first)).map(|d| d.id);
+    std::iter::once(first).chain(others).collect()
+}
+
+/// Whether an effect may be the rest of the law of one that is `present`.
+pub fn rounds_off(id: EffectId, present: &[EffectId]) -> bool {
+    present.iter().any(|law| law.description().rest_of_law.contains(&id))
+}
+
+/// Whether an effect may be the rest of a law of the flux that is `present`: whatever a linearisation says, a fit has
+/// to prove what it earns.
+pub fn bends_with(id: EffectId, present: &[EffectId]) -> bool {
+    present.iter().any(|law| law.description().overrated_beside.contains(&id))
+}
+
+/// Effects of a kind of motor that are two others together, with these.
+pub fn sums(kind: Kind) -> impl Iterator<Item = (EffectId, Sum)> {
+    let sums = Description::all().filter_map(|d| Some((d.id, d.sum_of?)));
+    sums.filter(move |(_, sum)| sum.law == kind.flux_law())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // The classes of the contract with users, by hand.
+
+    #[test]
+    fn a_class_is_named_by_the_first_of_its_members() {
+        let class = |kind, id: &str| class_of(kind, id.parse().unwrap());
+        for id in ["saturation", "armature_reaction"] {
+            assert_eq!(class(Kind::Universal, id).unwrap(), ["saturation", "armature_reaction"]);
+            assert_eq!(class(Kind::PmDc, id), None);
+        }
+        for kind in [Kind::Universal, Kind::PmDc] {
+            assert_eq!(class(kind, "stray_load_torque").unwrap(), ["iron_loss_drag", "stray_load_torque"]);
+            assert_eq!(class(kind, "brush_drop"), None);
+        }
+        let skin = ["commutation_demagnetisation", "commutation_resistance"];
+        for (kind, first) in [Kind::Universal, Kind::PmDc].into_iter().zip(skin) {
+            assert_eq!(class(kind, "skin_effect").unwrap(), [first, "skin_effect"]);
+        }
+        assert!(same(Kind::Universal, EffectId::Saturation, EffectId::ArmatureReaction));
+        assert!(!same(Kind::PmDc, EffectId::Saturation, EffectId::ArmatureReaction));
+        assert_eq!(all().len(), 4);
+    }
+
+    #[test]
+    fn without_a_speed_more_effects_are_one() {
+        let all = ["inductance_saturation", "saturation", "armature_reaction"];
+        assert_eq!(at_standstill(EffectId::ArmatureReaction), all);
+        assert_eq!(at_standstill(EffectId::CurrentOffset), ["voltage_offset", "current_offset"]);
+        assert_eq!(at_standstill(EffectId::BrushDrop), ["brush_drop"]);
+    }
 }

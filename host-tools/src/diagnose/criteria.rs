@@ -1,6 +1,7 @@
 //! By how much an effect has to lower the error on data held out, and what counts as the same.
 //!
-//! A gain is the fall of the logarithm of the held-out error, summed over both signals ([`HeldOut::log_error`](super::blocks::HeldOut)).
+//! A gain is the fall of the logarithm of the held-out error, summed over both signals
+//! ([`HeldOut::log_error`](crate::identify::minimise::HeldOut)).
 
 /// Smallest fall of the held-out error, sum of the logarithms of both balances.
 pub const SMALLEST_GAIN: f64 = 0.1;
@@ -8,6 +9,6 @@ pub const SMALLEST_GAIN: f64 = 0.1;
 pub const LEAST_INDEPENDENT: f64 = 0.01;
 /// Held-out errors within this of each other are the same.
 pub const SAME_ERROR: f64 = 0.04;
-/// Above this gain (the error divided by e) significance at 1 % suffices, and the checks for collinearity and for a plausible R and K are
-/// skipped; the check for vanishing flux and inertia is not.
+/// Above this gain (the error divided by e) significance at 1 % suffices, and the checks for collinearity and for a
+/// plausible R and K are skipped; the check for vanishing flux and inertia is not.
 pub const BEYOND_DOUBT: f64 = 1.0;

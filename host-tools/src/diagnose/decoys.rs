@@ -1,8 +1,8 @@
 //! Causes that are none: what a candidate has to beat before it counts.
 //!
-//! A random walk and a sine of unrelated frequency in the voltage and in the torque, and the best candidates' own columns
-//! shifted in time. A residual with structure of its own is "explained" by such things to some degree, often with an
-//! impressive t-value; nothing that does not clearly beat them is named.
+//! A random walk and a sine of unrelated frequency in the voltage and in the torque, and the best candidates' own
+//! columns shifted in time. A residual with structure of its own is "explained" by such things to some degree, often
+//! with an impressive t-value; nothing that does not clearly beat them is named.
 
 use std::f64::consts::TAU;
 
@@ -11,9 +11,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::blocks::{HeldOut, held_out};
 use super::screening::Complement;
-use crate::identify::minimise::Refined;
+use crate::identify::cross_validation::held_out;
+use crate::identify::minimise::{Fit, HeldOut};
 
 /// Cosine to a candidate's column above which a decoy is none.
 const LIKENESS: f64 = 0.2;
@@ -23,7 +23,7 @@ const EACH: usize = 4;
 
 /// Held-out errors of a fit with each decoy added.
 pub fn tried(
-    fit: &Refined,
+    fit: &Fit,
     groups: &[u8],
     times: &[(usize, f64)],
     blocks: &[usize],
@@ -77,7 +77,7 @@ pub fn tried(
 
 /// The held-out errors of a fit with one more column, at its least-squares coefficient.
 fn with_column(
-    fit: &Refined,
+    fit: &Fit,
     complement: &Complement,
     column: &DVector<f64>,
     groups: &[u8],
@@ -99,6 +99,7 @@ fn with_column(
 
 #[cfg(test)]
 mod tests {
+    use greyrig::motor::BaseParameter;
     use nalgebra::DMatrix;
 
     use super::*;
@@ -108,11 +109,12 @@ mod tests {
     const ROWS: usize = 400;
 
     /// A fit of R alone, whose column is a constant, with these residuals.
-    fn fit(residuals: DVector<f64>) -> Refined {
+    fn fit(residuals: DVector<f64>) -> Fit {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
-        space.hold(&["L", "K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
+        let others = BaseParameter::ALL.into_iter().filter(|p| *p != BaseParameter::R);
+        space.hold(others, Freedom::Pinned);
         let jacobian = DMatrix::from_element(residuals.len(), 1, 1.0);
-        Refined { space, residuals, jacobian, rms: [1.0; 2], ended: true }
+        Fit { space, residuals, jacobian, rms: [1.0; 2], ended: true, known_held_out: std::sync::OnceLock::new() }
     }
 
     fn blocks() -> Vec<usize> {
@@ -133,7 +135,8 @@ mod tests {
         };
         // Of either sign and any size; the curvature that keeps parameters in place is a millionth.
         assert!(error(&(sine(3.0) * -7.0)) < 1e-4);
-        // One that is orthogonal to the residuals takes nothing: what is left is the sine, 1/√2, and on data held out a little more.
+        // One that is orthogonal to the residuals takes nothing: what is left is the sine, 1/√2, and on data held out a
+        // little more.
         let unrelated = error(&sine(5.0));
         assert!((0.7..0.8).contains(&unrelated), "{unrelated}");
     }
@@ -148,8 +151,8 @@ mod tests {
         assert!(tried(sine(1.0)));
     }
 
-    /// Four random walks and four sines in either balance, and a shifted copy of each of the four best candidates, but for those that
-    /// look like a candidate.
+    /// Four random walks and four sines in either balance, and a shifted copy of each of the four best candidates, but
+    /// for those that look like a candidate.
     #[test]
     fn decoys_are_repeatable_and_unlike_the_candidates() {
         let groups: Vec<u8> = (0..ROWS).map(|row| (row % 2) as u8).collect();

@@ -1,10 +1,10 @@
 //! Recordings that are cleaner than the model can be.
 //!
-//! The voltage between two samples is not a straight line, signals are averaged for the search, an integrator has an order: what
-//! that leaves is a ten-thousandth of a signal, which repeats from one period to the next and obeys no law of the catalogue. With
-//! the noise of a converter of twelve bits it drowns. A simulation without noise, or a converter of twenty-four bits, would show it
-//! as structure. So the diagnosis adds white noise to a channel that has less than the least, from a generator with a fixed seed: the
-//! same recordings, the same verdict.
+//! The voltage between two samples is not a straight line, signals are averaged for the search, an integrator has an
+//! order: what that leaves is a ten-thousandth of a signal, which repeats from one period to the next and obeys no law
+//! of the catalogue. With the noise of a converter of twelve bits it drowns. A simulation without noise, or a converter
+//! of twenty-four bits, would show it as structure. So the diagnosis adds white noise to a channel that has less than
+//! the least, from a generator with a fixed seed: the same recordings, the same verdict.
 //!
 //! | symbol | meaning | unit |
 //! | --- | --- | --- |
@@ -12,8 +12,8 @@
 //! | x̂ | largest RMS of the channel in any of the recordings | that of the channel |
 //! | f | sampling rate; 5 kHz is what the search works with | Hz |
 //!
-//! `σ ≥ a x̂ √(f/5 kHz)` with a = 3e-4 of the voltage, 6e-4 of the current, 2.5e-4 of the speed, so that the density is the same at any rate. The measuring chain of the virtual rig has two to
-//! three times that.
+//! `σ ≥ a x̂ √(f/5 kHz)` with a = 3e-4 of the voltage, 6e-4 of the current, 2.5e-4 of the speed, so that the density is
+//! the same at any rate. The measuring chain of the virtual rig has two to three times that.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

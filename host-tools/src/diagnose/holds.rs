@@ -1,6 +1,6 @@
 //! What a set of recordings holds, as far as it decides which effects can be told, and which recording would tell more.
 
-use greyrig::effects::{Acts, Description, EffectId, InWords, Recording, Separation};
+use greyrig::effects::{Description, Excitation, InWords, Recording, Separation};
 
 use crate::experiment::{Drive, Experiment};
 
@@ -20,6 +20,9 @@ pub struct Holds {
     pub locked_rotor: bool,
     /// An open supply.
     pub open_supply: bool,
+    /// Samples close enough to show the inductance: without, what goes with the current's rate is as fast as the
+    /// samples.
+    pub inductance: bool,
     /// A rotor that turns: without, some effects are one ([`at_standstill`](super::classes::at_standstill)).
     pub motion: bool,
 }
@@ -36,6 +39,7 @@ impl Holds {
             direct: experiments.iter().filter(electrical).any(|e| e.mains_period_s.is_none()),
             locked_rotor: anywhere(Experiment::is_locked),
             open_supply: anywhere(Experiment::is_open),
+            inductance: true,
             motion: low < high,
             both_directions: (-low).min(high) > BOTH * (-low).max(high),
         }
@@ -43,9 +47,11 @@ impl Holds {
 
     /// Whether such recordings can tell an effect.
     pub fn tells(self, d: &Description) -> bool {
-        let one_way = matches!(d.id, EffectId::TorqueOffset | EffectId::AsymmetricFriction);
-        let of_speed = d.acts == Acts::Mechanical || matches!(d.id, EffectId::SpeedLag);
-        (self.electrical || of_speed) && (self.both_directions || !one_way)
+        let both_directions = d.excited_by.contains(&Excitation::BothDirections);
+        let of_rate = d.excited_by.contains(&Excitation::Alternating);
+        (self.electrical || d.shows_in_motion())
+            && (self.both_directions || !both_directions)
+            && (self.inductance || !of_rate)
     }
 
     /// A locked rotor or an open supply: without, offsets and remanence stand in for each other.
@@ -86,6 +92,8 @@ impl Holds {
 
 #[cfg(test)]
 mod tests {
+    use greyrig::effects::EffectId;
+
     use super::*;
 
     const AC: Holds = Holds {
@@ -94,6 +102,7 @@ mod tests {
         both_directions: false,
         locked_rotor: false,
         open_supply: false,
+        inductance: true,
         motion: true,
     };
 

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use greyrig::effects::{Acts, EffectId};
 
-use super::classes::{self, OFFSETS};
+use super::classes;
 use super::completeness::{Completeness, Floor};
-use super::fit::Fit;
+use crate::identify::minimise::Fit;
 use crate::model::Kind;
 
 /// Why a candidate does not count.
@@ -116,11 +116,12 @@ impl Ladder {
         self.found.len() == other.found.len() && self.found.iter().all(|id| other.found.contains(id))
     }
 
-    /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free run is
-    /// the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A balance that keeps
-    /// most of its structure contradicts: slow structure of the load may pass for turbulence in the free run. Exception: for a sensor
-    /// lag or compression the equation error is only corrected to first order (and amplifies noise at an inrush), so a complete free run
-    /// overrides it. Without a finding the balances judge, but not against a free run that is far off.
+    /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free
+    /// run is the judge of what was found, where there is one: it adds up over time what a balance hardly shows. A
+    /// balance that keeps most of its structure contradicts: slow structure of the load may pass for turbulence in the
+    /// free run. Exception: for a sensor lag or compression the equation error is only corrected to first order (and
+    /// amplifies noise at an inrush), so a complete free run overrides it. Without a finding the balances judge, but
+    /// not against a free run that is far off.
     pub fn is_explained(&self) -> bool {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
@@ -136,15 +137,17 @@ impl Ladder {
         (without.electrical / with.electrical).ln() + (without.mechanical / with.mechanical).ln()
     }
 
-    /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy motor, or one
-    /// that explains nearly all; `left` is what they leave in the free run, if nothing of it is turbulence that passes to the current.
-    /// In the place of one that leaves much two at a time have been tried by then.
+    /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy
+    /// motor, or one that explains nearly all; `left` is what they leave in the free run, if nothing of it is
+    /// turbulence that passes to the current. In the place of one that leaves much two at a time have been tried by
+    /// then.
     pub fn may_have_chosen_too_early(&self, left: &Completeness) -> bool {
         !self.found.is_empty() && !left.may_be_healthy() && (self.found.len() > 1 || self.is_explained())
     }
 }
 
-/// [`Ladder::is_explained`] by the completeness of the balances, at the beginning and at the end, and that of the free run.
+/// [`Ladder::is_explained`] by the completeness of the balances, at the beginning and at the end, and that of the free
+/// run.
 fn is_explained(
     found: &[EffectId],
     [before, after]: [Completeness; 2],
@@ -162,11 +165,12 @@ fn is_explained(
 
 /// Whether an effect makes a channel another function of time or size than the signal plus a constant.
 fn bends_in_the_chain(id: EffectId) -> bool {
-    id.description().acts == Acts::Measuring && !OFFSETS.contains(&id)
+    let d = id.description();
+    d.acts == Acts::Measuring && d.two_make_it.is_none()
 }
 
-/// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added something that
-/// stays, beside which it may be needed.
+/// What a climb that goes on leaves out: what was dropped, but not what was dropped before the free run has added
+/// something that stays, beside which it may be needed.
 pub fn left_out(kind: Kind, steps: &[Step], found: &[EffectId]) -> Vec<EffectId> {
     let stays = |step: &Step| step.in_free_run && step.winners.iter().any(|id| found.contains(id));
     let last = steps.iter().rposition(stays).map_or(0, |k| k + 1);

@@ -1,19 +1,20 @@
 //! When no effect of the catalogue explains what is left: its shape, and a sparse formula as a lead.
 //!
 //! Generic terms in current, speed and their signs are tried in the voltage and in the torque balance by orthogonal
-//! matching pursuit on data held out. They have no physical meaning by themselves; they show what a term for `--term` would
-//! have to look like.
+//! matching pursuit on data held out. They have no physical meaning by themselves; they show what a term for `--term`
+//! would have to look like.
 //!
-//! Source: S. Billings, S. Chen, M. Korenberg: Identification of MIMO non-linear systems using a forward-regression orthogonal
-//! estimator, Int. J. Control 49 (1989) 2157–2189.
+//! Source: S. Billings, S. Chen, M. Korenberg: Identification of MIMO non-linear systems using a forward-regression
+//! orthogonal estimator, Int. J. Control 49 (1989) 2157–2189.
 
+use greyrig::motor::BaseParameter;
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::blocks::{held_out, p_value};
 use super::screening::Complement;
+use crate::identify::cross_validation::{held_out, p_value};
 use crate::identify::equation_error::{Balance, EquationError};
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 use crate::model::Kind;
 
 /// Terms in a lead at most.
@@ -25,8 +26,8 @@ const LEAST_OWN: f64 = 3e-3;
 /// Largest p-value over the number of terms tried.
 const SIGNIFICANCE: f64 = 0.01;
 
-/// Share of the drive K φ i that a term of the torque balance may have. With inertia and friction free, one that takes the drive away
-/// takes the whole balance away, and with it what is left over.
+/// Share of the drive K φ i that a term of the torque balance may have. With inertia and friction free, one that takes
+/// the drive away takes the whole balance away, and with it what is left over.
 const LARGEST_SHARE: f64 = 0.5;
 
 /// A generic term: its formula, its balance, its value at current (A), speed (rad/s) and di/dt (A/s).
@@ -95,7 +96,7 @@ impl Lead {
 }
 
 /// Looks for a lead in what a fit leaves over.
-pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
+pub fn find(fit: &Fit, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
     let groups = problem.groups();
     let columns: Vec<DVector<f64>> = TERMS
         .iter()
@@ -154,17 +155,18 @@ pub fn find(fit: &Refined, problem: &EquationError<'_>, blocks: &[usize]) -> Lea
     Lead { terms, held_out_gain: 1.0 - (last.log_error() - before.log_error()).exp().sqrt() }
 }
 
-/// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was measured.
-fn drive(fit: &Refined, problem: &EquationError<'_>) -> f64 {
+/// The drive K φ i in the torque balance, φ without saturation, weighted as the residuals are; 0 where the torque was
+/// measured.
+fn drive(fit: &Fit, problem: &EquationError<'_>) -> f64 {
     let column = match fit.space.kind() {
         Kind::Universal => problem.column(Balance::Torque, &|i, _, _| i * i),
         Kind::PmDc => problem.column(Balance::Torque, &|i, _, _| i),
     };
-    fit.space.value("K") * column.norm() / fit.rms[1]
+    fit.space.value(BaseParameter::K) * column.norm() / fit.rms[1]
 }
 
 /// Coefficients of the chosen columns with all parameters free.
-fn solve(fit: &Refined, columns: &[DVector<f64>], chosen: &[usize]) -> Vec<f64> {
+fn solve(fit: &Fit, columns: &[DVector<f64>], chosen: &[usize]) -> Vec<f64> {
     if chosen.is_empty() {
         return Vec::new();
     }

@@ -1,19 +1,21 @@
 //! Which physical effect is missing, how sure that is, what it is confused with, and the experiment that would tell.
 //!
 //! 1. What the samples show before any fit ([`samples`]).
-//! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of base +
+//! 2. The base model by equation error; every candidate of the catalogue by linearisation ([`screening`]); a fit of
+//!    base +
 //!    effect for those that promise something, all other parameters free to move ([`climb`]).
-//! 3. Judgement on blocks of time held out ([`blocks`]), against decoys ([`decoys`]), with a correction for how many were
+//! 3. Judgement on blocks of time held out ([`cross_validation`](crate::identify::cross_validation)), against decoys
+//!    ([`decoys`]), with a correction for how many were
 //!    tried, by the independence of the effect from the base parameters and by whether those stay plausible.
 //! 4. Further effects one after the other, with a look back.
 //! 5. All that was found once more in the free run, where each effect has to earn its place ([`audit`]).
-//! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals ([`second_look`]).
+//! 6. A second look at what single steps miss; then exchanges of what was chosen too early, and rivals
+//!    ([`second_look`]).
 //! 7. Whether anything is left to explain ([`completeness`]); if so, its shape ([`lead`]).
 
 mod answer;
 pub mod audit;
 pub mod base;
-pub mod blocks;
 pub mod candidates;
 pub mod classes;
 pub mod climb;
@@ -21,12 +23,10 @@ pub mod completeness;
 pub mod criteria;
 pub mod decoys;
 pub mod dither;
-pub mod fit;
 pub mod holds;
 pub mod ladder;
 pub mod lead;
 pub mod orders;
-pub mod refitted;
 mod remarks;
 pub mod samples;
 pub mod screening;
@@ -41,14 +41,14 @@ use crate::compare::PerSignal;
 use crate::context::Context;
 use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
-use crate::identify::{self, Settings, identifiability};
+use crate::identify::minimise::Fit;
+use crate::identify::{self, Settings, identifiability, slow_sampling};
 use crate::model::Kind;
 use crate::recording::Recording;
 use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use climb::Climb;
 use completeness::Completeness;
-use fit::Fit;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;
@@ -60,9 +60,6 @@ use sizes::sizes;
 use verdict::Strained;
 
 pub use verdict::{Verdict, VerdictKind};
-
-/// The part of the measuring chain that stands for a sensor which shows the magnitude.
-const SIGN_LOST: EffectId = EffectId::SpeedSignLost;
 
 /// Effects that one diagnosis adds at most.
 const MOST_EFFECTS: usize = 6;
@@ -105,8 +102,8 @@ pub struct Options {
     pub candidates_refined: bool,
 }
 
-/// Who is told how a screening ranks the candidates, from several threads: by how much each promises to lower the error,
-/// best first.
+/// Who is told how a screening ranks the candidates, from several threads: by how much each promises to lower the
+/// error, best first.
 pub type Ranked<'a> = dyn Fn(&[(EffectId, f64)]) + Sync + 'a;
 
 impl Options {
@@ -142,9 +139,9 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter)?;
     let mut settings = options.settings.clone();
     // A sensor without a sign is a matter of the data: it is part of what is fitted, and no effect that is missing.
-    let has = settings.effects.contains(&SIGN_LOST) || options.excludes(SIGN_LOST);
+    let has = settings.effects.contains(&samples::SIGN_LOST) || options.excludes(samples::SIGN_LOST);
     if settings.kind == Kind::PmDc && !has && full.iter().any(samples::sign_lost) {
-        settings.effects.push(SIGN_LOST);
+        settings.effects.push(samples::SIGN_LOST);
     }
     let settings = &settings;
     let clean = dither::add(&mut full);
@@ -152,15 +149,16 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     findings.retain(|f| !options.excludes(f.id) && !settings.effects.contains(&f.id));
     // A line that follows the rotor is seen long before it matters: named only where there is nothing else.
     let (lines, findings): (Vec<Finding>, Vec<Finding>) = findings.into_iter().partition(Finding::is_line);
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = identify::build_space(settings)?;
     match identifiability::check_excitation(&full) {
         Err(Error::Insufficient { cause, .. }) => return Ok(insufficient(&cause)),
         other => other?,
     }
+    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
+    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     base::start(&mut space, &full, &coarse)?;
 
-    let holds = Holds::of(&full);
+    let holds = Holds { inductance: out_of_reach.is_none(), ..Holds::of(&full) };
     let known: Vec<EffectId> = space.effects().to_vec();
     let left_out = |id: EffectId| options.excludes(id) || known.contains(&id) || findings.iter().any(|f| f.id == id);
     let candidates = screening::candidates(settings.kind, holds, left_out);
@@ -203,6 +201,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         wandering.and_then(|wandering| remarks::wandering(verdict.kind, wandering)),
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
+    out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));
     let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.

@@ -1,9 +1,9 @@
 //! Order tracking: lines in the speed that follow the angle of the rotor.
 //!
-//! Windows of eight turns each; the power of the speed at n waves per turn is ranked among that at neighbouring waves per
-//! turn which are no whole numbers. Without a line every rank is as likely as any other, whatever the noise, so the mean rank
-//! over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a torque: a torque
-//! c cos nθ makes a speed of c/(J n ω).
+//! Windows of eight turns each; the power of the speed at n waves per turn is ranked among that at neighbouring waves
+//! per turn which are no whole numbers. Without a line every rank is as likely as any other, whatever the noise, so the
+//! mean rank over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a
+//! torque: a torque c cos nθ makes a speed of c/(J n ω).
 //!
 //! What repeats with the mains is taken off first, by the mean of one period before and one after: the torque of an AC
 //! motor pulsates at twice the mains, which is an order at some speed.
@@ -162,8 +162,8 @@ fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
     let n = signal.len();
     let turned = angle[n - 1] - angle[0];
     let speed = (turned / ((n - 1) as f64 * interval_s)).abs();
-    // Sums over exp(i m θ/16) for all m at once: sixteen fractions of a wave side by side, turned on by a whole θ for each
-    // wave more.
+    // Sums over exp(i m θ/16) for all m at once: sixteen fractions of a wave side by side, turned on by a whole θ for
+    // each wave more.
     let mut sums = vec![[(0.0f64, 0.0f64); PARTS]; ORDERS.end() + 1];
     let mut total = 0.0;
     for (k, (x, theta)) in signal.iter().zip(angle).enumerate() {

@@ -1,16 +1,15 @@
 //! What a motor engineer would add to a verdict.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 
 use super::VerdictKind;
 use super::holds::Holds;
 use crate::experiment::Experiment;
 use crate::identify::flux::linkage;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::numbers::figure;
 
-/// Effects that take flux away where the current is large.
-const LESS_FLUX: [EffectId; 2] = [EffectId::Saturation, EffectId::ArmatureReaction];
 /// How far from one half a share of an interval is half of it.
 const HALF_AN_INTERVAL: f64 = 0.1;
 
@@ -26,8 +25,8 @@ pub struct Wandering {
     pub comes_back: Option<f64>,
 }
 
-/// What no effect explains of the speed and may be a load that fluctuates or something slow that is missing: recordings of the same
-/// excitation tell.
+/// What no effect explains of the speed and may be a load that fluctuates or something slow that is missing: recordings
+/// of the same excitation tell.
 pub fn wandering(verdict: VerdictKind, Wandering { times, comes_back }: Wandering) -> Option<String> {
     let wanders = format!("the speed is {times:.0} times as far off as it changes from one period to the next");
     let share = comes_back.map(|share| format!("{:.0} %", 100.0 * share.max(0.0)));
@@ -60,20 +59,17 @@ pub fn standstill(verdict: VerdictKind, holds: Holds) -> Option<String> {
 
 /// A delay that is none of the current channel's.
 pub fn held_voltage(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
-    let delay = space.get("channel_delay").filter(|_| found.contains(&EffectId::ChannelDelay))?;
+    let (id, words) = found.iter().find_map(|id| Some((*id, id.description().half_an_interval?)))?;
+    let delay = space.get(Key::size_of(id))?;
     let is_half = |e: &Experiment| (delay.value / e.interval_s - 0.5).abs() < HALF_AN_INTERVAL;
-    experiments.iter().all(is_half).then(|| {
-        "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
-         that does): then it is no fault of the current channel"
-            .to_owned()
-    })
+    experiments.iter().all(is_half).then(|| words.to_owned())
 }
 
 /// What effects of the flux come to: their parameters by themselves say little.
 pub fn flux(space: &Space, found: &[EffectId], experiments: &[Experiment]) -> Option<String> {
-    found.iter().find(|id| LESS_FLUX.contains(id))?;
+    found.iter().find(|id| id.description().weakens_flux)?;
     let current = space.scales(experiments).current;
-    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value("K") * current];
+    let [left, linear] = [linkage(&space.motor().ok()?, current, 0.0), space.value(BaseParameter::K) * current];
     Some(format!(
         "at the largest current, {} A, the flux is {:.0} % below the straight line of small currents",
         figure(current, 3),

@@ -33,6 +33,9 @@ impl Finding {
     }
 }
 
+/// The part of the measuring chain that stands for a sensor which shows the magnitude.
+pub const SIGN_LOST: EffectId = EffectId::SpeedSignLost;
+
 /// Recordings whose clipped samples do not count (reading a file has seen to that already).
 pub fn without_clipped(recordings: &[Recording]) -> Vec<Recording> {
     let mut clean = recordings.to_vec();
@@ -82,7 +85,8 @@ fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
     })
 }
 
-/// Whether the speed is that of a magnet motor that must have turned backwards, without a sign. What is fitted then has such a sensor.
+/// Whether the speed is that of a magnet motor that must have turned backwards, without a sign. What is fitted then has
+/// such a sensor.
 pub fn sign_lost(e: &Experiment) -> bool {
     let Some(speed) = &e.speed else { return false };
     let (low, high) = speed.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
@@ -95,9 +99,9 @@ pub fn sign_lost(e: &Experiment) -> bool {
 
 /// Colour of the current's noise while it flows through turning brushes, where that tells of sparks.
 ///
-/// An arc takes some volts for part of a bar's passage, and the inductance turns such pulses into noise whose density falls
-/// with the square of the frequency; noise of the converter is white. What repeats with the mains is taken off first. A
-/// supply that is noisy itself does the same, so the voltage's colour is looked at too.
+/// An arc takes some volts for part of a bar's passage, and the inductance turns such pulses into noise whose density
+/// falls with the square of the frequency; noise of the converter is white. What repeats with the mains is taken off
+/// first. A supply that is noisy itself does the same, so the voltage's colour is looked at too.
 fn sparking(experiments: &[Experiment]) -> Option<f64> {
     let colours: Vec<[f64; 2]> = experiments.iter().filter_map(colour).collect();
     let largest = colours.iter().max_by(|a, b| a[0].total_cmp(&b[0]))?;

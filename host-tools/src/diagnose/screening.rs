@@ -1,25 +1,24 @@
 //! Which effects could be missing: all candidates tried at once, by linearisation.
 //!
-//! At the fit of the present model each candidate's columns are the changes of the balances when the effect appears at a
-//! small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
+//! At the fit of the present model each candidate's columns are the changes of the balances when the effect appears at
+//! a small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
-use greyrig::effects::{Acts, Description, EffectId, Motors, Seen};
+use greyrig::effects::{Acts, Description, EffectId, Role};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 
 use super::classes;
 use super::holds::Holds;
-use super::sizes::size_of;
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 use crate::identify::scales::Scales;
-use crate::identify::space::{Freedom, Space};
+use crate::identify::space::{Freedom, Key, Space};
 use crate::model::Kind;
 
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
-/// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a short one; other
-/// effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
+/// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a
+/// short one; other effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -43,17 +42,11 @@ pub struct Promise {
     pub column: DVector<f64>,
 }
 
-/// Whether a kind of motor can have an effect, and whether it then shows in the error of a free run.
-pub fn shows(kind: Kind, d: &Description) -> bool {
-    d.seen_with(kind.flux_law()) == Seen::FreeRun
-        && d.id != EffectId::SpeedSignLost
-        && (d.motors == Motors::All || kind == Kind::Universal)
-}
-
-/// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that recordings
-/// of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands still, one.
+/// The effects of the catalogue that a kind of motor can have, that show in the error of a free run, and that
+/// recordings of this sort can tell, but for those that are `left_out`; of those that are one while the rotor stands
+/// still, one.
 pub fn candidates(kind: Kind, holds: Holds, left_out: impl Fn(EffectId) -> bool) -> Vec<&'static Description> {
-    let tried = |d: &&Description| shows(kind, d) && holds.tells(d) && !left_out(d.id);
+    let tried = |d: &&Description| d.is_tried(kind.flux_law()) && holds.tells(d) && !left_out(d.id);
     let all: Vec<&'static Description> = Description::all().filter(tried).collect();
     let is_there = |id: &EffectId| all.iter().any(|d| d.id == *id);
     let is_stood_for =
@@ -92,13 +85,13 @@ impl Complement {
     }
 }
 
-/// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of both
-/// groups' RMS.
-pub fn worth(fit: &Refined, groups: &[u8], id: EffectId) -> f64 {
-    let own = |name: &str| id.description().parameters.iter().any(|p| p.name == name);
-    let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
-    let others: Vec<usize> = (0..names.len()).filter(|k| !own(names[*k])).collect();
-    let Some(size) = names.iter().position(|n| *n == size_of(id)) else { return f64::INFINITY };
+/// By how much the error of a fit would rise without one of its effects, by linearisation: sum of the logarithms of
+/// both groups' RMS.
+pub fn worth(fit: &Fit, groups: &[u8], id: EffectId) -> f64 {
+    let own = |key: Key| matches!(key, Key::Effect(other, _) if other == id);
+    let keys: Vec<Key> = fit.space.free().map(|e| e.key).collect();
+    let others: Vec<usize> = (0..keys.len()).filter(|k| !own(keys[*k])).collect();
+    let Some(size) = keys.iter().position(|key| *key == Key::size_of(id)) else { return f64::INFINITY };
     let rest: DMatrix<f64> = fit.jacobian.select_columns(&others);
     let without = &fit.residuals - fit.jacobian.column(size) * fit.space.coordinates()[size];
     log_fall(&Complement::of(&rest).project(&without), &fit.residuals, groups)
@@ -112,14 +105,15 @@ pub fn at_small_size(space: &Space, id: EffectId) -> Space {
 /// A model with one of its effects at a size, in typical ones.
 fn at_size(space: &Space, id: EffectId, size: f64) -> Space {
     let mut sized = space.clone();
-    if let Some(entry) = sized.get_mut(size_of(id)) {
+    if let Some(entry) = sized.get_mut(Key::size_of(id)) {
         entry.value = entry.scale * size;
     }
     sized
 }
 
-/// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does nothing.
-pub fn independence(fit: &Refined, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
+/// Share of an effect's column, at its usual shape, that the other parameters do not explain; `None` where it does
+/// nothing.
+pub fn independence(fit: &Fit, problem: &impl Residuals, scales: &Scales, d: &Description) -> Option<f64> {
     let space = at_small_size(&fit.space.with_effect(d.id, scales), d.id);
     let mut column = problem.at(&space, &space.coordinates()) - unweighted(fit, problem);
     for (x, group) in column.iter_mut().zip(problem.groups()) {
@@ -140,7 +134,7 @@ pub enum Loops {
 
 /// Tries candidates at the fit of a model, most promising first.
 pub fn screen(
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     scales: &Scales,
     candidates: &[&'static Description],
@@ -156,7 +150,7 @@ pub fn screen(
 
 fn promise(
     d: &'static Description,
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     scales: &Scales,
     loops: Loops,
@@ -177,7 +171,7 @@ fn promise(
 fn best_of(
     d: &'static Description,
     mut tried: Vec<(f64, Space)>,
-    fit: &Refined,
+    fit: &Fit,
     problem: &impl Residuals,
     complement: &Complement,
     left: &DVector<f64>,
@@ -205,13 +199,13 @@ fn best_of(
         }
         let sizes = -orthogonal.dot(left) / square;
         let allowed = d.size().range;
-        let value = sizes * shaped.get(d.size().name)?.scale;
+        let value = sizes * shaped.get(Key::size_of(d.id))?.scale;
         if value < allowed.0 {
             continue;
         }
         let gain = log_fall(left, &(left + &orthogonal * sizes), problem.groups());
         if best.as_ref().is_none_or(|b| gain > b.gain) {
-            let entry = shaped.get_mut(d.size().name)?;
+            let entry = shaped.get_mut(Key::size_of(d.id))?;
             entry.value = start_size(value, entry.scale).clamp(allowed.0, allowed.1);
             best = Some(Promise { id: d.id, gain, space: shaped, independent, column });
         }
@@ -230,9 +224,9 @@ pub struct Pair {
     pub space: Space,
 }
 
-/// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be named once
-/// and fitted twice.
-pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
+/// Tries the candidates of a screening two at a time, most promising first; never two of one class, which would be
+/// named once and fitted twice.
+pub fn pairs(fit: &Fit, problem: &impl Residuals, scales: &Scales, promises: &[Promise]) -> Vec<Pair> {
     let complement = Complement::of(&fit.jacobian);
     let left = complement.project(&fit.residuals);
     let columns: Vec<DVector<f64>> = promises.par_iter().map(|p| complement.project(&p.column)).collect();
@@ -249,13 +243,13 @@ pub fn pairs(fit: &Refined, problem: &impl Residuals, scales: &Scales, promises:
         let mut space = fit.space.with_effect(ids[0], scales).with_effect(ids[1], scales);
         for (promise, size) in [&promises[*a], &promises[*b]].into_iter().zip(sizes.iter()) {
             space.start_from(&promise.space, promise.id);
-            let size_of = promise.id.description().size();
-            let scale = space.get(size_of.name)?.scale;
-            let (low, high) = size_of.range;
+            let entry = space.get_mut(Key::size_of(promise.id))?;
+            let scale = entry.scale;
+            let (low, high) = promise.id.description().size().range;
             if size * scale < low {
                 return None;
             }
-            space.get_mut(size_of.name)?.value = start_size(size * scale, scale).clamp(low, high);
+            entry.value = start_size(size * scale, scale).clamp(low, high);
         }
         let gain = log_fall(&left, &(&left + one * sizes[0] + other * sizes[1]), problem.groups());
         Some(Pair { ids, gain, space })
@@ -283,22 +277,19 @@ pub fn log_fall(before: &DVector<f64>, after: &DVector<f64>, groups: &[u8]) -> f
         .sum()
 }
 
-fn unweighted(fit: &Refined, problem: &impl Residuals) -> DVector<f64> {
+fn unweighted(fit: &Fit, problem: &impl Residuals) -> DVector<f64> {
     DVector::from_iterator(
         fit.residuals.len(),
         fit.residuals.iter().zip(problem.groups()).map(|(r, g)| r * fit.rms[usize::from(*g)]),
     )
 }
 
-/// Name of the parameter that ties the inductance to the flux, at its end.
-const LINKED: &str = "_linked";
-
-/// The usual shape, those with the first shape parameter larger and smaller, and one that leaves the inductance alone: what the
-/// inductance does at a reversal may hide what the back-EMF does.
+/// The usual shape, those with the first shape parameter larger and smaller, and one that leaves the inductance alone:
+/// what the inductance does at a reversal may hide what the back-EMF does.
 fn shapes(d: &Description, space: &Space) -> Vec<Space> {
-    let with = |name: &str, change: &dyn Fn(f64) -> f64| {
+    let with = |place: usize, change: &dyn Fn(f64) -> f64| {
         let mut other = space.clone();
-        let entry = other.get_mut(name)?;
+        let entry = other.get_mut(Key::Effect(d.id, place))?;
         let free = matches!(entry.freedom, Freedom::Free(_));
         entry.value = change(entry.value);
         free.then_some(other)
@@ -307,10 +298,10 @@ fn shapes(d: &Description, space: &Space) -> Vec<Space> {
     let neighbours = first.into_iter().flat_map(|shape| {
         [NEIGHBOUR, 1.0 / NEIGHBOUR]
             .into_iter()
-            .filter_map(|factor| with(shape.name, &|value| (value * factor).clamp(shape.range.0, shape.range.1)))
+            .filter_map(|factor| with(1, &|value| (value * factor).clamp(shape.range.0, shape.range.1)))
     });
-    let linked = d.parameters.iter().filter(|p| p.name.ends_with(LINKED));
-    let alone = linked.filter_map(|p| with(p.name, &|_| p.range.0));
+    let linked = d.parameters.iter().enumerate().filter(|(_, p)| p.role == Role::Linked);
+    let alone = linked.filter_map(|(place, p)| with(place, &|_| p.range.0));
     std::iter::once(space.clone()).chain(neighbours).chain(alone).collect()
 }
 

@@ -1,14 +1,16 @@
-//! The shape of what is missing, free of any formula: the residual of a balance against the quantity that orders it best.
+//! The shape of what is missing, free of any formula: the residual of a balance against the quantity that orders it
+//! best.
 //!
-//! The rows are cut into bins with equally many rows along each quantity. The quantity whose bins explain the largest share of
-//! the residual's variance (the correlation ratio η²) is shown as a curve, and the plane of current and speed as a map.
+//! The rows are cut into bins with equally many rows along each quantity. The quantity whose bins explain the largest
+//! share of the residual's variance (the correlation ratio η²) is shown as a curve, and the plane of current and speed
+//! as a map.
 //!
 //! Source: K. Pearson: On the general theory of skew correlation and non-linear regression, 1905, for η².
 
 use serde::Serialize;
 
 use crate::identify::equation_error::{Balance, EquationError};
-use crate::identify::minimise::{Refined, Residuals};
+use crate::identify::minimise::{Fit, Residuals};
 
 /// Bins of the curve.
 const BINS: usize = 12;
@@ -89,7 +91,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    fn new(fit: &Refined, problem: &'a EquationError<'a>, balance: Balance, group: u8) -> Self {
+    fn new(fit: &Fit, problem: &'a EquationError<'a>, balance: Balance, group: u8) -> Self {
         let one = problem.column(balance, &|_, _, _| 1.0);
         let rows: Vec<usize> =
             (0..problem.groups().len()).filter(|k| problem.groups()[*k] == group && one[*k] != 0.0).collect();
@@ -122,7 +124,7 @@ fn bins(quantity: &[f64], rows: &[usize], count: usize) -> Vec<Vec<usize>> {
 }
 
 /// The shape of what a fit leaves over in the voltage or the torque balance. `None` without rows.
-pub fn of(fit: &Refined, problem: &EquationError<'_>, balance: Balance) -> Option<Shape> {
+pub fn of(fit: &Fit, problem: &EquationError<'_>, balance: Balance) -> Option<Shape> {
     let (group, axes, name, unit) = match balance {
         Balance::Voltage => (0, VOLTAGE_AXES, "voltage", "V"),
         Balance::Torque => (1, TORQUE_AXES, "torque", "N m"),

@@ -6,13 +6,15 @@ use greyrig::effects::EffectId;
 use serde::Serialize;
 
 use crate::identify::Settings;
-use crate::identify::space::Space;
-use crate::model::unit;
+use crate::identify::space::{Key, Space};
 use crate::recording::Recording;
 
 /// A parameter of an effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Size {
+    /// Which parameter.
+    #[serde(skip)]
+    pub key: Key,
     /// Name.
     pub name: String,
     /// Value, SI.
@@ -35,27 +37,23 @@ impl Size {
 pub fn sizes(
     ids: &[EffectId],
     space: &Space,
-    intervals: &BTreeMap<String, [f64; 2]>,
+    intervals: &BTreeMap<Key, [f64; 2]>,
     settings: &Settings,
     recordings: &[Recording],
 ) -> Vec<Size> {
-    ids.iter()
-        .flat_map(|id| id.description().parameters)
-        .map(|p| Size {
-            name: p.name.to_owned(),
-            value: space.value(p.name),
-            unit: unit(p.name, settings.kind, recordings[0].motion()).to_owned(),
-            ci95: intervals.get(p.name).copied(),
+    let size = |key: Key| {
+        Some(Size {
+            key,
+            name: key.of_effect()?.name.to_owned(),
+            value: space.value(key),
+            unit: key.unit(settings.kind, recordings[0].motion()).to_owned(),
+            ci95: intervals.get(&key).copied(),
         })
-        .collect()
+    };
+    ids.iter().flat_map(|id| Key::all_of(*id)).filter_map(size).collect()
 }
 
 /// Number of parameters of an effect.
 pub fn parameters_of(id: EffectId) -> usize {
     id.description().parameters.len()
-}
-
-/// Name of the size of an effect.
-pub fn size_of(id: EffectId) -> &'static str {
-    id.description().size().name
 }

@@ -104,18 +104,23 @@ pub enum Error {
 /// A result with the user's kind of error.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// A sentence may quote a file, and a quotation may hold line ends.
+fn one_line(text: impl Into<String>) -> String {
+    text.into().replace(char::is_control, " ")
+}
+
 impl Error {
     /// An input error at a place.
     pub fn input(place: Place, what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Input { place, what: what.into(), remedy: remedy.into() }
+        Self::Input { place, what: one_line(what), remedy: one_line(remedy) }
     }
     /// An error of the command line.
     pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Usage { what: what.into(), remedy: remedy.into() }
+        Self::Usage { what: one_line(what), remedy: one_line(remedy) }
     }
     /// Trouble with the hardware or the link to it.
     pub fn link(what: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Link { what: what.into(), remedy: remedy.into() }
+        Self::Link { what: one_line(what), remedy: one_line(remedy) }
     }
     /// A refusal by the operating system, with the advice that fits its kind.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {

@@ -1,11 +1,14 @@
-//! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the data do not tell.
+//! The fit of the whole motor: start values by least squares, then the free run, until no parameter is left that the
+//! data do not tell.
+
+use greyrig::motor::BaseParameter;
 
 use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
 use super::identifiability::Weakness;
 use super::identification::Outcome;
 use super::intervals::of_fit::blocks_of_rows;
-use super::minimise::{Effort, Refined, Residuals as _, as_it_is, have_rows, minimise};
+use super::minimise::{Effort, Fit, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
 use super::space::{Entry, Freedom, Space};
@@ -14,8 +17,8 @@ use crate::context::Context;
 use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
 
-/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a model
-/// lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
+/// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a
+/// model lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
 struct Earlier {
     outcome: Outcome,
     error: f64,
@@ -47,12 +50,13 @@ pub fn fit(
     }
     let mut neutral = space.clone();
     let mut earlier: Option<Earlier> = None;
+    let mut ambiguous: Vec<String> = Vec::new();
     loop {
         if space.free().next().is_none() {
             let reasons = weaknesses.into_iter().map(|w| w.text).collect();
             return Err(Error::insufficient(experiments[0].place(), Insufficient::NothingDetermined(reasons)));
         }
-        let mut bare = without_effects(&space);
+        let mut bare = space.bare();
         if slow {
             slow_sampling::start_values(&mut bare, experiments, &ctx.quietly())?;
         } else {
@@ -66,7 +70,13 @@ pub fn fit(
                 if space.entries.iter().any(Entry::of_effect) {
                     space = with_effects_started(&space, &bare, experiments, &ctx.quietly())?;
                 }
-                minimise(&space, &problem, Effort::FULL, None, ctx)?
+                if experiments.iter().all(|e| e.current.is_none()) {
+                    let (best, differing) = from_several_starts(&space, &problem, ctx)?;
+                    ambiguous = differing;
+                    best
+                } else {
+                    minimise(&space, &problem, Effort::FULL, None, ctx)?
+                }
             }
             Method::LeastSquares => as_it_is(&space, &problem),
         };
@@ -80,7 +90,7 @@ pub fn fit(
             // At its bound a parameter no longer answers to the data: it stays there, and the others are fitted anew.
             notes.push(format!("{} has run into its bound at {:.4e} and is held there", stuck.name, stuck.value));
             for known in [&mut space, &mut neutral] {
-                if let Some(entry) = known.get_mut(&stuck.name) {
+                if let Some(entry) = known.get_mut(stuck.key) {
                     entry.value = stuck.value;
                     entry.freedom = Freedom::Fixed;
                 }
@@ -92,7 +102,7 @@ pub fn fit(
         let covariance = covariance_without_open_shapes(&mut refined, &blocks);
         let weakness = identifiability::of_fit(&refined, covariance.as_ref(), experiments);
         // An effect that was asked for stays, however little the data say about its size.
-        let weakness = weakness.filter(|w| refined.space.get(&w.held).is_none_or(|e| !e.of_effect()));
+        let weakness = weakness.filter(|w| refined.space.get(w.held).is_none_or(|e| !e.of_effect()));
         match weakness {
             Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
                 let outcome = Outcome::of_simulation(refined.space, covariance, weaknesses.clone(), method);
@@ -100,7 +110,7 @@ pub fn fit(
                 // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
                 let mut again = neutral.clone();
                 for entry in &mut again.entries {
-                    if let Some(present) = space.get(&entry.name) {
+                    if let Some(present) = space.get(entry.key) {
                         entry.freedom = present.freedom;
                     }
                 }
@@ -116,16 +126,54 @@ pub fn fit(
                         refined.jacobian.ncols()
                     ));
                 }
-                return Ok(Outcome::of_simulation(refined.space, covariance, weaknesses, method));
+                if !ambiguous.is_empty() {
+                    notes.push(format!(
+                        "fits from several starts end alike with different values of {}: these recordings do not tell them apart",
+                        ambiguous.join(", ")
+                    ));
+                }
+                let mut outcome = Outcome::of_simulation(refined.space, covariance, weaknesses, method);
+                outcome.ambiguous = ambiguous;
+                return Ok(outcome);
             }
         }
     }
 }
 
+/// Factors of the inertia from which a fit without a current starts besides: without one, balances say little of where
+/// to begin.
+const STARTS: [f64; 4] = [0.1, 0.3, 3.0, 10.0];
+/// Ends whose errors differ by less than this, mean of the logarithms, are as good: a per cent.
+const AS_GOOD: f64 = 0.01;
+/// Distance of their parameters, as a share of the value or of a typical friction, from which they differ.
+const ANOTHER: f64 = 0.1;
+
+/// Fits from several inertias: the best end, and the names of the parameters of which ends that are as good say
+/// otherwise.
+fn from_several_starts(space: &Space, problem: &OutputError<'_>, ctx: &Context) -> Result<(Fit, Vec<String>)> {
+    let mut ends = vec![minimise(space, problem, Effort::FULL, None, ctx)?];
+    for factor in STARTS {
+        let mut start = space.clone();
+        let inertia = start.value(BaseParameter::J);
+        start.start(BaseParameter::J, factor * inertia);
+        ends.push(minimise(&start, problem, Effort::FULL, None, ctx)?);
+    }
+    let error = |end: &Fit| end.log_error(problem.groups());
+    ends.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let best = ends.remove(0);
+    let as_good: Vec<&Fit> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
+    let differs = |entry: &&Entry| {
+        let size = if entry.positive { entry.value.abs() } else { entry.scale };
+        as_good.iter().any(|end| (end.space.value(entry.key) - entry.value).abs() > ANOTHER * size)
+    };
+    let ambiguous = best.space.free().filter(differs).map(|entry| entry.name.clone()).collect();
+    Ok((best, ambiguous))
+}
+
 /// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
 /// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
-/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from zero,
-/// and another effect no way down.
+/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from
+/// zero, and another effect no way down.
 fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment], ctx: &Context) -> Result<Space> {
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
     let mut typical = space.clone();
@@ -141,12 +189,7 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment],
     let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
     let fit = |from: &Space| minimise(from, &balances, effort, None, ctx);
     let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
-    let error = |fit: &Refined| fit.log_error(balances.groups());
+    let error = |fit: &Fit| fit.log_error(balances.groups());
     let (from_absent, from_typical) = (from_absent?, from_typical?);
     Ok(if error(&from_typical) < error(&from_absent) { from_typical } else { from_absent }.space)
-}
-
-/// The base model of a space.
-pub fn without_effects(space: &Space) -> Space {
-    space.effects().to_vec().into_iter().fold(space.clone().with_terms(&[]), |less, id| less.without_effect(id))
 }

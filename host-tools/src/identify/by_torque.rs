@@ -61,6 +61,6 @@ pub fn fit(mut space: Space, experiments: &[Experiment], cutoff_hz: f64) -> Resu
             continue;
         }
         let esr = BTreeMap::from([("torque".to_owned(), residuals.norm() / columns.target.norm())]);
-        return Ok(Outcome { space, covariance, weaknesses, method: "inverse dynamics", esr });
+        return Ok(Outcome { space, covariance, weaknesses, method: "inverse dynamics", esr, ambiguous: Vec::new() });
     }
 }

@@ -1,9 +1,9 @@
 //! What the effects of the flux come to, in one number: the linkage `K φ` at the largest current.
 //!
-//! The parameters of saturation, hysteresis or armature reaction are hard to compare between motors, and each alone may be
-//! uncertain where their product is not. `K φ(î)`, V s/rad, is back-EMF per speed and torque per ampere at the tip of the
-//! magnetisation loop: after the current has swung between `−î` and `î` and has come to rest, at the recordings' mean speed. Its interval is that
-//! of the parameters, carried over by the derivatives (delta method).
+//! The parameters of saturation, hysteresis or armature reaction are hard to compare between motors, and each alone may
+//! be uncertain where their product is not. `K φ(î)`, V s/rad, is back-EMF per speed and torque per ampere at the tip
+//! of the magnetisation loop: after the current has swung between `−î` and `î` and has come to rest, at the recordings'
+//! mean speed. Its interval is that of the parameters, carried over by the derivatives (delta method).
 
 use greyrig::effects::Passed;
 use greyrig::motor::{FluxLaw, Motor, OperatingPoint, State};

@@ -1,11 +1,12 @@
 //! What the recordings cannot tell, why, and which recording would.
 
+use greyrig::motor::BaseParameter;
 use nalgebra::DMatrix;
 
 use super::intervals::Covariance;
 use super::inverse_dynamics::Columns;
-use super::minimise::Refined;
-use super::space::{Entry, Freedom, Space};
+use super::minimise::Fit;
+use super::space::{Entry, Freedom, Key, Space};
 use crate::error::{Error, Insufficient, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Kind;
@@ -27,14 +28,14 @@ const CONSTANT: f64 = 0.01;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Weakness {
     /// The parameter that is held to close it.
-    pub held: String,
+    pub held: Key,
     /// Reason and remedy in words.
     pub text: String,
 }
 
 /// Holds the parameter of a weak direction: friction at zero, anything else at its start value.
 pub fn close(space: &mut Space, weakness: &Weakness) {
-    if let Some(entry) = space.get_mut(&weakness.held) {
+    if let Some(entry) = space.get_mut(weakness.held) {
         if !entry.positive {
             entry.value = 0.0;
         }
@@ -51,9 +52,10 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
     let has_current = experiments.iter().any(|e| e.current.is_some());
     let moves = experiments.iter().any(|e| e.speed.is_some());
     if !has_current {
-        let open: Vec<&'static str> = ["R", "L"]
+        let open: Vec<&'static str> = [BaseParameter::R, BaseParameter::L]
             .into_iter()
-            .filter(|n| space.get(n).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))))
+            .filter(|p| space.get(*p).is_some_and(|e| matches!(e.freedom, Freedom::Free(_))))
+            .map(BaseParameter::name)
             .collect();
         if !open.is_empty() {
             return Err(Error::insufficient(experiments[0].place(), Insufficient::NoCurrent(open)));
@@ -66,15 +68,15 @@ pub fn missing_channels(space: &mut Space, experiments: &[Experiment]) -> Result
         if let Some(e) = experiments.iter().find(|e| !(0..e.len()).all(|n| e.is_locked(n))) {
             return Err(Error::insufficient(e.place(), Insufficient::NoSpeed));
         }
-        for name in ["K", "J", "mu0", "mu1", "mu2"] {
-            if let Some(entry) = space.get_mut(name)
+        for parameter in [BaseParameter::K, BaseParameter::J].into_iter().chain(BaseParameter::FRICTIONS) {
+            if let Some(entry) = space.get_mut(parameter)
                 && matches!(entry.freedom, Freedom::Free(_))
             {
-                entry.freedom = Freedom::Pinned;
+                entry.freedom = Freedom::Untold;
             }
         }
         found.push(Weakness {
-            held: "K".to_owned(),
+            held: BaseParameter::K.into(),
             text: "with a locked rotor, K, J and the friction do not act: record the running motor as well".to_owned(),
         });
     }
@@ -127,7 +129,7 @@ fn relative_spread(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The weakest direction of an output-error fit, if it is too weak.
-pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
+pub fn of_fit(refined: &Fit, covariance: Option<&Covariance>, experiments: &[Experiment]) -> Option<Weakness> {
     let entries: Vec<&Entry> = refined.space.free().collect();
     let direction = open_direction(refined, covariance)?;
     let has_current = experiments.iter().any(|e| e.drive == Drive::Voltage && e.current.is_some());
@@ -135,13 +137,13 @@ pub fn of_fit(refined: &Refined, covariance: Option<&Covariance>, experiments: &
 }
 
 /// The shape of an effect that takes part in the weakest direction of an output-error fit, if that is too weak.
-pub fn open_shape(refined: &Refined, covariance: Option<&Covariance>) -> Option<String> {
+pub fn open_shape(refined: &Fit, covariance: Option<&Covariance>) -> Option<Key> {
     let entries: Vec<&Entry> = refined.space.free().collect();
     let direction = open_direction(refined, covariance)?;
-    involved(&entries, &direction).into_iter().find(|e| e.of_effect() && e.is_shape()).map(|e| e.name.clone())
+    involved(&entries, &direction).into_iter().find(|e| e.is_shape()).map(|e| e.key)
 }
 
-fn open_direction(refined: &Refined, covariance: Option<&Covariance>) -> Option<Vec<f64>> {
+fn open_direction(refined: &Fit, covariance: Option<&Covariance>) -> Option<Vec<f64>> {
     match covariance {
         Some(c) => too_wide(&c.matrix),
         None => null_direction(&refined.jacobian),
@@ -194,25 +196,30 @@ fn involved<'e>(entries: &[&'e Entry], direction: &[f64]) -> Vec<&'e Entry> {
 
 fn describe(entries: &[&Entry], direction: &[f64], has_current: bool) -> Weakness {
     let taking_part = involved(entries, direction);
-    let of_effect =
-        |shape: bool| taking_part.iter().find(|e| e.of_effect() && e.is_shape() == shape).map(|e| e.name.as_str());
-    let involved: Vec<&str> = taking_part.iter().map(|e| e.name.as_str()).collect();
+    let of_effect = |shape: bool| taking_part.iter().find(|e| e.of_effect() && e.is_shape() == shape);
+    let of_base = |all: &[BaseParameter]| {
+        all.iter().find_map(|parameter| taking_part.iter().find(|e| e.key == Key::Base(*parameter)))
+    };
     // Shapes of effects have a usual value; friction terms are the ones that a motor can do without.
     let held = of_effect(true)
         .or_else(|| of_effect(false))
-        .or_else(|| ["mu1", "mu2", "mu0"].into_iter().find(|n| involved.contains(n)))
-        .or_else(|| ["L", "J", "K", "R"].into_iter().find(|n| involved.contains(n)))
-        .unwrap_or(&entries[0].name);
-    let others: Vec<&str> = involved.iter().copied().filter(|n| *n != held).collect();
-    let remedy = match (held, others.as_slice()) {
-        ("mu1", _) if !has_current => "record the current, or fix K or mu1",
-        (n, _) if n.starts_with("mu") => "record more speeds: a staircase from low to high voltage, and a coast-down",
-        ("L", _) => "record AC, or steps of the voltage",
-        ("J", _) => "record changes of speed: a ramp, steps, or a coast-down",
-        ("K" | "R", _) => "record two or more speeds, or add a run with the rotor locked",
-        _ => "record another excitation",
+        .or_else(|| of_base(&[BaseParameter::Mu1, BaseParameter::Mu2, BaseParameter::Mu0]))
+        .or_else(|| of_base(&[BaseParameter::L, BaseParameter::J, BaseParameter::K, BaseParameter::R]))
+        .unwrap_or(&entries[0]);
+    let (key, held) = (held.key, held.name.as_str());
+    let others: Vec<&str> = taking_part.iter().filter(|e| e.key != key).map(|e| e.name.as_str()).collect();
+    let remedy = match key.base() {
+        Some(BaseParameter::Mu1) if !has_current => "record the current, or fix K or mu1",
+        Some(BaseParameter::Mu0 | BaseParameter::Mu1 | BaseParameter::Mu2) => {
+            "record more speeds: a staircase from low to high voltage, and a coast-down"
+        }
+        Some(BaseParameter::L) => "record AC, or steps of the voltage",
+        Some(BaseParameter::J) => "record changes of speed: a ramp, steps, or a coast-down",
+        Some(BaseParameter::K | BaseParameter::R) => "record two or more speeds, or add a run with the rotor locked",
+        None => "record another excitation",
     };
-    let at = if held.starts_with("mu") { "zero" } else { "its start value" };
+    let is_friction = key.base().is_some_and(BaseParameter::is_friction);
+    let at = if is_friction { "zero" } else { "its start value" };
     let text = if others.is_empty() {
         format!("{held} cannot be identified from these recordings and is held at {at}: {remedy}")
     } else {
@@ -221,5 +228,5 @@ fn describe(entries: &[&Entry], direction: &[f64], has_current: bool) -> Weaknes
             others.join(", ")
         )
     };
-    Weakness { held: held.to_owned(), text }
+    Weakness { held: key, text }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use serde::Serialize;
 
 use super::flux::FluxAtPeak;
@@ -10,16 +11,17 @@ use super::identifiability::Weakness;
 use super::intervals::Covariance;
 use super::intervals::of_fit::interval;
 use super::settings::{Method, Settings};
-use super::space::{Entry, Freedom, Space};
-use crate::model::{
-    BASE_PARAMETERS, EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry, unit,
-};
+use super::space::{Entry, Freedom, Key, Space};
+use crate::model::{EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry};
 use crate::recording::{Motion, Recording};
 use crate::term::Formula;
 
 /// One estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
+    /// Which parameter.
+    #[serde(skip)]
+    pub key: Key,
     /// Name.
     pub name: String,
     /// Value, SI; `None` when the recordings say nothing about it and nobody gave it.
@@ -61,6 +63,27 @@ pub struct Outcome {
     pub method: &'static str,
     /// Error-to-signal ratio of each signal.
     pub esr: BTreeMap<String, f64>,
+    /// Parameters to which fits from several starts gave several values.
+    pub ambiguous: Vec<String>,
+}
+
+/// Largest factor, either way, of an interval that says anything of R, L, K or J: an order of magnitude.
+const WIDEST: f64 = 10.0;
+
+/// Whether an interval is so wide that nothing is known: of more than the decades of [`WIDEST`], or no number at all;
+/// of friction, of more than the largest torque either way, which is ten times the typical friction.
+fn says_nothing(entry: &Entry, [low, high]: [f64; 2]) -> bool {
+    if !low.is_finite() || !high.is_finite() {
+        return true;
+    }
+    if entry.of_effect() {
+        return false;
+    }
+    if entry.positive {
+        !(high <= WIDEST * entry.value && low * WIDEST >= entry.value)
+    } else {
+        high - low > 2.0 * 10.0 * entry.scale
+    }
 }
 
 impl Outcome {
@@ -75,7 +98,7 @@ impl Outcome {
             Method::OutputError => "output error",
             Method::LeastSquares => "least squares in continuous time",
         };
-        Self { space, covariance, weaknesses, method, esr: BTreeMap::new() }
+        Self { space, covariance, weaknesses, method, esr: BTreeMap::new(), ambiguous: Vec::new() }
     }
 
     /// Estimates that no motor can have, as a sign of missing physics.
@@ -84,7 +107,8 @@ impl Outcome {
         for (k, entry) in self.space.free().enumerate() {
             let Some(covariance) = &self.covariance else { break };
             let half = covariance.half_width_95_of(k) * entry.scale;
-            if !entry.positive && entry.name.starts_with("mu") && entry.value + half < 0.0 {
+            let is_friction = entry.key.base().is_some_and(BaseParameter::is_friction);
+            if !entry.positive && is_friction && entry.value + half < 0.0 {
                 notes.push(format!(
                     "{} is negative, which no friction can be: the fit makes up for physics that the model lacks{}",
                     entry.name,
@@ -105,20 +129,27 @@ impl Outcome {
                 Freedom::Free(_) => {
                     let ci95 = coordinates.next().zip(self.covariance.as_ref());
                     let ci95 = ci95.map(|((k, theta), c)| interval(entry, *theta, c.half_width_95_of(k)));
-                    (Some(entry.value), ci95, Status::Identified)
+                    if self.ambiguous.contains(&entry.name) || ci95.is_some_and(|ci95| says_nothing(entry, ci95)) {
+                        (Some(entry.value), None, Status::NotIdentifiable)
+                    } else {
+                        (Some(entry.value), ci95, Status::Identified)
+                    }
                 }
                 Freedom::Fixed => (Some(entry.value), None, Status::Fixed),
+                // What is held has a value that the others were fitted with.
+                Freedom::Pinned => (Some(entry.value), None, Status::NotIdentifiable),
                 // A friction term held at zero and the usual shape of an effect are usable values; an R, L, K or J that
                 // nothing tells is not.
-                Freedom::Pinned | Freedom::Absent => {
+                Freedom::Untold | Freedom::Absent => {
                     let usable = !entry.positive || entry.of_effect();
                     (usable.then_some(entry.value), None, Status::NotIdentifiable)
                 }
             };
             Estimate {
+                key: entry.key,
                 name: entry.name.clone(),
                 value,
-                unit: unit(&entry.name, kind, motion).to_owned(),
+                unit: entry.key.unit(kind, motion).to_owned(),
                 ci95,
                 identifiable: ci95.is_some(),
                 status,
@@ -139,13 +170,13 @@ impl Outcome {
         let motion = recordings[0].motion();
         let parameters = self.estimates(settings.kind, motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
-        let of_effect = |id: &EffectId| {
-            let names: Vec<&str> = id.description().parameters.iter().map(|p| p.name).collect();
-            EffectEntry { id: *id, parameters: stored(&parameters, |name| names.contains(&name)) }
+        let of_effect = |id: &EffectId| EffectEntry {
+            id: *id,
+            parameters: stored(&parameters, |key| matches!(key, Key::Effect(other, _) if other == *id)),
         };
-        let of_term = |formula: &Formula| TermEntry {
+        let of_term = |(place, formula): (usize, &Formula)| TermEntry {
             formula: formula.clone(),
-            parameters: stored(&parameters, |name| formula.unknowns().iter().any(|u| u == name)),
+            parameters: stored(&parameters, |key| matches!(key, Key::Term(other, _) if other == place)),
         };
         let model = Model {
             schema: SCHEMA,
@@ -154,11 +185,12 @@ impl Outcome {
             motion,
             motor: recordings.iter().find_map(|r| r.metadata().get("motor").cloned()),
             filter,
-            parameters: stored(&parameters, |name| BASE_PARAMETERS.contains(&name)),
+            parameters: stored(&parameters, |key| key.base().is_some()),
             effects: settings.effects.iter().map(of_effect).collect(),
-            terms: settings.terms.iter().map(of_term).collect(),
+            terms: settings.terms.iter().enumerate().map(of_term).collect(),
             correction: None,
             detector: None,
+            accepted: None,
             provenance: Provenance {
                 greyrig: env!("CARGO_PKG_VERSION").to_owned(),
                 method: self.method.to_owned(),
@@ -170,11 +202,11 @@ impl Outcome {
     }
 }
 
-/// What a model file keeps of the parameters with some names.
-fn stored(parameters: &[Estimate], names: impl Fn(&str) -> bool) -> BTreeMap<String, Parameter> {
+/// What a model file keeps of some parameters, by name.
+fn stored(parameters: &[Estimate], wanted: impl Fn(Key) -> bool) -> BTreeMap<String, Parameter> {
     let parameter = |e: &Estimate| {
         let parameter = Parameter { value: e.value?, unit: e.unit.clone(), ci95: e.ci95, status: e.status };
         Some((e.name.clone(), parameter))
     };
-    parameters.iter().filter(|e| names(&e.name)).filter_map(parameter).collect()
+    parameters.iter().filter(|e| wanted(e.key)).filter_map(parameter).collect()
 }

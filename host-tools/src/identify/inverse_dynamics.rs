@@ -1,9 +1,9 @@
 //! The mechanical side alone, from measured torque (or force) and motion.
 //!
-//! In a position-controlled drive the controller hides friction from the position, so the torque is compared:
-//! `T = J dω/dt + s μ0 + μ1 ω + μ2 ω|ω| + …`, linear least squares ("inverse dynamic identification model"). All columns
-//! are formed on the raw samples; then every column and the target go through one zero-phase Butterworth low-pass,
-//! whose cut-off is found from the data.
+//! In a position-controlled drive the controller hides friction from the position, so the torque is compared: `T = J
+//! dω/dt + s μ0 + μ1 ω + μ2 ω|ω| + …`, linear least squares ("inverse dynamic identification model"). All columns are
+//! formed on the raw samples; then every column and the target go through one zero-phase Butterworth low-pass, whose
+//! cut-off is found from the data.
 //!
 //! Source: A. Janot, P.-O. Vandanjon, M. Gautier: A generic instrumental variable approach for industrial robot
 //! identification, IEEE Trans. Control Systems Technology 22 (2014) 132–145, for the procedure.
@@ -11,10 +11,11 @@
 use std::f64::consts::PI;
 
 use greyrig::butterworth::Settings;
+use greyrig::motor::BaseParameter;
 use nalgebra::{DMatrix, DVector};
 use realfft::RealFftPlanner;
 
-use super::space::{Freedom, Space};
+use super::space::{Entry, Freedom, Key, Space};
 use crate::experiment::{Experiment, derivative};
 use crate::filtering::{directions_by_quantum, zero_phase};
 
@@ -61,8 +62,8 @@ fn spectrum(signal: &[f64], rate_hz: f64) -> (Vec<f64>, f64) {
     (density, rate_hz / length as f64)
 }
 
-/// The cut-off, Hz, from the spectrum of the highest derivative that the regression uses: low enough that white noise of the
-/// measured motion stays below 2 % of the derivative, and no higher than where the signal ends.
+/// The cut-off, Hz, from the spectrum of the highest derivative that the regression uses: low enough that white noise
+/// of the measured motion stays below 2 % of the derivative, and no higher than where the signal ends.
 pub fn automatic_cutoff_hz(motion: &[f64], derivatives: i32, interval_s: f64) -> f64 {
     let rate = 1.0 / interval_s;
     let mut signal = motion.to_vec();
@@ -104,10 +105,15 @@ pub fn automatic_cutoff_hz(motion: &[f64], derivatives: i32, interval_s: f64) ->
     by_noise.min(by_signal).clamp(4.0 * step, 0.2 * rate)
 }
 
+/// Whether a parameter belongs to the voltage balance.
+fn is_electrical(entry: &Entry) -> bool {
+    entry.key.base().is_some_and(BaseParameter::is_electrical)
+}
+
 /// Forms and filters the columns of all recordings.
 pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Option<Columns> {
     let entries: Vec<usize> = (0..space.entries.len())
-        .filter(|k| !matches!(space.entries[*k].name.as_str(), "R" | "L" | "K"))
+        .filter(|k| !is_electrical(&space.entries[*k]))
         .filter(|k| matches!(space.entries[*k].freedom, Freedom::Free(_)))
         .collect();
     let mut rows: Vec<Vec<f64>> = vec![Vec::new(); entries.len()];
@@ -125,7 +131,7 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
         let unit = |k: usize, value: f64| {
             let mut one = space.clone();
             for (j, entry) in one.entries.iter_mut().enumerate() {
-                if !matches!(entry.name.as_str(), "R" | "L" | "K" | "J") {
+                if !entry.key.base().is_some_and(BaseParameter::is_positive) {
                     entry.value = if j == k { value } else { 0.0 };
                 }
                 entry.freedom = Freedom::Fixed;
@@ -133,7 +139,7 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
             one.motor_at(&[]).ok()
         };
         for (k, entry) in space.entries.iter().enumerate() {
-            let column: Vec<f64> = if entry.name == "J" {
+            let column: Vec<f64> = if entry.key == Key::Base(BaseParameter::J) {
                 acceleration.clone()
             } else {
                 let motor = unit(k, 1.0)?;
@@ -144,7 +150,7 @@ pub fn columns(space: &Space, experiments: &[Experiment], cutoff_hz: f64) -> Opt
                     let filtered = zero_phase(&column, settings)?;
                     rows[place].extend(keep.iter().map(|n| filtered[*n]));
                 }
-                (None, Freedom::Fixed | Freedom::Pinned) if !matches!(entry.name.as_str(), "R" | "L" | "K") => {
+                (None, Freedom::Fixed | Freedom::Pinned) if !is_electrical(entry) => {
                     for (sum, x) in known.iter_mut().zip(&column) {
                         *sum += entry.value * x;
                     }

@@ -9,6 +9,7 @@
 
 mod by_simulation;
 mod by_torque;
+pub mod cross_validation;
 mod determined;
 pub mod equation_error;
 pub mod flux;
@@ -18,11 +19,14 @@ pub mod intervals;
 pub mod inverse_dynamics;
 pub mod minimise;
 pub mod output_error;
+pub mod refitted;
 pub mod regression;
 pub mod scales;
 mod settings;
 pub mod slow_sampling;
 pub mod space;
+
+use greyrig::motor::BaseParameter;
 
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
@@ -58,14 +62,14 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
     }
     let outcome = match drive {
         Drive::Torque => {
-            space.hold(&["R", "L", "K"], Freedom::Absent);
+            space.hold(BaseParameter::ELECTRICAL, Freedom::Absent);
             if !settings.cutoff_given {
                 filter.cutoff_hz = by_torque::cutoff_hz(&experiments);
             }
             by_torque::fit(space, &experiments, filter.cutoff_hz)?
         }
         Drive::Voltage => {
-            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, &ctx.quietly())?;
+            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, settings.course, &ctx.quietly())?;
             by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes, ctx)?
         }
     };

@@ -11,7 +11,7 @@ use greyrig::scalar::Scalar;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::minimise::{Refined, Residuals, rms_of};
+use super::minimise::{Fit, Residuals, rms_of};
 use super::regression::stride;
 use super::space::Space;
 use crate::error::{Error, Insufficient, Place, Result};
@@ -173,7 +173,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The next output of a filter, which comes to rest some time after its input, as the current does where the supply is opened.
+/// The next output of a filter, which comes to rest some time after its input, as the current does where the supply is
+/// opened.
 #[inline(always)]
 fn filter<const MOTORS: usize>(
     bank: &mut Bank<f64, MOTORS>,
@@ -221,9 +222,9 @@ impl<'a> OutputError<'a> {
         self.rows.iter().enumerate().flat_map(of).collect()
     }
 
-    /// What the error of the speed makes of the rows at a fit, A and rad/s: the model at the speed that its measuring chain shows of the
-    /// free run less the model at the measured one.
-    pub fn through_the_speed(&self, fit: &Refined) -> DVector<f64> {
+    /// What the error of the speed makes of the rows at a fit, A and rad/s: the model at the speed that its measuring
+    /// chain shows of the free run less the model at the measured one.
+    pub fn through_the_speed(&self, fit: &Fit) -> DVector<f64> {
         let theta = fit.space.coordinates();
         let made = |rows: &Rows<'_>| -> Vec<f64> {
             let measured = rows.experiment.speed.as_deref().map_or(Imposed::Nothing, Imposed::Speed);
@@ -268,9 +269,11 @@ impl Residuals for OutputError<'_> {
 mod tests {
     use greyrig::butterworth::Settings;
     use greyrig::effects::EffectId;
+    use greyrig::motor::BaseParameter;
 
     use super::*;
     use crate::identify::minimise::as_it_is;
+    use crate::identify::space::Key;
     use crate::model::{Base, Filter, Kind};
     use crate::rig::Setup;
 
@@ -283,14 +286,15 @@ mod tests {
         let through_the_speed = |lag: f64| {
             let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
             let m = setup.motor;
-            for (name, value) in [("R", m.r), ("L", m.l), ("K", m.k), ("J", m.j), ("mu0", m.mu0), ("mu1", m.mu1)] {
-                space.start(name, value);
+            for (parameter, value) in BaseParameter::ALL.into_iter().zip([m.r, m.l, m.k, m.j, m.mu0, m.mu1]) {
+                space.start(parameter, value);
             }
-            space.start("speed_lag", lag);
+            space.start(Key::size_of(EffectId::SpeedLag), lag);
             let made = problem.through_the_speed(&as_it_is(&space, &problem));
             rms_of(&made, problem.groups())[0] / problem.sizes()[0]
         };
-        // K Δω/R with a speed that is 15 ms late is most of a run-up's current; the rig's integrator is not the model's.
+        // K Δω/R with a speed that is 15 ms late is most of a run-up's current; the rig's integrator is not the
+        // model's.
         let [known, unknown] = [15e-3, 0.0].map(through_the_speed);
         assert!(known < 0.01 && unknown > 0.3, "{known} {unknown}");
     }

@@ -13,6 +13,7 @@
 //! Rakar & Juričić 2004, section 2.2, for the least squares in continuous time; the weak form after the modulating
 //! functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547–552.
 
+use greyrig::motor::BaseParameter;
 use greyrig::scalar::Scalar;
 use nalgebra::{DMatrix, DVector};
 
@@ -24,18 +25,18 @@ use crate::model::Kind;
 /// Windows of the weak form are at least this long, s.
 const WINDOW_S: f64 = 0.1;
 
-/// A linear regression with named columns, some of them with a known coefficient.
+/// A linear regression with a column for each of some parameters, some of them with a known coefficient.
 #[derive(Debug, Clone)]
 pub struct Regression {
-    names: Vec<&'static str>,
+    parameters: Vec<BaseParameter>,
     rows: Vec<Vec<f64>>,
     target: Vec<f64>,
 }
 
 impl Regression {
     /// With columns to come in this order.
-    pub fn new(names: &[&'static str]) -> Self {
-        Self { names: names.to_vec(), rows: vec![Vec::new(); names.len()], target: Vec::new() }
+    pub fn new(parameters: &[BaseParameter]) -> Self {
+        Self { parameters: parameters.to_vec(), rows: vec![Vec::new(); parameters.len()], target: Vec::new() }
     }
 
     /// Adds a row.
@@ -46,24 +47,24 @@ impl Regression {
         self.target.push(target);
     }
 
-    /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than twice as
-    /// many rows as unknowns or a column says nothing.
-    pub fn solve(&self, space: &Space) -> Option<Vec<(&'static str, f64)>> {
+    /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than
+    /// twice as many rows as unknowns or a column says nothing.
+    pub fn solve(&self, space: &Space) -> Option<Vec<(BaseParameter, f64)>> {
         let mut target = self.target.clone();
         let mut columns = Vec::new();
-        let mut names = Vec::new();
-        for (name, column) in self.names.iter().zip(&self.rows) {
-            let entry = space.get(name)?;
+        let mut parameters = Vec::new();
+        for (parameter, column) in self.parameters.iter().zip(&self.rows) {
+            let entry = space.get(*parameter)?;
             match entry.freedom {
                 Freedom::Free(_) => {
                     let size = (column.iter().map(|x| x * x).sum::<f64>() / column.len().max(1) as f64).sqrt();
                     if size > 0.0 {
                         columns.push((column, size));
-                        names.push(*name);
+                        parameters.push(*parameter);
                     }
                 }
                 Freedom::Absent => {}
-                Freedom::Fixed | Freedom::Pinned => {
+                Freedom::Fixed | Freedom::Pinned | Freedom::Untold => {
                     for (t, x) in target.iter_mut().zip(column) {
                         *t -= entry.value * x;
                     }
@@ -77,7 +78,8 @@ impl Regression {
         let svd = matrix.svd(true, true);
         let largest = svd.singular_values.max();
         let solution = svd.solve(&DVector::from_vec(target), 1e-7 * largest).ok()?;
-        Some(names.iter().zip(solution.iter()).zip(&columns).map(|((name, x), (_, size))| (*name, x / size)).collect())
+        let sizes = parameters.iter().zip(solution.iter()).zip(&columns);
+        Some(sizes.map(|((parameter, x), (_, size))| (*parameter, x / size)).collect())
     }
 }
 
@@ -96,9 +98,9 @@ pub fn start_values(space: &mut Space, experiments: &[Experiment]) {
     space.take_scales(&space.scales(experiments));
 }
 
-fn take(space: &mut Space, solution: Option<Vec<(&'static str, f64)>>) {
-    for (name, value) in solution.into_iter().flatten() {
-        space.start(name, value);
+fn take(space: &mut Space, solution: Option<Vec<(BaseParameter, f64)>>) {
+    for (parameter, value) in solution.into_iter().flatten() {
+        space.start(parameter, value);
     }
 }
 
@@ -110,7 +112,7 @@ fn flux_of(kind: Kind, current: f64) -> f64 {
 }
 
 fn electrical(space: &mut Space, experiments: &[&Experiment]) {
-    let mut regression = Regression::new(&["R", "K", "L"]);
+    let mut regression = Regression::new(&[BaseParameter::R, BaseParameter::K, BaseParameter::L]);
     for e in experiments {
         let Some(i) = &e.current else { continue };
         let zero = vec![0.0; i.len()];
@@ -141,8 +143,9 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
 /// Share of the largest voltage within which a voltage stands still.
 const STILL: f64 = 0.05;
 
-/// Samples of a slow recording before which the voltage has stood still for two intervals: there the current has settled, and
-/// `u = R i + K φ ω` whatever the voltage does between samples. `None` where there are few, or samples are quick enough for derivatives.
+/// Samples of a slow recording before which the voltage has stood still for two intervals: there the current has
+/// settled, and `u = R i + K φ ω` whatever the voltage does between samples. `None` where there are few, or samples are
+/// quick enough for derivatives.
 fn settled_samples(e: &Experiment) -> Option<Vec<usize>> {
     const FEWEST_SHARE: f64 = 0.2;
     if !e.is_slow(None) {
@@ -162,7 +165,7 @@ fn without_current(space: &mut Space, experiments: &[Experiment]) {
         return;
     }
     let mut proxy = Space::new(Kind::PmDc, crate::model::Base::DryViscous, &[]);
-    let mut regression = Regression::new(&["K", "J", "mu0"]);
+    let mut regression = Regression::new(&[BaseParameter::K, BaseParameter::J, BaseParameter::Mu0]);
     for e in experiments {
         let Some(w) = &e.speed else { continue };
         let columns =
@@ -171,23 +174,24 @@ fn without_current(space: &mut Space, experiments: &[Experiment]) {
             regression.push(&[columns[0][n], columns[1][n], columns[2][n]], columns[3][n]);
         }
     }
-    if space.get("mu0").is_some_and(|m| m.freedom == Freedom::Absent)
-        && let Some(entry) = proxy.get_mut("mu0")
+    if space.get(BaseParameter::Mu0).is_some_and(|m| m.freedom == Freedom::Absent)
+        && let Some(entry) = proxy.get_mut(BaseParameter::Mu0)
     {
         entry.freedom = Freedom::Absent;
     }
     let Some(solution) = regression.solve(&proxy) else { return };
-    let find = |name: &str| solution.iter().find(|s| s.0 == name).map_or(0.0, |s| s.1);
-    let (k, r) = (find("K"), space.value("R"));
-    space.start("K", k);
-    let k = space.value("K");
-    space.start("J", (find("J") * k / r).max(1e-9));
-    space.start("mu0", find("mu0") * k / r);
+    let find = |parameter| solution.iter().find(|s| s.0 == parameter).map_or(0.0, |s| s.1);
+    let (k, r) = (find(BaseParameter::K), space.value(BaseParameter::R));
+    space.start(BaseParameter::K, k);
+    let k = space.value(BaseParameter::K);
+    space.start(BaseParameter::J, (find(BaseParameter::J) * k / r).max(1e-9));
+    space.start(BaseParameter::Mu0, find(BaseParameter::Mu0) * k / r);
 }
 
 fn mechanical(space: &mut Space, experiments: &[Experiment]) {
-    let mut regression = Regression::new(&["J", "mu0", "mu1", "mu2"]);
-    let k = space.value("K");
+    let mut regression =
+        Regression::new(&[BaseParameter::J, BaseParameter::Mu0, BaseParameter::Mu1, BaseParameter::Mu2]);
+    let k = space.value(BaseParameter::K);
     for e in experiments {
         let (Some(w), Drive::Voltage) = (&e.speed, e.drive) else { continue };
         let zero = vec![0.0; w.len()];

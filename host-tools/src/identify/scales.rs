@@ -21,7 +21,8 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that was not recorded.
+    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that
+    /// was not recorded.
     pub fn of(kind: Kind, k: f64, r: f64, experiments: &[Experiment]) -> Self {
         let [mut voltage, mut current, mut heat, mut torque, mut speed] = [0.0f64; 5];
         let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -55,6 +56,15 @@ impl Scales {
             heat: heat.max(1e-18),
             speed: speed.max(1e-9),
             friction: 0.1 * torque.max(1e-12),
+        }
+    }
+
+    /// The size of a friction term that goes with a power of the speed.
+    pub fn friction_per_speed(&self, power: u8) -> f64 {
+        match power {
+            0 => self.friction,
+            1 => self.friction / self.speed,
+            _ => self.friction / (self.speed * self.speed),
         }
     }
 

@@ -4,6 +4,7 @@ use greyrig::effects::EffectId;
 use greyrig::motor::MAX_TERMS;
 
 use super::space::{Freedom, Space};
+use crate::between::Course;
 use crate::error::{Error, Result};
 use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
 use crate::term::Formula;
@@ -39,6 +40,8 @@ pub struct Settings {
     pub filter: Filter,
     /// Whether the user chose the cut-off.
     pub cutoff_given: bool,
+    /// What the voltage does between its samples, if the user knows it.
+    pub course: Option<Course>,
 }
 
 impl Settings {
@@ -54,6 +57,7 @@ impl Settings {
             bounds: Vec::new(),
             filter: Filter::default(),
             cutoff_given: false,
+            course: None,
         }
     }
 
@@ -100,7 +104,7 @@ pub fn build_space(settings: &Settings) -> Result<Space> {
     let names = space.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>().join(", ");
     let unknown = |name: &str| Error::usage(format!("there is no parameter {name}"), format!("the model has {names}"));
     for fix in &settings.fixed {
-        let entry = space.get_mut(&fix.name).ok_or_else(|| unknown(&fix.name))?;
+        let entry = space.named_mut(&fix.name).ok_or_else(|| unknown(&fix.name))?;
         if entry.positive && fix.value <= 0.0 {
             return Err(Error::usage(format!("{} = {} is impossible", fix.name, fix.value), "give a positive value"));
         }
@@ -108,7 +112,7 @@ pub fn build_space(settings: &Settings) -> Result<Space> {
         entry.freedom = Freedom::Fixed;
     }
     for (name, low, high) in &settings.bounds {
-        let entry = space.get_mut(name).ok_or_else(|| unknown(name))?;
+        let entry = space.named_mut(name).ok_or_else(|| unknown(name))?;
         if low >= high || (entry.positive && *low <= 0.0) {
             return Err(Error::usage(
                 format!("{low} to {high} is no range for {name}"),

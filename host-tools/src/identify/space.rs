@@ -1,12 +1,13 @@
 //! The parameters of a fit: which are free, how the optimiser sees them, and the model that a point stands for.
 
-use greyrig::effects::{Effect, EffectId};
-use greyrig::motor::{Motor, ParameterError, Parameters};
+use greyrig::effects::{Effect, EffectId, EffectParameter, Role};
+use greyrig::motor::{BaseParameter, Motor, ParameterError, Parameters};
 use greyrig::term::Target;
 
 use super::scales::Scales;
 use crate::experiment::Experiment;
-use crate::model::{BASE_PARAMETERS, Base, Kind, Model};
+use crate::model::{Base, Kind, Model, unit};
+use crate::recording::Motion;
 use crate::term::Formula;
 
 /// Distance from a limit, in the optimiser's coordinate, within which a value lies at it.
@@ -23,21 +24,76 @@ pub enum Freedom {
     Fixed,
     /// The recordings cannot tell it; it keeps its value.
     Pinned,
+    /// The recordings do not hold what it acts on; its value means nothing.
+    Untold,
     /// The model does not have it.
     Absent,
 }
 
-/// Where a parameter belongs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Home {
-    Base(usize),
-    Effect(usize, usize),
+/// Which parameter of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Key {
+    /// Of the base model.
+    Base(BaseParameter),
+    /// Of an effect, by its place among the effect's parameters.
+    Effect(EffectId, usize),
+    /// An unknown of a term of the user's own, by the places of both.
     Term(usize, usize),
+}
+
+impl Key {
+    /// The size of an effect.
+    pub const fn size_of(id: EffectId) -> Self {
+        Self::Effect(id, 0)
+    }
+
+    /// All parameters of an effect, in their order.
+    pub fn all_of(id: EffectId) -> impl Iterator<Item = Self> + Clone {
+        (0..id.description().parameters.len()).map(move |place| Self::Effect(id, place))
+    }
+
+    /// Those of them that are no size.
+    pub fn shapes_of(id: EffectId) -> impl Iterator<Item = Self> + Clone {
+        Self::all_of(id).skip(1)
+    }
+
+    /// The parameter of the base model, if it is one.
+    pub const fn base(self) -> Option<BaseParameter> {
+        match self {
+            Self::Base(parameter) => Some(parameter),
+            Self::Effect(..) | Self::Term(..) => None,
+        }
+    }
+
+    /// The parameter of an effect, if it is one.
+    pub fn of_effect(self) -> Option<&'static EffectParameter> {
+        match self {
+            Self::Effect(id, place) => id.description().parameters.get(place),
+            Self::Base(_) | Self::Term(..) => None,
+        }
+    }
+
+    /// Unit in a kind of drive.
+    pub fn unit(self, kind: Kind, motion: Motion) -> &'static str {
+        let rotary = match self {
+            Self::Base(parameter) => parameter.unit(kind.flux_law()),
+            Self::Effect(..) | Self::Term(..) => self.of_effect().map_or("1", |p| p.unit),
+        };
+        unit(rotary, motion)
+    }
+}
+
+impl From<BaseParameter> for Key {
+    fn from(parameter: BaseParameter) -> Self {
+        Self::Base(parameter)
+    }
 }
 
 /// One parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
+    /// Which parameter it is.
+    pub key: Key,
     /// Name in files and on the command line.
     pub name: String,
     /// Value, SI.
@@ -50,23 +106,27 @@ pub struct Entry {
     pub scale: f64,
     /// Physical range.
     pub range: (f64, f64),
-    home: Home,
 }
 
 impl Entry {
     /// Whether it belongs to an effect, with a start value of its own.
     pub fn of_effect(&self) -> bool {
-        matches!(self.home, Home::Effect(..) | Home::Term(..))
+        !matches!(self.key, Key::Base(_))
     }
 
     /// Whether it is the size of an effect, which is absent at zero.
     pub fn is_size(&self) -> bool {
-        matches!(self.home, Home::Effect(_, 0))
+        self.role() == Some(Role::Size)
     }
 
-    /// Whether it is the shape of an effect.
+    /// Whether it belongs to an effect and is not its size.
     pub fn is_shape(&self) -> bool {
-        matches!(self.home, Home::Effect(_, j) if j > 0)
+        self.role().is_some_and(|role| role != Role::Size)
+    }
+
+    /// What it is to its effect.
+    fn role(&self) -> Option<Role> {
+        self.key.of_effect().map(|p| p.role)
     }
 
     /// The usual value of a shape, in the optimiser's coordinate: its scale is what it started from.
@@ -79,7 +139,8 @@ impl Entry {
         self.freedom == Freedom::Free(None) && self.value <= self.range.0 / AT_THE_LIMIT
     }
 
-    /// Whether the optimiser's coordinate is the logarithm: of what is positive and has no bounds but its physical range.
+    /// Whether the optimiser's coordinate is the logarithm: of what is positive and has no bounds but its physical
+    /// range.
     pub fn is_logarithmic(&self) -> bool {
         self.positive && !matches!(self.freedom, Freedom::Free(Some(_)))
     }
@@ -153,53 +214,50 @@ pub struct Space {
 impl Space {
     /// All parameters of a kind of motor with a base and effects, all free, with neutral values.
     pub fn new(kind: Kind, base: Base, effects: &[EffectId]) -> Self {
-        let mut entries: Vec<Entry> = BASE_PARAMETERS
-            .iter()
-            .enumerate()
-            .map(|(k, name)| {
-                let positive = !name.starts_with("mu");
-                Entry {
-                    name: (*name).to_owned(),
-                    value: if positive { 1.0 } else { 0.0 },
-                    freedom: if base.has(name) { Freedom::Free(None) } else { Freedom::Absent },
-                    positive,
-                    scale: 1.0,
-                    range: if positive { (1e-10, 1e5) } else { (-1e4, 1e5) },
-                    home: Home::Base(k),
-                }
-            })
-            .collect();
-        for (e, id) in effects.iter().enumerate() {
-            for (j, p) in id.description().parameters.iter().enumerate() {
-                entries.push(Entry {
-                    name: p.name.to_owned(),
-                    value: p.start,
-                    freedom: Freedom::Free(None),
-                    positive: p.range.0 > 0.0,
-                    scale: p.start.abs(),
-                    range: p.range,
-                    home: Home::Effect(e, j),
-                });
+        let of_base = |parameter: BaseParameter| {
+            let positive = parameter.is_positive();
+            Entry {
+                key: Key::Base(parameter),
+                name: parameter.name().to_owned(),
+                value: if positive { 1.0 } else { 0.0 },
+                freedom: if base.has(parameter) { Freedom::Free(None) } else { Freedom::Absent },
+                positive,
+                scale: 1.0,
+                range: if positive { (1e-10, 1e5) } else { (-1e4, 1e5) },
             }
-        }
+        };
+        let of_effect = |key: Key| {
+            let p = key.of_effect()?;
+            Some(Entry {
+                key,
+                name: p.name.to_owned(),
+                value: p.start,
+                freedom: Freedom::Free(None),
+                positive: p.range.0 > 0.0,
+                scale: p.start.abs(),
+                range: p.range,
+            })
+        };
+        let of_effects = effects.iter().flat_map(|id| Key::all_of(*id)).filter_map(of_effect);
+        let entries = BaseParameter::ALL.into_iter().map(of_base).chain(of_effects).collect();
         Self { kind, effects: effects.to_vec(), terms: Vec::new(), entries }
     }
 
-    /// The same with terms of the user's own; their unknowns start from absence where the term is proportional to them, and
-    /// from one otherwise.
+    /// The same with terms of the user's own; their unknowns start from absence where the term is proportional to them,
+    /// and from one otherwise.
     #[must_use]
     pub fn with_terms(mut self, terms: &[Formula]) -> Self {
-        self.entries.retain(|e| !matches!(e.home, Home::Term(..)));
+        self.entries.retain(|e| !matches!(e.key, Key::Term(..)));
         for (t, formula) in terms.iter().enumerate() {
             for (j, name) in formula.unknowns().iter().enumerate() {
                 self.entries.push(Entry {
+                    key: Key::Term(t, j),
                     name: name.clone(),
                     value: if is_proportional(formula, j) { 0.0 } else { 1.0 },
                     freedom: Freedom::Free(None),
                     positive: false,
                     scale: 1.0,
                     range: (f64::NEG_INFINITY, f64::INFINITY),
-                    home: Home::Term(t, j),
                 });
             }
         }
@@ -209,24 +267,21 @@ impl Space {
 
     /// Typical sizes in recordings, by the present values of K and R.
     pub fn scales(&self, experiments: &[Experiment]) -> Scales {
-        Scales::of(self.kind, self.value("K"), self.value("R"), experiments)
+        Scales::of(self.kind, self.value(BaseParameter::K), self.value(BaseParameter::R), experiments)
     }
 
     /// Takes the typical sizes of the recordings: scales of friction and of effects, and effects at their start values.
     pub fn take_scales(&mut self, scales: &Scales) {
         for entry in &mut self.entries {
-            match entry.home {
-                Home::Base(_) => {
-                    entry.scale = match entry.name.as_str() {
-                        "mu0" => scales.friction,
-                        "mu1" => scales.friction / scales.speed,
-                        "mu2" => scales.friction / (scales.speed * scales.speed),
-                        _ => entry.scale,
-                    };
+            match entry.key {
+                Key::Base(parameter) => {
+                    if let Some(power) = parameter.power_of_speed() {
+                        entry.scale = scales.friction_per_speed(power);
+                    }
                 }
-                Home::Term(t, j) => entry.scale = unknown_scale(&self.terms[t], j, scales),
-                Home::Effect(e, j) => {
-                    let p = &self.effects[e].description().parameters[j];
+                Key::Term(t, j) => entry.scale = unknown_scale(&self.terms[t], j, scales),
+                Key::Effect(id, j) => {
+                    let p = &id.description().parameters[j];
                     let typical = (p.start * scales.size(p.relative)).clamp(p.range.0, p.range.1);
                     entry.scale = if typical == 0.0 { 1.0 } else { typical.abs() };
                     if matches!(entry.freedom, Freedom::Free(None)) {
@@ -242,7 +297,7 @@ impl Space {
         let effects = model.effects.iter().flat_map(|e| &e.parameters);
         let terms = model.terms.iter().flat_map(|t| &t.parameters);
         for (name, parameter) in model.parameters.iter().chain(effects).chain(terms) {
-            if let Some(entry) = self.get_mut(name) {
+            if let Some(entry) = self.named_mut(name) {
                 entry.value = parameter.value;
             }
         }
@@ -251,7 +306,7 @@ impl Space {
     /// Takes the values of the parameters that both have.
     pub fn take_values(&mut self, from: &Self) {
         for entry in &mut self.entries {
-            if let Some(known) = from.get(&entry.name) {
+            if let Some(known) = from.get(entry.key) {
                 (entry.value, entry.scale) = (known.value, known.scale);
             }
         }
@@ -260,21 +315,24 @@ impl Space {
     /// Takes the order of magnitude of a small motor, from which the regression starts.
     pub fn take_typical_values(&mut self) {
         for entry in &mut self.entries {
-            if entry.positive && !entry.of_effect() && matches!(entry.freedom, Freedom::Free(None)) {
-                entry.value = match entry.name.as_str() {
-                    "R" => 1.0,
-                    "L" => 1e-3,
-                    "K" => 1e-2,
-                    _ => 1e-4,
+            if let Key::Base(parameter) = entry.key
+                && matches!(entry.freedom, Freedom::Free(None))
+            {
+                entry.value = match parameter {
+                    BaseParameter::R => 1.0,
+                    BaseParameter::L => 1e-3,
+                    BaseParameter::K => 1e-2,
+                    BaseParameter::J => 1e-4,
+                    BaseParameter::Mu0 | BaseParameter::Mu1 | BaseParameter::Mu2 => entry.value,
                 };
             }
         }
     }
 
     /// Gives free parameters another freedom.
-    pub fn hold(&mut self, names: &[&str], freedom: Freedom) {
-        for name in names {
-            if let Some(entry) = self.get_mut(name)
+    pub fn hold(&mut self, keys: impl IntoIterator<Item = impl Into<Key>>, freedom: Freedom) {
+        for key in keys {
+            if let Some(entry) = self.get_mut(key)
                 && matches!(entry.freedom, Freedom::Free(_))
             {
                 entry.freedom = freedom;
@@ -296,8 +354,8 @@ impl Space {
         &self.effects
     }
 
-    /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name says
-    /// ([`greyrig::effects::Description::turns_into`]).
+    /// The same with one more effect, at its start values, as a candidate: its shapes stay where it is what its name
+    /// says ([`greyrig::effects::Description::turns_into`]).
     #[must_use]
     pub fn with_effect(&self, id: EffectId, scales: &Scales) -> Self {
         let mut all = self.effects.clone();
@@ -306,32 +364,32 @@ impl Space {
         more.take_scales(scales);
         let d = id.description();
         if let Some(turn) = d.turns_into
-            && let Some(p) = d.parameters.iter().find(|p| p.name == turn.parameter)
-            && let Some(entry) = more.get_mut(turn.parameter)
+            && let Some(entry) = more.get_mut(Key::Effect(id, turn.parameter))
         {
             // Without any speed there is no telling; the range must not turn round.
-            entry.range.1 = entry.range.1.min(turn.beyond * scales.size(p.relative)).max(entry.range.0);
+            entry.range.1 =
+                entry.range.1.min(turn.beyond * scales.size(d.parameters[turn.parameter].relative)).max(entry.range.0);
         }
         for entry in &mut more.entries {
-            if let Some(known) = self.get(&entry.name) {
+            if let Some(known) = self.get(entry.key) {
                 *entry = known.clone();
             }
         }
         more
     }
 
-    /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would cease to be what
-    /// its name says.
+    /// The effect that another one, tried as a candidate, has come to the limit of: its shape rests where it would
+    /// cease to be what its name says.
     pub fn turned(&self, id: EffectId) -> Option<EffectId> {
         let turn = id.description().turns_into?;
-        let shape = self.get(turn.parameter)?;
+        let shape = self.get(Key::Effect(id, turn.parameter))?;
         (shape.value >= AT_THE_LIMIT * shape.range.1).then_some(turn.into)
     }
 
     /// A time of an effect that a fit has left at the shortest that it takes: what is faster is another effect.
-    pub fn at_its_shortest(&self, id: EffectId) -> Option<&'static str> {
-        let mut times = id.description().parameters.iter().skip(1).filter(|p| p.unit == "s").map(|p| p.name);
-        times.find(|name| self.get(name).is_some_and(Entry::rests_at_its_least))
+    pub fn at_its_shortest(&self, id: EffectId) -> Option<Key> {
+        let is_time = |key: &Key| key.of_effect().is_some_and(|p| p.role == Role::Time);
+        Key::all_of(id).filter(is_time).find(|key| self.get(*key).is_some_and(Entry::rests_at_its_least))
     }
 
     /// The same without an effect.
@@ -340,13 +398,17 @@ impl Space {
         let left: Vec<EffectId> = self.effects.iter().copied().filter(|e| *e != id).collect();
         let mut less = Self::new(self.kind, Base::Full, &left).with_terms(&self.terms);
         for entry in &mut less.entries {
-            let home = entry.home;
-            if let Some(known) = self.get(&entry.name) {
+            if let Some(known) = self.get(entry.key) {
                 *entry = known.clone();
-                entry.home = home;
             }
         }
         less
+    }
+
+    /// The base model alone, without effects and terms.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        self.effects.clone().into_iter().fold(self.clone().with_terms(&[]), |less, id| less.without_effect(id))
     }
 
     /// Kind of motor.
@@ -354,24 +416,31 @@ impl Space {
         self.kind
     }
 
-    /// The entry with a name.
-    pub fn get(&self, name: &str) -> Option<&Entry> {
-        self.entries.iter().find(|e| e.name == name)
+    /// A parameter.
+    pub fn get(&self, key: impl Into<Key>) -> Option<&Entry> {
+        let key = key.into();
+        self.entries.iter().find(|e| e.key == key)
     }
 
-    /// The entry with a name, to change it.
-    pub fn get_mut(&mut self, name: &str) -> Option<&mut Entry> {
+    /// A parameter, to change it.
+    pub fn get_mut(&mut self, key: impl Into<Key>) -> Option<&mut Entry> {
+        let key = key.into();
+        self.entries.iter_mut().find(|e| e.key == key)
+    }
+
+    /// The parameter with a name in files and on the command line, to change it.
+    pub fn named_mut(&mut self, name: &str) -> Option<&mut Entry> {
         self.entries.iter_mut().find(|e| e.name == name)
     }
 
-    /// The value of a base parameter.
-    pub fn value(&self, name: &str) -> f64 {
-        self.get(name).map_or(0.0, |e| e.value)
+    /// The value of a parameter; zero of what the model does not have.
+    pub fn value(&self, key: impl Into<Key>) -> f64 {
+        self.get(key).map_or(0.0, |e| e.value)
     }
 
     /// Sets a start value; fixed and absent parameters keep theirs.
-    pub fn start(&mut self, name: &str, value: f64) {
-        if let Some(entry) = self.get_mut(name)
+    pub fn start(&mut self, key: impl Into<Key>, value: f64) {
+        if let Some(entry) = self.get_mut(key)
             && matches!(entry.freedom, Freedom::Free(_))
             && value.is_finite()
             && (!entry.positive || value > 0.0)
@@ -382,9 +451,9 @@ impl Space {
 
     /// Takes the values of an effect's parameters over from another space.
     pub fn start_from(&mut self, other: &Self, effect: EffectId) {
-        for p in effect.description().parameters {
-            if let Some(entry) = other.get(p.name) {
-                self.start(p.name, entry.value);
+        for key in Key::all_of(effect) {
+            if let Some(entry) = other.get(key) {
+                self.start(key, entry.value);
             }
         }
     }
@@ -421,10 +490,14 @@ impl Space {
                 Freedom::Free(_) => theta.next().map_or(entry.value, |t| entry.decode(*t)),
                 _ => entry.value,
             };
-            match entry.home {
-                Home::Base(k) => base[k] = value,
-                Home::Effect(e, j) => effects[e][j] = value,
-                Home::Term(t, j) => unknowns[t][j] = value,
+            match entry.key {
+                Key::Base(parameter) => base[parameter as usize] = value,
+                Key::Effect(id, j) => {
+                    if let Some(e) = self.effects.iter().position(|other| *other == id) {
+                        effects[e][j] = value;
+                    }
+                }
+                Key::Term(t, j) => unknowns[t][j] = value,
             }
         }
         let effects: Vec<_> = self.effects.iter().zip(&effects).map(|(id, values)| Effect::new(*id, values)).collect();
@@ -482,25 +555,26 @@ mod tests {
         let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
         let mut space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::TransformerEmf, &scales);
         assert_eq!(space.turned(EffectId::TransformerEmf), None);
-        space.start("transformer_fading", 2.99e3);
+        space.start(Key::Effect(EffectId::TransformerEmf, 1), 2.99e3);
         assert_eq!(space.turned(EffectId::TransformerEmf), Some(EffectId::EddyCurrent));
         assert_eq!(space.turned(EffectId::Saturation), None);
     }
 
     #[test]
     fn the_shortest_time_is_told_but_no_long_one_and_no_share() {
+        const WARMUP_TIME: Key = Key::Effect(EffectId::BearingWarmup, 1);
         let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
         let space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::BearingWarmup, &scales);
         let mut space = space.with_effect(EffectId::EddyCurrent, &scales);
-        space.start("eddy_linked", 1.0);
+        space.start(Key::Effect(EffectId::EddyCurrent, 1), 1.0);
         assert_eq!(space.at_its_shortest(EffectId::EddyCurrent), None);
-        for (time, shortest) in [(0.5, Some("warmup_time")), (0.52, None), (1000.0, None)] {
-            space.start("warmup_time", time);
+        for (time, shortest) in [(0.5, Some(WARMUP_TIME)), (0.52, None), (1000.0, None)] {
+            space.start(WARMUP_TIME, time);
             assert_eq!(space.at_its_shortest(EffectId::BearingWarmup), shortest);
         }
         // A time that the recordings cannot tell has not been put there by them.
-        space.start("warmup_time", 0.5);
-        space.hold(&["warmup_time"], Freedom::Pinned);
+        space.start(WARMUP_TIME, 0.5);
+        space.hold([WARMUP_TIME], Freedom::Pinned);
         assert_eq!(space.at_its_shortest(EffectId::BearingWarmup), None);
     }
 }

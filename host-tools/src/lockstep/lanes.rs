@@ -1,4 +1,5 @@
-//! A number of several motors at once: the same operation on each lane, in one vector instruction where the processor has one.
+//! A number of several motors at once: the same operation on each lane, in one vector instruction where the processor
+//! has one.
 //!
 //! Each lane gets the bits that the operation gives by itself. A comparison has one answer for all lanes; where they
 //! disagree it gives that of the first, and [`disagreed`] tells so afterwards.
@@ -170,8 +171,8 @@ impl Scalar for Lanes {
         self + term
     }
     functions!(inverse, abs, exp, ln, tanh, atan, cos, sin, round);
-    // The core's square root is the processor's, but of one number, hidden from the compiler. IEEE 754 rounds every square root
-    // correctly, so that these bits are the core's.
+    // The core's square root is the processor's, but of one number, hidden from the compiler. IEEE 754 rounds every
+    // square root correctly, so that these bits are the core's.
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt)

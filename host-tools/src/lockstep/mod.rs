@@ -1,8 +1,9 @@
 //! Motors that hardly differ, stepped together: as many as a vector register has lanes, in the time of two.
 //!
 //! What derivatives by forward differences want is the same free run again and again with one parameter changed by a
-//! millionth. All branches of the model are then taken alike but for a few steps at which a current or a speed goes through
-//! zero, or a loop turns round; such a step is done again, motor by motor. Each motor gets the bits that it gets alone.
+//! millionth. All branches of the model are then taken alike but for a few steps at which a current or a speed goes
+//! through zero, or a loop turns round; such a step is done again, motor by motor. Each motor gets the bits that it
+//! gets alone.
 
 mod lanes;
 
@@ -25,8 +26,8 @@ pub fn as_many_as_lanes(motors: &[impl Borrow<Motor<f64>>]) -> Option<[Motor<f64
     worth.then(|| array::from_fn(|k| motors.get(k).unwrap_or(&motors[0]).borrow().clone()))
 }
 
-/// What comes out if motors are treated as one; `None` where their branches part, their effects differ or they have terms of the
-/// user's own.
+/// What comes out if motors are treated as one; `None` where their branches part, their effects differ or they have
+/// terms of the user's own.
 pub fn in_agreement<T>(motors: &[Motor<f64>; LANES], of: impl FnOnce(&Motor<Lanes>) -> T) -> Option<T> {
     lanes::disagreed();
     let result = of(&as_one(motors)?);
@@ -44,8 +45,8 @@ pub struct Lockstep {
 }
 
 impl Lockstep {
-    /// Motors to be stepped by `interval` seconds in `substeps`. `None`: their effects differ, they have terms of the user's own, or
-    /// [`Stepper::with_substeps`] refuses one of them.
+    /// Motors to be stepped by `interval` seconds in `substeps`. `None`: their effects differ, they have terms of the
+    /// user's own, or [`Stepper::with_substeps`] refuses one of them.
     pub fn build(motors: &[Motor<f64>; LANES], interval: f64, substeps: u8) -> Option<Self> {
         let stepper = |motor: &Motor<f64>| Stepper::with_substeps(motor.clone(), interval, substeps).ok();
         let alone: Vec<_> = motors.iter().map(stepper).collect::<Option<_>>()?;
@@ -164,8 +165,9 @@ mod tests {
 
     const INTERVAL_S: f64 = 2e-4;
 
-    /// Every effect of the catalogue, in motors that hardly differ and in such that do, so that branches are taken apart: driven to
-    /// and fro, with the rotor held and the supply open for a while, each has the bits that it has alone.
+    /// Every effect of the catalogue, in motors that hardly differ and in such that do, so that branches are taken
+    /// apart: driven to and fro, with the rotor held and the supply open for a while, each has the bits that it has
+    /// alone.
     #[test]
     fn each_motor_has_the_bits_that_it_has_alone() {
         let mut apart = 0;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use greyrig::butterworth;
+use greyrig::motor::BaseParameter;
 
-use super::{BASE_PARAMETERS, Model, SCHEMA, unit};
+use super::{Model, Parameter, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
 
@@ -15,8 +16,8 @@ impl Model {
     /// Reads a model file.
     ///
     /// # Errors
-    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values that
-    /// no motor can have.
+    /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values
+    /// that no motor can have.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         let model: Self = toml::from_str(&text).map_err(|e| {
@@ -52,14 +53,14 @@ impl Model {
     fn check_parameters(&self, at: At<'_>) -> Result<()> {
         for (name, parameter) in &self.parameters {
             let place = || at(&format!("[parameters.{name}]"));
-            if !BASE_PARAMETERS.contains(&name.as_str()) {
+            let Some(base) = BaseParameter::of_name(name) else {
                 return Err(Error::input(
                     place(),
                     format!("there is no parameter {name}"),
-                    format!("the base model has {}", BASE_PARAMETERS.join(", ")),
+                    format!("the base model has {}", BaseParameter::ALL.map(BaseParameter::name).join(", ")),
                 ));
-            }
-            let expected = unit(name, self.kind, self.motion);
+            };
+            let expected = unit(base.unit(self.kind.flux_law()), self.motion);
             if parameter.unit != expected {
                 return Err(Error::input(
                     place(),
@@ -141,6 +142,15 @@ impl Model {
     /// # Errors
     /// A number that TOML cannot hold.
     pub fn text(&self) -> Result<String> {
+        let effects = self.effects.iter().flat_map(|e| &e.parameters);
+        let terms = self.terms.iter().flat_map(|t| &t.parameters);
+        let unusable = |p: &Parameter| !p.value.is_finite() || p.ci95.iter().flatten().any(|x| !x.is_finite());
+        if let Some((name, _)) = self.parameters.iter().chain(effects).chain(terms).find(|(_, p)| unusable(p)) {
+            return Err(Error::usage(
+                format!("{name} has come to no number, so that there is no model to write"),
+                "leave out what was added last, or record more excitation",
+            ));
+        }
         toml::to_string_pretty(self)
             .map_err(|e| Error::usage(format!("the model cannot be written as TOML: {e}"), "report this as a bug"))
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use greyrig::motor::FluxLaw;
+use greyrig::motor::{BaseParameter, FluxLaw};
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Recording;
@@ -27,7 +27,8 @@ impl Kind {
         }
     }
 
-    /// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual one.
+    /// The kind of motor that was given, or else that which the recordings tell as their `motor`, or else the usual
+    /// one.
     pub fn of(given: Option<Self>, recordings: &[Recording]) -> Self {
         let told = |r: &Recording| <Self as clap::ValueEnum>::from_str(r.metadata().get("motor")?, false).ok();
         given.or_else(|| recordings.iter().find_map(told)).unwrap_or_default()
@@ -73,12 +74,12 @@ impl Base {
         }
     }
 
-    /// Whether the base has a friction term (`mu0`, `mu1`, `mu2`); all other parameters are always there.
-    pub fn has(self, name: &str) -> bool {
-        match name {
-            "mu0" => matches!(self, Self::Full | Self::DryViscous | Self::Dry),
-            "mu1" => matches!(self, Self::Full | Self::DryViscous | Self::Viscous),
-            "mu2" => matches!(self, Self::Full),
+    /// Whether the base has a friction term; all other parameters are always there.
+    pub fn has(self, parameter: BaseParameter) -> bool {
+        match parameter {
+            BaseParameter::Mu0 => matches!(self, Self::Full | Self::DryViscous | Self::Dry),
+            BaseParameter::Mu1 => matches!(self, Self::Full | Self::DryViscous | Self::Viscous),
+            BaseParameter::Mu2 => matches!(self, Self::Full),
             _ => true,
         }
     }

@@ -22,7 +22,7 @@ use std::path::Path;
 
 use greyrig::anfis::{Anfis3x3, Settings3x3};
 use greyrig::effects::{Effect, EffectId};
-use greyrig::motor::{Motor, ParameterError, Parameters};
+use greyrig::motor::{BaseParameter, Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -37,9 +37,6 @@ pub use units::unit;
 
 /// Version of the file's layout.
 pub const SCHEMA: u32 = 1;
-
-/// Names of the base parameters, in the core's order.
-pub const BASE_PARAMETERS: [&str; 7] = ["R", "L", "K", "J", "mu0", "mu1", "mu2"];
 
 /// How a value came to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -199,6 +196,10 @@ pub struct Model {
     /// Name of the motor type, if the recordings told it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor: Option<String>,
+    /// `false`: what was added last did not lower the error on data that the fit had not seen. Absent where nothing was
+    /// judged, or all is well.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accepted: Option<bool>,
     /// Filter of the comparison.
     #[serde(default)]
     pub filter: Filter,
@@ -222,6 +223,11 @@ pub struct Model {
 }
 
 impl Model {
+    /// Marks a model by what the data held out say of what was added last.
+    pub fn judged(&mut self, accepted: bool) {
+        self.accepted = (!accepted).then_some(false);
+    }
+
     /// The detector's limits; `path` is where the model comes from.
     ///
     /// # Errors
@@ -235,9 +241,21 @@ impl Model {
         })
     }
 
-    /// The value of a base parameter; zero for friction terms that the base does not have.
-    pub fn value(&self, name: &str) -> f64 {
-        self.parameters.get(name).map_or_else(|| placeholder(name), |p| p.value)
+    /// A base parameter, if the model has it.
+    pub fn base_parameter(&self, parameter: BaseParameter) -> Option<&Parameter> {
+        self.parameters.get(parameter.name())
+    }
+
+    /// The same, to change it.
+    pub fn base_parameter_mut(&mut self, parameter: BaseParameter) -> Option<&mut Parameter> {
+        self.parameters.get_mut(parameter.name())
+    }
+
+    /// The value of a base parameter; one for R, L, K and J that a model lacks, because nothing in its recordings needs
+    /// them, and zero for a friction term.
+    pub fn value(&self, parameter: BaseParameter) -> f64 {
+        let lacking = if parameter.is_friction() { 0.0 } else { 1.0 };
+        self.base_parameter(parameter).map_or(lacking, |p| p.value)
     }
 
     /// The effects with their values, in the core's number type.
@@ -284,7 +302,7 @@ impl Model {
     /// # Errors
     /// A value that no motor can have.
     pub fn motor<S: greyrig::scalar::Scalar<Base = S>>(&self) -> std::result::Result<Motor<S>, ParameterError> {
-        let values = BASE_PARAMETERS.map(|name| S::constant(self.value(name)));
+        let values = BaseParameter::ALL.map(|parameter| S::constant(self.value(parameter)));
         let terms: Vec<_> = self
             .terms
             .iter()
@@ -294,14 +312,5 @@ impl Model {
             })
             .collect();
         Motor::build(Parameters::from_values(self.kind.flux_law(), values), &self.effects::<S>())?.with_terms(&terms)
-    }
-}
-
-/// Stands in for a parameter that a model lacks, because nothing in its recordings needs it: the mechanical side alone
-/// has no R, L and K.
-fn placeholder(name: &str) -> f64 {
-    match name {
-        "R" | "L" | "K" | "J" => 1.0,
-        _ => 0.0,
     }
 }

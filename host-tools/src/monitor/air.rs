@@ -6,12 +6,14 @@
 //! ρ = p/(R_s T),  R_s = 287.05 J/(kg K)          M_fan = μ2 ω² ρ/ρ₀
 //! ```
 //!
-//! with ρ₀ the mean over the healthy motors that have taught the limits. Humid air of 25 °C is up to 1 % lighter than dry air,
-//! which is neglected.
+//! with ρ₀ the mean over the healthy motors that have taught the limits. Humid air of 25 °C is up to 1 % lighter than
+//! dry air, which is neglected.
 //!
 //! Source: ISO 2533:1975, Standard Atmosphere (R_s of dry air).
 
 use std::borrow::Cow;
+
+use greyrig::motor::BaseParameter;
 
 use crate::error::{Error, Place, Result};
 use crate::model::{DetectorEntry, Model};
@@ -54,7 +56,7 @@ pub fn compensated<'a>(model: &'a Model, detector: &DetectorEntry, recording: &R
         return Ok(Cow::Borrowed(model));
     };
     let mut changed = model.clone();
-    if let Some(load) = changed.parameters.get_mut("mu2") {
+    if let Some(load) = changed.base_parameter_mut(BaseParameter::Mu2) {
         load.value *= density / (0.5 * (low + high));
     }
     Ok(Cow::Owned(changed))

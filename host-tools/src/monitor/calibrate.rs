@@ -1,10 +1,10 @@
 //! Limits from healthy motors.
 //!
-//! From each run the value that just would not have called is taken: of the fast features the largest that lasts as many
-//! periods as a call needs, of the deviations the extremes of the mean over as many periods as the cumulative sum needs. Limits
-//! are tolerance limits of these values over the motors: lognormal for errors and noise, normal for deviations. Seven values
-//! are watched, so each limit holds all but a seventh of the false alarms that are allowed. The parameters that are estimated
-//! from a run, on the host alone, have a share of their own.
+//! From each run the value that just would not have called is taken: of the fast features the largest that lasts as
+//! many periods as a call needs, of the deviations the extremes of the mean over as many periods as the cumulative sum
+//! needs. Limits are tolerance limits of these values over the motors: lognormal for errors and noise, normal for
+//! deviations. Seven values are watched, so each limit holds all but a seventh of the false alarms that are allowed.
+//! The parameters that are estimated from a run, on the host alone, have a share of their own.
 
 use std::collections::BTreeMap;
 
@@ -95,8 +95,8 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
     motors.into_iter().map(|(_, runs)| runs).collect()
 }
 
-/// Learns the limits of a model's detector from runs of healthy motors. Runs with the same serial number are of the same
-/// motor: what differs between them is the rig's own scatter.
+/// Learns the limits of a model's detector from runs of healthy motors. Runs with the same serial number are of the
+/// same motor: what differs between them is the rig's own scatter.
 ///
 /// # Errors
 /// Too few motors, a run in which nothing can be judged, an interrupt.

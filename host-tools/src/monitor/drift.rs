@@ -1,7 +1,7 @@
 //! Has the rig drifted? Control charts of what the golden motor shows, check by check.
 //!
-//! The first m checks teach mean x̄ and standard deviation s. A later check x_k is compared with them twice, k = 1, 2, …
-//! counted from the first check after those:
+//! The first m checks teach mean x̄ and standard deviation s. A later check x_k is compared with them twice, k = 1, 2,
+//! … counted from the first check after those:
 //!
 //! ```text
 //! individuals   |x_k − x̄| > t s √(1 + 1/m)                                  catches a jump (Shewhart)
@@ -9,21 +9,22 @@
 //!               |z_k − x̄| > t s √(λ/(2 − λ) (1 − q²) + (1 − q)²/m)          q = (1 − λ)^k
 //! ```
 //!
-//! Both differences are normal, and s is independent of them, so with t the quantile 1 − α/2 of Student's distribution of
-//! m − 1 degrees of freedom each rule calls a rig that has not drifted with probability α a check, exactly, for normal
-//! figures and any m. α is [`FALSE_ALARMS`] shared among all figures and both rules, so that all of them together call in at
-//! most that share of checks.
+//! Both differences are normal, and s is independent of them, so with t the quantile 1 − α/2 of Student's distribution
+//! of m − 1 degrees of freedom each rule calls a rig that has not drifted with probability α a check, exactly, for
+//! normal figures and any m. α is [`FALSE_ALARMS`] shared among all figures and both rules, so that all of them
+//! together call in at most that share of checks.
 //!
-//! Sources: W. A. Shewhart: Economic Control of Quality (1931); S. W. Roberts: Control chart tests based on geometric moving
-//! averages, Technometrics 1 (1959) 239–250; limits with estimated parameters as prediction intervals: D. C. Montgomery:
-//! Statistical Quality Control, 7th edition (2013), sections 6.4 and 9.2.
+//! Sources: W. A. Shewhart: Economic Control of Quality (1931); S. W. Roberts: Control chart tests based on geometric
+//! moving averages, Technometrics 1 (1959) 239–250; limits with estimated parameters as prediction intervals: D. C.
+//! Montgomery: Statistical Quality Control, 7th edition (2013), sections 6.4 and 9.2.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::tolerance::moments;
 
-/// Share of checks of a rig that has not drifted in which an alarm is raised: that of 3 σ of a single chart, one in 370.
+/// Share of checks of a rig that has not drifted in which an alarm is raised: that of 3 σ of a single chart, one in
+/// 370.
 pub const FALSE_ALARMS: f64 = 0.0027;
 /// Fewest checks that can teach what is usual.
 pub const FEWEST: usize = 5;

@@ -1,7 +1,7 @@
 //! Gauge repeatability and reproducibility: how much of what is measured is the gauge's own scatter.
 //!
-//! Crossed study by analysis of variance, all factors random: p parts, each measured n times by each of o appraisers (rigs,
-//! shifts, people):
+//! Crossed study by analysis of variance, all factors random: p parts, each measured n times by each of o appraisers
+//! (rigs, shifts, people):
 //!
 //! ```text
 //! x_ijk = μ + part_i + appraiser_j + (part × appraiser)_ij + ε_ijk
@@ -76,8 +76,8 @@ impl Gauge {
     }
 }
 
-/// Analyses a balanced crossed study: `values[part][appraiser]` holds the repetitions. `None` where it is not balanced, or has
-/// too little of everything: it takes two repetitions, and two parts or two appraisers.
+/// Analyses a balanced crossed study: `values[part][appraiser]` holds the repetitions. `None` where it is not balanced,
+/// or has too little of everything: it takes two repetitions, and two parts or two appraisers.
 pub fn crossed(values: &[Vec<Vec<f64>>]) -> Option<Gauge> {
     let (p, o) = (values.len(), values.first()?.len());
     let n = values.first()?.first()?.len();

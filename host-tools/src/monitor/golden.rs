@@ -1,9 +1,9 @@
-//! The golden motor: one that is known to be good, tested at the start of every shift. What it shows differs only as the rig
-//! does.
+//! The golden motor: one that is known to be good, tested at the start of every shift. What it shows differs only as
+//! the rig does.
 //!
-//! A check is one or several runs in a row; its figures go to a history, a line per run. The mean of a check is compared with
-//! the first checks of the history ([`drift`](super::drift)), and runs against checks tell how well the rig repeats
-//! ([`gauge`](super::gauge)).
+//! A check is one or several runs in a row; its figures go to a history, a line per run. The mean of a check is
+//! compared with the first checks of the history ([`drift`](super::drift)), and runs against checks tell how well the
+//! rig repeats ([`gauge`](super::gauge)).
 
 use std::path::Path;
 
@@ -117,6 +117,11 @@ impl History {
         journal::check(path, HEADER)
     }
 
+    /// As [`Journal::warning`].
+    pub fn warning(&self) -> Option<String> {
+        self.journal.warning()
+    }
+
     /// Adds runs; they are on the disk before this returns.
     ///
     /// # Errors
@@ -172,7 +177,8 @@ fn tolerances(detector: &DetectorEntry) -> [Option<f64>; FIGURES.len()] {
     widths.map(|width| Some(width).filter(|width| *width > 0.0))
 }
 
-/// Charts of all figures from the runs of a golden motor that passed, whose first `baseline` checks teach what is usual.
+/// Charts of all figures from the runs of a golden motor that passed, whose first `baseline` checks teach what is
+/// usual.
 pub fn charts(runs: &[Run], baseline: usize, detector: &DetectorEntry) -> Vec<Chart> {
     let mut checks: Vec<Vec<&Run>> = Vec::new();
     for run in runs.iter().filter(|r| r.passed()) {
@@ -214,8 +220,8 @@ pub struct Study {
     pub of_tolerance: Option<f64>,
 }
 
-/// Analyses runs as a crossed study: `cells[motor][appraiser]` holds the figures of the repeated runs. `None` where it is not
-/// balanced or there is too little of it.
+/// Analyses runs as a crossed study: `cells[motor][appraiser]` holds the figures of the repeated runs. `None` where it
+/// is not balanced or there is too little of it.
 pub fn study(cells: &[Vec<Vec<[f64; FIGURES.len()]>>], detector: &DetectorEntry) -> Option<Vec<Study>> {
     // The voltage is the supply's, not the motor's.
     let widths = &tolerances(detector)[..3];

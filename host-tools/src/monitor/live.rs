@@ -1,10 +1,11 @@
-//! A test over the link: the microcontroller judges with what is in its flash, the host shows it and records the samples.
+//! A test over the link: the microcontroller judges with what is in its flash, the host shows it and records the
+//! samples.
 //!
 //! ```text
 //! look at the voltage until it is there ─► begin the test ─► periods and samples ─► time is up, or the supply is off
 //! ```
-//! The verdict is the microcontroller's. Its periods make the same [`Replay`] as a recording does, so that all that is done
-//! with a replay can be done with a test on line.
+//! The verdict is the microcontroller's. Its periods make the same [`Replay`] as a recording does, so that all that is
+//! done with a replay can be done with a test on line.
 
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
-//! The detector on the host: recordings through the rig's own tick and detector, tests over the link, limits learnt from healthy motors, and what
-//! may be broken.
+//! The detector on the host: recordings through the rig's own tick and detector, tests over the link, limits learnt
+//! from healthy motors, and what may be broken.
 
 pub mod air;
 pub mod calibrate;

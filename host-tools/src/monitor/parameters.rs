@@ -1,14 +1,17 @@
 //! The physical parameters of one motor, estimated from its test.
 //!
-//! A fault that is there from the start has to exceed what healthy motors differ by. Current and speed of a running motor hardly
-//! tell: a resistance that takes three hundredths of the voltage may nearly double before they leave the scatter of the lot. The
-//! parameters themselves scatter by a few per cent, and a run with its run-up determines them: resistance, inductance, flux,
-//! inertia and the friction that takes most of the torque are fitted by output error, from the type's model, whose effects and
-//! smaller frictions stay as they are. Healthy motors tell how far each may be from the type's.
+//! A fault that is there from the start has to exceed what healthy motors differ by. Current and speed of a running
+//! motor hardly tell: a resistance that takes three hundredths of the voltage may nearly double before they leave the
+//! scatter of the lot. The parameters themselves scatter by a few per cent, and a run with its run-up determines them:
+//! resistance, inductance, flux, inertia and the friction that takes most of the torque are fitted by output error,
+//! from the type's model, whose effects and smaller frictions stay as they are. Healthy motors tell how far each may be
+//! from the type's.
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
 use std::collections::BTreeMap;
+
+use greyrig::motor::BaseParameter;
 
 use super::suspect::{self, Suspect};
 use crate::context::Context;
@@ -25,21 +28,21 @@ use crate::recording::Recording;
 pub const PRECISION: f64 = 0.2;
 
 /// Base parameters that are estimated, with their names. Of the frictions the one that takes most.
-const ESTIMATED: [(&str, &str); PARAMETERS] = [
-    ("R", "resistance"),
-    ("L", "inductance"),
-    ("K", "flux"),
-    ("J", "inertia"),
-    ("mu0", "dry friction"),
-    ("mu1", "viscous friction"),
-    ("mu2", "fan load"),
+const ESTIMATED: [(BaseParameter, &str); PARAMETERS] = [
+    (BaseParameter::R, "resistance"),
+    (BaseParameter::L, "inductance"),
+    (BaseParameter::K, "flux"),
+    (BaseParameter::J, "inertia"),
+    (BaseParameter::Mu0, "dry friction"),
+    (BaseParameter::Mu1, "viscous friction"),
+    (BaseParameter::Mu2, "fan load"),
 ];
 const PARAMETERS: usize = 7;
 
 /// What may be wrong from the start, and the powers of its gain by which it multiplies the estimates, in the order of
-/// [`ESTIMATED`]. With a sensor's gain g the voltage balance u = R i + L di/dt + K φ(i) ω and the torque balance K φ(i) i = J dω/dt + M
-/// hold for what is measured with other parameters: a current that shows g i takes g from R and L, and from K of a series
-/// motor, whose torque then seems g times as large.
+/// [`ESTIMATED`]. With a sensor's gain g the voltage balance u = R i + L di/dt + K φ(i) ω and the torque balance K φ(i)
+/// i = J dω/dt + M hold for what is measured with other parameters: a current that shows g i takes g from R and L, and
+/// from K of a series motor, whose torque then seems g times as large.
 struct Cause {
     name: &'static str,
     kind: &'static str,
@@ -71,7 +74,7 @@ impl Cause {
 }
 
 /// Name of a parameter in words.
-pub fn described(parameter: &str) -> Option<&'static str> {
+pub fn described(parameter: BaseParameter) -> Option<&'static str> {
     ESTIMATED.iter().find(|(id, _)| *id == parameter).map(|(_, name)| *name)
 }
 
@@ -81,15 +84,15 @@ pub fn farthest(limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<String, f64>
     limits.iter().filter_map(ratio).fold(0.0, f64::max)
 }
 
-/// What may be wrong, the likeliest first: each cause by the share of the differences from a healthy motor's parameters, in units of
-/// the limits, that it explains at its best size.
+/// What may be wrong, the likeliest first: each cause by the share of the differences from a healthy motor's
+/// parameters, in units of the limits, that it explains at its best size.
 pub fn suspects(kind: Kind, limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<String, f64>) -> Vec<Suspect> {
     let watched: Vec<(usize, f64, f64)> = ESTIMATED
         .iter()
         .enumerate()
         .filter_map(|(k, (id, _))| {
-            let [centre, half] = limits.get(*id)?;
-            Some((k, (own.get(*id)? - centre) / half, *half))
+            let [centre, half] = limits.get(id.name())?;
+            Some((k, (own.get(id.name())? - centre) / half, *half))
         })
         .collect();
     let whole: f64 = watched.iter().map(|(_, d, _)| d * d).sum();
@@ -117,11 +120,12 @@ pub fn changes(model: &Model, recording: &Recording, ctx: &Context) -> Result<BT
     space.take_scales(&space.scales(&coarse));
     space.take_model(model);
     let fastest = coarse[0].speed.iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
-    let frictions = [("mu0", 1.0), ("mu1", fastest), ("mu2", fastest * fastest)];
-    let torque = |(name, factor): &(&str, f64)| model.value(name) * factor;
-    let largest = frictions.iter().max_by(|a, b| torque(a).total_cmp(&torque(b))).map_or("", |f| f.0);
+    let factors = [1.0, fastest, fastest * fastest];
+    let torque = |(friction, factor): &(BaseParameter, f64)| model.value(*friction) * factor;
+    let frictions = BaseParameter::FRICTIONS.into_iter().zip(factors);
+    let largest = frictions.max_by(|a, b| torque(a).total_cmp(&torque(b))).map(|f| f.0);
     for entry in &mut space.entries {
-        let free = matches!(entry.name.as_str(), "R" | "L" | "K" | "J") || entry.name == largest;
+        let free = entry.key.base().is_some_and(|p| p.is_positive() || Some(p) == largest);
         if matches!(entry.freedom, Freedom::Free(_)) && !(free && entry.value > 0.0) {
             entry.freedom = Freedom::Fixed;
         }
@@ -130,9 +134,11 @@ pub fn changes(model: &Model, recording: &Recording, ctx: &Context) -> Result<BT
     let rows = coarse.iter().map(|e| Rows::new(e, e.substeps(&motor).unwrap_or(1))).collect();
     let problem = OutputError::new(rows)?;
     let fit = minimise(&space, &problem, Effort::USUAL, None, &ctx.quietly())?;
-    let determined = intervals_of_fit(&problem, &fit).into_iter().filter_map(|(name, [low, high])| {
-        let (value, of_type) = (fit.space.value(&name), model.value(&name));
-        (0.5 * (high - low) < PRECISION * of_type && value > 0.0).then(|| (name, (value / of_type).ln()))
+    let determined = intervals_of_fit(&problem, &fit).into_iter().filter_map(|(key, [low, high])| {
+        let parameter = key.base()?;
+        let (value, of_type) = (fit.space.value(key), model.value(parameter));
+        let is_determined = 0.5 * (high - low) < PRECISION * of_type && value > 0.0;
+        is_determined.then(|| (parameter.name().to_owned(), (value / of_type).ln()))
     });
     Ok(determined.collect())
 }

@@ -1,14 +1,14 @@
 //! What may be broken: each physical parameter is estimated once more from the time of the alarm on.
 //!
-//! A cause (a resistance, a load, a sensor's gain) is put into the model at the time of the alarm, and the deviations of
-//! current and speed that it would make, period by period, are compared with those that were measured, both against what they
-//! were before. Its size is found by Gauss–Newton steps; the cause that explains most is suspected first. What differs from
-//! motor to motor is there before and after, and drops out.
+//! A cause (a resistance, a load, a sensor's gain) is put into the model at the time of the alarm, and the deviations
+//! of current and speed that it would make, period by period, are compared with those that were measured, both against
+//! what they were before. Its size is found by Gauss–Newton steps; the cause that explains most is suspected first.
+//! What differs from motor to motor is there before and after, and drops out.
 //!
 //! Source: A. Rakar, Đ. Juričić, 2004, conclusion (isolation by parameter estimation).
 
 use greyrig::anfis::Anfis3x3;
-use greyrig::motor::{Constraints, State, Stepper};
+use greyrig::motor::{BaseParameter, Constraints, State, Stepper};
 use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
@@ -34,7 +34,7 @@ const AS_LIKELY: f64 = 0.02;
 /// How a cause changes what is recorded.
 enum Change {
     /// A parameter by its relative change.
-    Parameter(&'static str),
+    Parameter(BaseParameter),
     /// Dry friction, by its part of the load torque at the largest speed.
     Friction,
     /// A sensor's gain.
@@ -49,11 +49,11 @@ struct Cause {
 
 /// The frequent ones first.
 const CAUSES: &[Cause] = &[
-    Cause { name: "resistance", kind: "electrical", change: Change::Parameter("R") },
-    Cause { name: "inductance", kind: "electrical", change: Change::Parameter("L") },
-    Cause { name: "flux", kind: "electrical", change: Change::Parameter("K") },
+    Cause { name: "resistance", kind: "electrical", change: Change::Parameter(BaseParameter::R) },
+    Cause { name: "inductance", kind: "electrical", change: Change::Parameter(BaseParameter::L) },
+    Cause { name: "flux", kind: "electrical", change: Change::Parameter(BaseParameter::K) },
     Cause { name: "friction, as part of the load,", kind: "mechanical", change: Change::Friction },
-    Cause { name: "fan load", kind: "mechanical", change: Change::Parameter("mu2") },
+    Cause { name: "fan load", kind: "mechanical", change: Change::Parameter(BaseParameter::Mu2) },
     Cause { name: "gain of the current sensor", kind: "sensor", change: Change::Gain(Channel::Current) },
     Cause { name: "gain of the speed sensor", kind: "sensor", change: Change::Gain(Channel::Speed) },
     Cause { name: "gain of the voltage sensor", kind: "sensor", change: Change::Gain(Channel::Voltage) },
@@ -160,7 +160,8 @@ pub fn suspects(
     Ok(likeliest_first(all))
 }
 
-/// Suspects that explain as much as the best one in the order in which they are frequent, which is theirs, then the others.
+/// Suspects that explain as much as the best one in the order in which they are frequent, which is theirs, then the
+/// others.
 pub(super) fn likeliest_first(all: Vec<Suspect>) -> Vec<Suspect> {
     let best = all.iter().map(|s| s.explains).fold(0.0, f64::max);
     let (mut likely, mut others): (Vec<Suspect>, Vec<Suspect>) =
@@ -193,21 +194,22 @@ struct Station<'a> {
     correction: Option<Anfis3x3>,
 }
 
-/// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is nothing to
-/// this motor.
+/// What the detector would see of the model itself with a cause in it from `begin_s` on. `None` where the cause is
+/// nothing to this motor.
 fn response(station: &Station<'_>, cause: &Cause, size: f64, begin_s: f64, ctx: &Context) -> Result<Option<Replay>> {
     let Station { model, detector, recording, experiment: e, correction } = station;
     let onset = (0..e.len()).find(|n| recording.start_s() + *n as f64 * e.interval_s >= begin_s).unwrap_or(e.len());
     let mut changed: Model = (*model).clone();
     match &cause.change {
-        Change::Parameter(name) => {
-            let Some(p) = changed.parameters.get_mut(*name).filter(|p| p.value != 0.0) else { return Ok(None) };
+        Change::Parameter(parameter) => {
+            let Some(p) = changed.base_parameter_mut(*parameter).filter(|p| p.value != 0.0) else { return Ok(None) };
             p.value *= 1.0 + size;
         }
         Change::Friction => {
             let fastest = e.speed.iter().flatten().fold(0.0f64, |m, w| m.max(w.abs()));
-            let load = model.value("mu0") + fastest * (model.value("mu1") + fastest * model.value("mu2"));
-            let Some(p) = changed.parameters.get_mut("mu0") else { return Ok(None) };
+            let load = model.value(BaseParameter::Mu0)
+                + fastest * (model.value(BaseParameter::Mu1) + fastest * model.value(BaseParameter::Mu2));
+            let Some(p) = changed.base_parameter_mut(BaseParameter::Mu0) else { return Ok(None) };
             p.value += size * load;
         }
         Change::Gain(_) => {}

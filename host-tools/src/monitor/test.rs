@@ -13,15 +13,16 @@ use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
 
-/// Share of the deviations that a mechanical fault or a sensor's has to explain to be named beside sparking brushes, whose arcs
-/// take voltage at random: what they do to current and speed no other electrical cause can be told from.
+/// Share of the deviations that a mechanical fault or a sensor's has to explain to be named beside sparking brushes,
+/// whose arcs take voltage at random: what they do to current and speed no other electrical cause can be told from.
 const BESIDE_SPARKS: f64 = 0.8;
-/// Share of the deviations that a cause since the alarm has to explain, or the parameters are looked at over the whole run.
+/// Share of the deviations that a cause since the alarm has to explain, or the parameters are looked at over the whole
+/// run.
 const EXPLAINED: f64 = 0.5;
 /// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
 const TEMPERATURE_MARGIN: f64 = 10.0;
-/// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may vary
-/// (EN 50160).
+/// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may
+/// vary (EN 50160).
 const MAINS_MARGIN: f64 = 0.1;
 /// The same for the density of the air, whose effect on the fan is compensated: a thousand metres of height make 10 %.
 const AIR_MARGIN: f64 = 0.15;
@@ -84,7 +85,8 @@ pub struct Test {
     pub alarms: Vec<Alarm>,
     /// What may be broken, by parameters estimated once more from the alarm on.
     pub suspects: Vec<Suspect>,
-    /// Logarithms of the ratios of the motor's own parameters to the model's, where nothing else explains what was seen.
+    /// Logarithms of the ratios of the motor's own parameters to the model's, where nothing else explains what was
+    /// seen.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
     /// Periods that were judged, and all.
@@ -180,8 +182,8 @@ fn from_the_start(run: &Replay, ratio: f64) -> Alarm {
     Alarm { t_s, until_s, kind, cause: "estimated parameters", suspect: String::new(), ratio }
 }
 
-/// Periods that call, joined where they are close together. Where the fault sits is what most of them say: before the rotor
-/// has followed, much looks like a sensor.
+/// Periods that call, joined where they are close together. Where the fault sits is what most of them say: before the
+/// rotor has followed, much looks like a sensor.
 fn alarms(rows: &[Row]) -> Vec<Alarm> {
     let mut all: Vec<(Alarm, [usize; Kind::ALL.len()])> = Vec::new();
     for row in rows {

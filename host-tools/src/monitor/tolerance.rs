@@ -1,14 +1,14 @@
 //! Limits that hold a share of all healthy motors, from a few of them.
 //!
-//! The largest of ten motors is exceeded by one motor in eleven. A normal tolerance limit `m + k s` holds the share p of the
-//! population with confidence γ; with z the normal quantile and n motors
+//! The largest of ten motors is exceeded by one motor in eleven. A normal tolerance limit `m + k s` holds the share p
+//! of the population with confidence γ; with z the normal quantile and n motors
 //!
 //! ```text
 //! k = (z_p + √(z_p² − a b))/a      a = 1 − z_γ²/(2 (n − 1))      b = z_p² − z_γ²/n
 //! ```
 //!
-//! Where several runs come of a motor, they are not as many motors. With n runs each of g motors, MS_b and MS_w the mean
-//! squares between and within motors, and n_0 runs of a motor (n itself, if all have as many),
+//! Where several runs come of a motor, they are not as many motors. With n runs each of g motors, MS_b and MS_w the
+//! mean squares between and within motors, and n_0 runs of a motor (n itself, if all have as many),
 //!
 //! ```text
 //! s² = MS_b/n_0 + (1 − 1/n_0) MS_w      ν = s⁴/((MS_b/n_0)²/(g − 1) + ((1 − 1/n_0) MS_w)²/(N − g))

@@ -22,8 +22,8 @@ pub struct Net {
 }
 
 impl Net {
-    /// The grid to start from: centres equally spaced over each range, bells that cross at μ = 0.5 with the given b, and
-    /// Gaussians that cross there, too. Consequents are zero.
+    /// The grid to start from: centres equally spaced over each range, bells that cross at μ = 0.5 with the given b,
+    /// and Gaussians that cross there, too. Consequents are zero.
     pub fn grid(shape: Shape, firing: Firing, b: f64, functions: usize, ranges: &[(f64, f64)]) -> Self {
         let premise = ranges
             .iter()

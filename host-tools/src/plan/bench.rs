@@ -5,7 +5,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use greyrig::butterworth;
 use greyrig::effects::{Description, EffectId, InWords};
-use greyrig::motor::Stepper;
+use greyrig::motor::{BaseParameter, Stepper};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use crate::diagnose::screening::Complement;
 use crate::error::{Error, Result};
 use crate::identify::minimise::{Residuals, jacobian_at};
 use crate::identify::scales::Scales;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 use crate::identify::{self, Settings};
 use crate::model::{Filter, Kind, Model};
 use crate::rig::motor::Nameplate;
@@ -72,8 +72,8 @@ impl Bench {
         limits: Limits,
         ctx: &Context,
     ) -> Result<Self> {
-        let missing: Vec<&str> =
-            ["R", "L", "K", "J"].into_iter().filter(|n| !model.parameters.contains_key(*n)).collect();
+        let missing = BaseParameter::POSITIVE.into_iter().filter(|p| model.base_parameter(*p).is_none());
+        let missing: Vec<&str> = missing.map(BaseParameter::name).collect();
         if !missing.is_empty() {
             return Err(Error::usage(
                 format!("the model has no {}, without which no voltage can be planned", missing.join(", ")),
@@ -87,7 +87,7 @@ impl Bench {
             heat: limits.current_a.powi(2) * seconds,
             speed: 1.0,
             friction: 0.1
-                * model.value("K")
+                * model.value(BaseParameter::K)
                 * limits.current_a
                 * if model.kind == Kind::Universal { limits.current_a } else { 1.0 },
         };
@@ -119,7 +119,7 @@ impl Bench {
         all.sort_by_key(|d| d.id);
         all.dedup_by_key(|d| d.id);
         for d in all {
-            let typical = self.space.with_effect(d.id, &self.scales).value(d.size().name);
+            let typical = self.space.with_effect(d.id, &self.scales).value(Key::size_of(d.id));
             let there = self.with(d, SMALL * typical, 1.0, 0);
             let changed = trial.at(&there, &there.coordinates()) - &plain;
             let [current, reference] = [&changed, &plain].map(|y| trial.currents(y).map(|i| i * i).sum::<f64>().sqrt());
@@ -133,11 +133,11 @@ impl Bench {
     /// The model with an effect of a size, a shape parameter (0: none) being `factor` times as usual.
     fn with(&self, d: &'static Description, size: f64, factor: f64, shape: usize) -> Space {
         let mut space = self.space.with_effect(d.id, &self.scales);
-        if let Some(entry) = space.get_mut(d.size().name) {
+        if let Some(entry) = space.get_mut(Key::size_of(d.id)) {
             entry.value = size;
         }
         if shape > 0
-            && let Some(entry) = space.get_mut(d.parameters[shape].name)
+            && let Some(entry) = space.get_mut(Key::Effect(d.id, shape))
         {
             let (low, high) = d.parameters[shape].range;
             let there = entry.value * factor;
@@ -230,18 +230,18 @@ impl Bench {
 
     /// The model as the rig's profiles want to know it.
     fn nameplate(&self, scale: f64) -> crate::rig::Motor {
-        let value = |name: &str| self.space.value(name);
+        let value = |parameter: BaseParameter| self.space.value(parameter);
         let voltage_v = self.limits.voltage_v / if self.kind == Kind::Universal { SQRT_2 } else { 1.0 };
-        let impedance = value("R").hypot(2.0 * PI * MAINS_HZ * value("L"));
+        let impedance = value(BaseParameter::R).hypot(2.0 * PI * MAINS_HZ * value(BaseParameter::L));
         let peak_current_a = self.limits.current_a.min(self.limits.voltage_v / impedance);
         crate::rig::Motor {
-            r: value("R"),
-            l: value("L"),
-            k: value("K"),
-            j: value("J"),
-            mu0: value("mu0"),
-            mu1: value("mu1"),
-            mu2: value("mu2"),
+            r: value(BaseParameter::R),
+            l: value(BaseParameter::L),
+            k: value(BaseParameter::K),
+            j: value(BaseParameter::J),
+            mu0: value(BaseParameter::Mu0),
+            mu1: value(BaseParameter::Mu1),
+            mu2: value(BaseParameter::Mu2),
             nameplate: Nameplate {
                 voltage_v: scale * voltage_v,
                 peak_current_a: scale * peak_current_a,

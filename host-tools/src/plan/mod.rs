@@ -1,9 +1,9 @@
 //! The recording that would best tell rival effects apart, found by simulating them.
 //!
 //! y(θ) are the filtered current and speed of the model's free run and, where the supply is open, the voltage that the
-//! terminals show, each over its noise σ; d_A = y(θ, a) − y(θ) is what effect A does to them at a size that causes an error
-//! of 1 % in the current of the usual staircase. J holds the sensitivities ∂y/∂θ to the base parameters, d_B, and how d_B
-//! changes with the shape of B. What neither can imitate is
+//! terminals show, each over its noise σ; d_A = y(θ, a) − y(θ) is what effect A does to them at a size that causes an
+//! error of 1 % in the current of the usual staircase. J holds the sensitivities ∂y/∂θ to the base parameters, d_B, and
+//! how d_B changes with the shape of B. What neither can imitate is
 //! ```text
 //! s(A|B) = ‖(I − J J⁺) d_A‖/√N
 //! ```
@@ -146,7 +146,8 @@ struct Set<'a> {
     takes: Vec<Take>,
 }
 
-/// Each profile by itself, and with the usual staircase at half the length each. `pieces`: full and half length in turn.
+/// Each profile by itself, and with the usual staircase at half the length each. `pieces`: full and half length in
+/// turn.
 fn sets(pieces: &[Option<Piece>], seconds: f64) -> Vec<Set<'_>> {
     let usual = pieces.iter().flatten().find(|p| p.take.profile == USUAL && p.take.seconds < seconds);
     let mut sets = Vec::new();

@@ -1,6 +1,6 @@
 //! Which effects are to be told apart.
 
-use greyrig::effects::{Description, EffectId, InWords, Motors, Seen};
+use greyrig::effects::{Description, EffectId, InWords, Seen};
 
 use crate::diagnose::classes;
 use crate::error::{Error, Result};
@@ -14,10 +14,6 @@ const CLASSIC: [[EffectId; 2]; 5] = [
     [EffectId::Hysteresis, EffectId::EddyCurrent],
     [EffectId::BrushDrop, EffectId::Saturation],
 ];
-
-fn fits(d: &Description, kind: Kind) -> bool {
-    d.motors == Motors::All || kind == Kind::Universal
-}
 
 /// The pairs that are known of old, for a kind of motor.
 pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
@@ -34,13 +30,14 @@ pub fn classic(kind: Kind) -> Vec<[&'static Description; 2]> {
     pairs.into_iter().map(|pair| pair.map(EffectId::description)).collect()
 }
 
-/// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single one.
+/// Pairs among the rivals that the catalogue knows as confused; all pairs, where it knows none; the rivals of a single
+/// one.
 pub fn pairs(kind: Kind, rivals: &[EffectId]) -> Result<Vec<[&'static Description; 2]>> {
     let mut named = Vec::new();
     for id in rivals {
         let d = id.description();
         match d.seen_with(kind.flux_law()) {
-            Seen::FreeRun if fits(d, kind) => named.push(d),
+            Seen::FreeRun if d.fits(kind.flux_law()) => named.push(d),
             Seen::FreeRun => return Err(Error::usage(format!("a {kind} motor cannot have {id}"), "leave it out")),
             Seen::Invisible(needed) | Seen::InvisibleInSeries(needed) => {
                 return Err(Error::usage(
@@ -58,7 +55,7 @@ pub fn pairs(kind: Kind, rivals: &[EffectId]) -> Result<Vec<[&'static Descriptio
     }
     if let [only] = named[..] {
         let others = only.confused_with.iter().map(|id| id.description());
-        named.extend(others.filter(|d| d.seen_with(kind.flux_law()) == Seen::FreeRun && fits(d, kind)));
+        named.extend(others.filter(|d| d.seen_with(kind.flux_law()) == Seen::FreeRun && d.fits(kind.flux_law())));
         named.dedup_by_key(|d| d.id);
         return different(kind, named[1..].iter().map(|other| [only, other]).collect());
     }

@@ -84,8 +84,8 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Of a waveform, with steps per sample that fit the motor, and the noise of voltage, current and speed. Four rows for each period
-    /// of the filter's cut-off.
+    /// Of a waveform, with steps per sample that fit the motor, and the noise of voltage, current and speed. Four rows
+    /// for each period of the filter's cut-off.
     pub fn new(
         waveform: Drawn,
         substeps: u8,

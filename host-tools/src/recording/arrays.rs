@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::table::{Column, MAX_VALUES, Table};
+use super::table::{Column, LeftOut, MAX_VALUES, Table};
+
+/// What is said of a file beyond the limit.
+pub(super) const TOO_MANY: &str = "too many values";
 
 /// A matrix with more columns than this is no set of channels.
 const WIDEST: usize = 64;
@@ -13,6 +16,13 @@ pub(super) struct Found {
     pub(super) arrays: Vec<(Vec<String>, Vec<f64>)>,
     pub(super) units: BTreeMap<Vec<String>, String>,
     pub(super) texts: Vec<(Vec<String>, String)>,
+    /// Names of the columns of a matrix, where they are told.
+    pub(super) names: BTreeMap<Vec<String>, Vec<String>>,
+    /// Arrays that are declared to be times.
+    pub(super) times: Vec<Vec<String>>,
+    /// What a table by itself does not say.
+    pub(super) warnings: Vec<String>,
+    left_out: Vec<LeftOut>,
     count: usize,
 }
 
@@ -27,7 +37,7 @@ impl Found {
     ) -> std::result::Result<(), &'static str> {
         self.count = self.count.saturating_add(values.len());
         if self.count > MAX_VALUES {
-            return Err("too many values");
+            return Err(TOO_MANY);
         }
         if values.is_empty() {
             return Ok(());
@@ -39,17 +49,26 @@ impl Found {
         // Channels are the short side, whichever way the matrix lies.
         let (length, width, by_column) = if rows >= columns { (rows, columns, true) } else { (columns, rows, false) };
         if width > WIDEST || length.checked_mul(width) != Some(values.len()) {
+            self.leave_out(path, &format!("{rows} x {columns} numbers are no set of channels"));
             return Ok(());
         }
+        let told = self.names.get(path).filter(|names| names.len() == width).cloned();
         for k in 0..width {
             let mut name = path.to_vec();
-            if let Some(last) = name.last_mut() {
-                *last = format!("{last}_{}", k + 1);
+            match (&told, name.last_mut()) {
+                (Some(told), _) => name.push(told[k].clone()),
+                (None, Some(last)) => *last = format!("{last}_{}", k + 1),
+                (None, None) => {}
             }
             let column = (0..length).map(|j| if by_column { values[k * length + j] } else { values[j * width + k] });
             self.arrays.push((name, column.collect()));
         }
         Ok(())
+    }
+
+    /// Leaves an array out, and says so.
+    pub(super) fn leave_out(&mut self, path: &[String], reason: &str) {
+        self.left_out.push(LeftOut { name: path.join("/"), reason: reason.into() });
     }
 
     pub(super) fn text(&mut self, path: &[String], text: String) {
@@ -73,7 +92,10 @@ impl Found {
     }
 
     pub(super) fn table(self) -> Table {
-        let mut table = Table::default();
+        let mut table = Table { warnings: self.warnings, ..Table::default() };
+        for LeftOut { name, reason } in self.left_out {
+            table.leave_out(name, reason);
+        }
         let mut paths = Vec::new();
         let mut lengths: Vec<usize> = Vec::new();
         for (path, text) in self.texts {
@@ -93,7 +115,8 @@ impl Found {
                 lengths.len() - 1
             });
             let unit = self.units.get(&path).cloned();
-            table.columns.push(Column { raster, unit, ..Column::new(name, values) });
+            let is_time = self.times.contains(&path);
+            table.columns.push(Column { raster, unit, is_time, ..Column::new(name, values) });
             paths.push(path.join("/"));
         }
         table.make_names_unique(&paths);

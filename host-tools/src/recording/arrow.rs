@@ -5,9 +5,11 @@ use std::path::Path;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    ArrowPrimitiveType, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType,
-    TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type, UInt32Type,
-    UInt64Type,
+    ArrowPrimitiveType, Decimal32Type, Decimal64Type, Decimal128Type, DurationMicrosecondType, DurationMillisecondType,
+    DurationNanosecondType, DurationSecondType, Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type,
+    Int64Type, Time32MillisecondType, Time32SecondType, Time64MicrosecondType, Time64NanosecondType,
+    TimestampMicrosecondType, TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type,
+    UInt16Type, UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef};
 use arrow_ipc::reader::FileReader;
@@ -16,6 +18,7 @@ use arrow_schema::{DataType, TimeUnit};
 
 use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
+use super::time_axis;
 use crate::error::{Error, Result};
 
 /// Reads an Arrow IPC file.
@@ -30,6 +33,7 @@ pub fn read(path: &Path) -> Result<Table> {
     let mut table = Table { metadata: schema.metadata().clone().into_iter().collect(), ..Table::default() };
     table.metadata.remove("pandas");
     let mut columns: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); schema.fields().len()];
+    let mut epochs: Vec<Option<i64>> = vec![None; columns.len()];
     let mut total = 0_usize;
     for batch in reader {
         let batch = batch.map_err(|e| damaged(path, "Arrow", e))?;
@@ -38,7 +42,7 @@ pub fn read(path: &Path) -> Result<Table> {
             return Err(too_large(path, &format!("more than {total} numbers")));
         }
         for (k, array) in batch.columns().iter().enumerate() {
-            columns[k] = match (columns[k].take(), numbers(array)) {
+            columns[k] = match (columns[k].take(), numbers(array, &mut epochs[k])) {
                 (Some(mut all), Some(values)) => {
                     all.extend(values);
                     Some(all)
@@ -50,24 +54,32 @@ pub fn read(path: &Path) -> Result<Table> {
     for (k, (values, field)) in columns.into_iter().zip(schema.fields()).enumerate() {
         let name = field.name().clone();
         let Some(mut values) = values else {
-            table.warnings.push(format!("column '{name}' holds no numbers and is left out"));
-            table.text_columns.push(name);
+            table.leave_out(name, "it holds no numbers");
             continue;
         };
-        let stamp = match field.data_type() {
-            DataType::Timestamp(TimeUnit::Second, _) => Some(1.0),
-            DataType::Timestamp(TimeUnit::Millisecond, _) => Some(1e-3),
-            DataType::Timestamp(TimeUnit::Microsecond, _) => Some(1e-6),
-            DataType::Timestamp(TimeUnit::Nanosecond, _) => Some(1e-9),
+        let kind = field.data_type();
+        let seconds = match kind {
+            DataType::Timestamp(unit, _)
+            | DataType::Time32(unit)
+            | DataType::Time64(unit)
+            | DataType::Duration(unit) => Some(match unit {
+                TimeUnit::Second => 1.0,
+                TimeUnit::Millisecond => 1e-3,
+                TimeUnit::Microsecond => 1e-6,
+                TimeUnit::Nanosecond => 1e-9,
+            }),
             _ => None,
         };
-        if let Some(factor) = stamp {
-            let first = values.first().copied().unwrap_or(0.0);
-            values.iter_mut().for_each(|t| *t = (*t - first) * factor);
+        if let Some(factor) = seconds {
+            values.iter_mut().for_each(|t| *t *= factor);
+        }
+        if let DataType::Time32(_) | DataType::Time64(_) = kind {
+            time_axis::over_midnight(&mut values);
         }
         let stated = ["unit", "units", "Unit"].iter().find_map(|key| field.metadata().get(key).cloned());
-        let unit = if stamp.is_some() { Some("s".into()) } else { stated };
-        table.columns.push(Column { unit, is_time: stamp.is_some(), position: k + 1, ..Column::new(name, values) });
+        let unit = if seconds.is_some() { Some("s".into()) } else { stated };
+        let is_time = seconds.is_some() && !matches!(kind, DataType::Duration(_));
+        table.columns.push(Column { unit, is_time, position: k + 1, ..Column::new(name, values) });
     }
     Ok(table)
 }
@@ -107,14 +119,23 @@ fn refuse_bombs(bytes: &[u8]) -> std::result::Result<(), &'static str> {
     Ok(())
 }
 
-fn numbers(array: &ArrayRef) -> Option<Vec<f64>> {
-    fn each<T: ArrowPrimitiveType>(array: &ArrayRef, convert: fn(T::Native) -> f64) -> Option<Vec<f64>> {
+/// The numbers of an array; instants are counted from the first one, `epoch`, since nanoseconds since 1970 do not fit a
+/// double.
+fn numbers(array: &ArrayRef, epoch: &mut Option<i64>) -> Option<Vec<f64>> {
+    fn each<T: ArrowPrimitiveType>(array: &ArrayRef, convert: impl Fn(T::Native) -> f64) -> Option<Vec<f64>> {
         let array = array.as_primitive_opt::<T>()?;
-        Some(array.iter().map(|x| x.map_or(f64::NAN, convert)).collect())
+        Some(array.iter().map(|x| x.map_or(f64::NAN, &convert)).collect())
     }
+    fn since<T: ArrowPrimitiveType<Native = i64>>(array: &ArrayRef, epoch: &mut Option<i64>) -> Option<Vec<f64>> {
+        let array = array.as_primitive_opt::<T>()?;
+        let counted = array.iter().map(|x| x.map_or(f64::NAN, |x| x.saturating_sub(*epoch.get_or_insert(x)) as f64));
+        Some(counted.collect())
+    }
+    let decimal = |scale: i8| move |x: f64| x / 10_f64.powi(i32::from(scale));
     match array.data_type() {
         DataType::Float64 => each::<Float64Type>(array, |x| x),
         DataType::Float32 => each::<Float32Type>(array, f64::from),
+        DataType::Float16 => each::<Float16Type>(array, f64::from),
         DataType::Int8 => each::<Int8Type>(array, f64::from),
         DataType::Int16 => each::<Int16Type>(array, f64::from),
         DataType::Int32 => each::<Int32Type>(array, f64::from),
@@ -123,10 +144,21 @@ fn numbers(array: &ArrayRef) -> Option<Vec<f64>> {
         DataType::UInt16 => each::<UInt16Type>(array, f64::from),
         DataType::UInt32 => each::<UInt32Type>(array, f64::from),
         DataType::UInt64 => each::<UInt64Type>(array, |x| x as f64),
-        DataType::Timestamp(TimeUnit::Second, _) => each::<TimestampSecondType>(array, |x| x as f64),
-        DataType::Timestamp(TimeUnit::Millisecond, _) => each::<TimestampMillisecondType>(array, |x| x as f64),
-        DataType::Timestamp(TimeUnit::Microsecond, _) => each::<TimestampMicrosecondType>(array, |x| x as f64),
-        DataType::Timestamp(TimeUnit::Nanosecond, _) => each::<TimestampNanosecondType>(array, |x| x as f64),
+        DataType::Decimal32(_, scale) => each::<Decimal32Type>(array, |x| decimal(*scale)(f64::from(x))),
+        DataType::Decimal64(_, scale) => each::<Decimal64Type>(array, |x| decimal(*scale)(x as f64)),
+        DataType::Decimal128(_, scale) => each::<Decimal128Type>(array, |x| decimal(*scale)(x as f64)),
+        DataType::Timestamp(TimeUnit::Second, _) => since::<TimestampSecondType>(array, epoch),
+        DataType::Timestamp(TimeUnit::Millisecond, _) => since::<TimestampMillisecondType>(array, epoch),
+        DataType::Timestamp(TimeUnit::Microsecond, _) => since::<TimestampMicrosecondType>(array, epoch),
+        DataType::Timestamp(TimeUnit::Nanosecond, _) => since::<TimestampNanosecondType>(array, epoch),
+        DataType::Time32(TimeUnit::Second) => each::<Time32SecondType>(array, f64::from),
+        DataType::Time32(_) => each::<Time32MillisecondType>(array, f64::from),
+        DataType::Time64(TimeUnit::Microsecond) => each::<Time64MicrosecondType>(array, |x| x as f64),
+        DataType::Time64(_) => each::<Time64NanosecondType>(array, |x| x as f64),
+        DataType::Duration(TimeUnit::Second) => each::<DurationSecondType>(array, |x| x as f64),
+        DataType::Duration(TimeUnit::Millisecond) => each::<DurationMillisecondType>(array, |x| x as f64),
+        DataType::Duration(TimeUnit::Microsecond) => each::<DurationMicrosecondType>(array, |x| x as f64),
+        DataType::Duration(TimeUnit::Nanosecond) => each::<DurationNanosecondType>(array, |x| x as f64),
         DataType::Boolean => {
             let array = array.as_boolean_opt()?;
             Some(
@@ -134,6 +166,14 @@ fn numbers(array: &ArrayRef) -> Option<Vec<f64>> {
                     .map(|k| if array.is_null(k) { f64::NAN } else { f64::from(u8::from(array.value(k))) })
                     .collect(),
             )
+        }
+        DataType::Dictionary(..) => {
+            let array = array.as_any_dictionary_opt()?;
+            let values = numbers(array.values(), epoch)?;
+            let keys = array.normalized_keys();
+            let at =
+                |k: usize| if array.is_null(k) { f64::NAN } else { values.get(keys[k]).copied().unwrap_or(f64::NAN) };
+            Some((0..keys.len()).map(at).collect())
         }
         _ => None,
     }

@@ -198,6 +198,10 @@ impl Builder {
                 gaps::hold(flags, &masked_rows);
             }
         }
+        let mut extras = self.extras;
+        if !masked_rows.is_empty() {
+            extras.iter_mut().for_each(|extra| gaps::hold(&mut extra.values, &masked_rows));
+        }
         let mut recording = Recording {
             path: self.path,
             sha256: self.sha256,
@@ -210,7 +214,7 @@ impl Builder {
             masked: BTreeMap::new(),
             rotor_locked,
             supply_open,
-            extras: self.extras,
+            extras,
             metadata: self.metadata,
             warnings: self.warnings,
             sources: self.sources,

@@ -1,20 +1,21 @@
 //! Clipped samples: a measuring range that was too small.
 //!
-//! A clipped channel rests at one value at the edge of its range while the quantity goes on. Resting there is not enough
-//! of a reason: a constant channel, a locked rotor, a commanded voltage and a quantised but unclipped signal rest, too.
-//! With *level* the largest (smallest) value, *q* the step of which all differences between values are multiples
-//! (at least 10^-6 of the range), and *run* at least
-//! [`RUN`] equal samples at the level, any of three observations counts:
+//! A clipped channel rests at one value at the edge of its range while the quantity goes on. Resting there is not
+//! enough of a reason: a constant channel, a locked rotor, a commanded voltage and a quantised but unclipped signal
+//! rest, too. With *level* the largest (smallest) value, *q* the step of which all differences between values are
+//! multiples (at least 10^-6 of the range), and *run* at least [`RUN`] equal samples at the level, any of three
+//! observations counts:
 //!
 //! 1. **The noise vanishes.** Away from the level fewer than [`REPEATS`] of all neighbours are equal, and within
-//!    [`WINDOW`] samples of the runs at least [`TURNS`] of the increments change their sign, so the channel is noisy, and
-//!    yet there are two runs or more, with at least [`COUNT`] samples at the level. (A run of three at the extreme of
-//!    Gaussian noise would need three draws in a row from the outermost quantum; a smooth peak does not change sign.)
+//!    [`WINDOW`] samples of the runs at least [`TURNS`] of the increments change their sign, so the channel is noisy,
+//!    and yet there are two runs or more, with at least [`COUNT`] samples at the level. (A run of three at the extreme
+//!    of Gaussian noise would need three draws in a row from the outermost quantum; a smooth peak does not change
+//!    sign.)
 //! 2. **The slope breaks off** (current, speed and torque, twice or more). Let w be the smaller of the run's length and
-//!    [`WINDOW`]. On both sides the signal moves by more than [`FLAT_TOP`] q within w samples of the run; no step in it is
-//!    more than 3/4 of that (a jump between two constants is a command, not a limit); and the nearer half holds at least
-//!    0.3 of it. A smooth peak quantised in steps of q stays at its top value for L samples if its curvature is
-//!    8 q / L², which moves it by at most 8 q within the next L samples, and a decaying exponential puts less than 0.3
+//!    [`WINDOW`]. On both sides the signal moves by more than [`FLAT_TOP`] q within w samples of the run; no step in it
+//!    is more than 3/4 of that (a jump between two constants is a command, not a limit); and the nearer half holds at
+//!    least 0.3 of it. A smooth peak quantised in steps of q stays at its top value for L samples if its curvature is 8
+//!    q / L², which moves it by at most 8 q within the next L samples, and a decaying exponential puts less than 0.3
 //!    into the nearer half.
 //!
 //! 3. **It rests there as nowhere else** (current, speed and torque). At least [`TURNS`] of all
@@ -24,12 +25,14 @@
 //!
 //! Two things look alike, and are none:
 //!
-//! - **Rest.** A unipolar channel rests at zero as its motor does. A level within [`NEAR_ZERO`] of the range of zero is a rail of
+//! - **Rest.** A unipolar channel rests at zero as its motor does. A level within [`NEAR_ZERO`] of the range of zero is
+//!   a rail of
 //!   rest ([`one_sided`]), unless samples of both signs occur.
-//! - **Counts.** Where steps are coarser than the noise (an encoder's edges in a window), any plateau is one value for long. Runs prove
-//!   something only where noise is resolved: in [`RESOLVED`] or more of the stretches of [`WINDOW`] samples with a turn, the signal moves
-//!   by more than one step. (Counts of a steady speed alternate between two values; Gaussian noise of half a step spans three
-//!   in four of five such stretches.)
+//! - **Counts.** Where steps are coarser than the noise (an encoder's edges in a window), any plateau is one value for
+//!   long. Runs prove
+//!   something only where noise is resolved: in [`RESOLVED`] or more of the stretches of [`WINDOW`] samples with a
+//!   turn, the signal moves by more than one step. (Counts of a steady speed alternate between two values; Gaussian
+//!   noise of half a step spans three in four of five such stretches.)
 //!
 //! The voltage is judged by the first observation only, because amplifiers do saturate: the voltage is then really
 //! constant, and valid. A position is not judged; it rests at its end stops.

@@ -1,7 +1,7 @@
 //! Samples that are missing.
 
-/// Replaces each NaN by the straight line between the finite values around it, and by the nearest one at an end. What it
-/// has replaced, or nothing where there is no finite value at all.
+/// Replaces each NaN by the straight line between the finite values around it, and by the nearest one at an end. What
+/// it has replaced, or nothing where there is no finite value at all.
 pub(super) fn bridge(values: &mut [f64]) -> Option<Vec<usize>> {
     let mut last = values.iter().position(|x| !x.is_nan())?;
     let mut missing: Vec<usize> = (0..last).collect();
@@ -25,17 +25,17 @@ pub(super) fn bridge(values: &mut [f64]) -> Option<Vec<usize>> {
     Some(missing)
 }
 
-/// Lets each masked flag be the last one that is not masked; the first such one before it.
-pub(super) fn hold(flags: &mut [bool], masked: &[usize]) {
-    let mut open = vec![true; flags.len()];
+/// Lets each masked value be the last one that is not masked; the first such one before it.
+pub(super) fn hold<T: Copy>(values: &mut [T], masked: &[usize]) {
+    let mut open = vec![true; values.len()];
     masked.iter().for_each(|&k| open[k] = false);
     let Some(first) = open.iter().position(|open| *open) else { return };
-    let mut last = flags[first];
-    for (flag, open) in flags.iter_mut().zip(open) {
+    let mut last = values[first];
+    for (value, open) in values.iter_mut().zip(open) {
         if open {
-            last = *flag;
+            last = *value;
         }
-        *flag = last;
+        *value = last;
     }
 }
 

@@ -1,14 +1,21 @@
-//! HDF5 and MATLAB 7.3 (which is HDF5 behind a user block), decoded by hdf5-reader.
+//! HDF5, NetCDF-4 and MATLAB 7.3 (which are HDF5 inside), decoded by hdf5-reader.
 //!
-//! Every numeric data set of one or two dimensions becomes a column (or several); attributes `unit`, `units` give the
-//! unit, scalar data sets and attributes of groups are metadata.
+//! Every numeric data set of one or two dimensions becomes a column (or several), every field of a table (compound
+//! type) one. Attributes `unit`, `units` give the unit; `scale_factor`, `add_offset`, `_FillValue`, `missing_value` and
+//! `valid_range` are those of the CF Conventions 1.11, sections 2.5 and 8.1: what is packed is unpacked, what is
+//! missing is missing. A fill value that the file itself declares, other than zero, marks what was never written.
+//! Scalar data sets and attributes of groups are metadata. pandas' two layouts (fixed and table) give its columns.
+//!
+//! A data set whose encoding the decoder does not know is left out, and said so; one that is damaged refuses the file.
 
 use std::path::Path;
 
+use hdf5_reader::error::Error as Hdf5Error;
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_reader::messages::datatype::CompoundField;
+use hdf5_reader::{Attribute, ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions};
 
-use super::arrays::Found;
+use super::arrays::{Found, TOO_MANY};
 use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
 use crate::error::Result;
@@ -17,11 +24,15 @@ use crate::error::Result;
 const DEEPEST: usize = 16;
 /// More data sets than this are no recording.
 const MOST: usize = 4096;
+/// Longest text that is kept, letters.
+const LONGEST_TEXT: u64 = 4096;
+
+type Walked<T> = std::result::Result<T, String>;
 
 /// Reads an HDF5 file under the name of the format that the user knows.
 ///
 /// # Errors
-/// Damaged content, too many values. A data set that cannot be decoded is an error, since it may be the one needed.
+/// Damaged content, too many values.
 pub fn read(path: &Path, format: &str) -> Result<Table> {
     let options = OpenOptions::default().with_max_read_bytes(MAX_VALUES * 8).with_max_chunk_bytes(MAX_VALUES * 8);
     // Read into memory, not mapped: a file that is cut short by another program while being read is then an error.
@@ -31,7 +42,7 @@ pub fn read(path: &Path, format: &str) -> Result<Table> {
     let mut walk = Walk { found: Found::default(), left: MOST };
     match walk.group(&root, &[], 0) {
         Ok(()) => Ok(walk.found.table()),
-        Err(reason) if reason == "too many values" => Err(too_large(path, "too many values")),
+        Err(reason) if reason == TOO_MANY => Err(too_large(path, TOO_MANY)),
         Err(reason) => Err(damaged(path, format, reason)),
     }
 }
@@ -42,64 +53,122 @@ struct Walk {
 }
 
 impl Walk {
-    fn group(&mut self, group: &Group, path: &[String], depth: usize) -> std::result::Result<(), String> {
+    fn group(&mut self, group: &Group, path: &[String], depth: usize) -> Walked<()> {
         if depth > DEEPEST {
             return Err("groups are nested too deeply".into());
         }
-        for attribute in group.attributes().unwrap_or_default() {
-            if let Some(text) = text_of(&attribute) {
+        let attributes = group.attributes().unwrap_or_default();
+        let class = attributes.iter().find(|a| a.name == "CLASS").and_then(text_of);
+        // PyTables keeps indexes of its tables there.
+        if matches!(class.as_deref(), Some("TINDEX" | "INDEX")) {
+            return Ok(());
+        }
+        // What pandas and PyTables say about their own layout is no metadata of the recording.
+        let own_layout = attributes.iter().any(|a| a.name == "pandas_type" || a.name == "PYTABLES_FORMAT_VERSION");
+        for attribute in attributes.iter().filter(|_| !own_layout) {
+            if let Some(text) = text_of(attribute) {
                 let mut path = path.to_vec();
                 path.push(attribute.name.clone());
-                if !attribute.name.starts_with("MATLAB_") && !attribute.name.starts_with("H5") {
+                if !["MATLAB_", "H5", "_NC", "CLASS", "TITLE", "VERSION"].iter().any(|p| attribute.name.starts_with(p))
+                {
                     self.found.text(&path, text);
                 }
             }
         }
-        let (groups, datasets) = group.members().map_err(|e| e.to_string())?;
-        for dataset in &datasets {
+        let (groups, datasets) = group.member_names().map_err(|e| e.to_string())?;
+        for name in &datasets {
+            // pandas' fixed layout: the names of the columns of a block stand beside it.
+            let Some(block) = name.strip_suffix("_items").filter(|_| own_layout) else { continue };
+            if let Some(names) = group.dataset(name).ok().and_then(|d| d.read_strings().ok()) {
+                let mut values = path.to_vec();
+                values.push(format!("{block}_values"));
+                self.found.names.insert(values, names);
+            }
+        }
+        for name in datasets {
             self.left = self.left.checked_sub(1).ok_or("there are too many data sets")?;
             let mut path = path.to_vec();
-            path.push(dataset.name().rsplit('/').next().unwrap_or("").to_owned());
-            self.dataset(dataset, &path)?;
+            path.push(name.clone());
+            let read = group.dataset(&name).map_err(Failure::from).and_then(|dataset| self.dataset(&dataset, &path));
+            match read {
+                Ok(()) => {}
+                Err(Failure::Unknown(reason)) => self.found.leave_out(&path, &reason),
+                Err(Failure::Damaged(reason)) => return Err(reason),
+            }
         }
-        for inner in &groups {
+        for name in groups {
             self.left = self.left.checked_sub(1).ok_or("there are too many groups")?;
-            let name = inner.name().rsplit('/').next().unwrap_or("").to_owned();
             // MATLAB keeps the content of cell arrays and its own tables there.
             if name.starts_with('#') {
                 continue;
             }
+            let inner = group.group(&name).map_err(|e| e.to_string())?;
             let mut path = path.to_vec();
             path.push(name);
-            self.group(inner, &path, depth + 1)?;
+            self.group(&inner, &path, depth + 1)?;
         }
         Ok(())
     }
 
-    fn dataset(&mut self, dataset: &Dataset, path: &[String]) -> std::result::Result<(), String> {
+    fn dataset(&mut self, dataset: &Dataset, path: &[String]) -> std::result::Result<(), Failure> {
         let shape = dataset.shape().to_vec();
-        let elements = dataset.num_elements().map_err(|e| e.to_string())?;
+        let elements = dataset.num_elements()?;
         if elements > MAX_VALUES as u64 {
-            return Err("too many values".into());
+            return Err(Failure::Damaged(TOO_MANY.into()));
         }
         let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
-        if matches!(dataset.dtype(), Datatype::String { .. }) {
-            if elements == 1 {
-                self.found.text(path, dataset.read_string().map_err(|e| e.to_string())?);
+        let kind = dataset.dtype();
+        if matches!(kind, Datatype::String { .. } | Datatype::VarLen { .. }) {
+            if elements == 1 && matches!(kind, Datatype::String { .. }) {
+                self.found.text(path, dataset.read_string()?);
             }
             return Ok(());
         }
+        if attribute("NAME").is_some_and(|name| name.starts_with("This is a netCDF dimension but not")) {
+            return Ok(());
+        }
         let class = attribute("MATLAB_class");
+        if dataset.attribute("MATLAB_object_decode").is_ok() {
+            let class = class.unwrap_or_default();
+            return Err(Failure::Unknown(format!(
+                "it is a MATLAB object ({class}): save its time and data as arrays, with save -v7.3 or -v7"
+            )));
+        }
         // MATLAB marks an empty array by a data set that holds the size instead.
         if elements == 0 || dataset.attribute("MATLAB_empty").is_ok() {
             return Ok(());
         }
-        let Some(values) = values_of(dataset)? else { return Ok(()) };
+        if let Datatype::Compound { size, fields } = kind {
+            return self.compound(dataset, path, *size as usize, fields);
+        }
+        // Row-major rows x columns are column-major columns x rows.
+        let (rows, columns) = match shape.as_slice() {
+            [] => (1, 1),
+            [n] => (*n as usize, 1),
+            [a, b] => (*b as usize, *a as usize),
+            _ => return Err(Failure::Unknown("it has more than two dimensions".into())),
+        };
+        let size = dataset.raw_element_size()?;
+        let bytes = dataset.read_raw_bytes()?;
+        let Some(number) = number(kind) else {
+            return if matches!(kind, Datatype::Reference { .. }) {
+                Ok(())
+            } else {
+                Err(Failure::Unknown("it holds no real numbers".into()))
+            };
+        };
+        let mut values: Vec<f64> = bytes.chunks_exact(size.max(1)).map(number).collect();
+        drop(bytes);
         if class.as_deref() == Some("char") {
-            if elements < 4096 {
+            if elements < LONGEST_TEXT {
                 self.found.text(path, values.iter().filter_map(|&c| char::from_u32(c as u32)).collect());
             }
             return Ok(());
+        }
+        unpack(dataset, &mut values);
+        let instants = attribute("kind").filter(|_| path.last().is_some_and(|n| n.starts_with("axis")));
+        if let Some(factor) = instants.as_deref().and_then(seconds_of_kind) {
+            self.instants(path, &mut values, factor);
         }
         for name in ["unit", "units", "Unit", "Units"] {
             if let Some(unit) = attribute(name) {
@@ -107,42 +176,187 @@ impl Walk {
                 break;
             }
         }
-        // Row-major rows x columns are column-major columns x rows.
-        let (rows, columns) = match shape.as_slice() {
-            [] => (1, 1),
-            [n] => (*n as usize, 1),
-            [a, b] => (*b as usize, *a as usize),
-            _ => return Ok(()),
-        };
-        self.found.matrix(path, rows, columns, values).map_err(Into::into)
+        self.found.matrix(path, rows, columns, values).map_err(|e| Failure::Damaged(e.into()))
+    }
+
+    /// A table: each field a column, or several where it is itself a row of values.
+    fn compound(
+        &mut self,
+        dataset: &Dataset,
+        path: &[String],
+        size: usize,
+        fields: &[CompoundField],
+    ) -> std::result::Result<(), Failure> {
+        let bytes = dataset.read_raw_bytes()?;
+        let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
+        for field in fields {
+            let mut path = path.to_vec();
+            path.push(field.name.clone());
+            let (kind, width) = match &field.datatype {
+                Datatype::Array { base, dims } => (&**base, dims.iter().product::<u64>() as usize),
+                kind => (kind, 1),
+            };
+            let from = field.byte_offset as usize;
+            let (Some(number), Ok(step)) = (number(kind), hdf5_reader::dtype_element_size(kind)) else {
+                self.found.leave_out(&path, "it holds no real numbers");
+                continue;
+            };
+            if from + width * step > size || width == 0 {
+                return Err(Failure::Damaged("a field of a table lies outside its row".into()));
+            }
+            // Names of the columns of a block, as pandas' tables keep them.
+            let names = attribute(&format!("{}_kind", field.name)).map(|text| pickled_names(&text)).unwrap_or_default();
+            for k in 0..width {
+                let at = from + k * step;
+                let mut values: Vec<f64> = bytes.chunks_exact(size).map(|row| number(&row[at..at + step])).collect();
+                let mut path = path.clone();
+                if width > 1 || names.len() == 1 {
+                    path.push(names.get(k).cloned().unwrap_or_else(|| format!("{}_{}", field.name, k + 1)));
+                }
+                let kind = attribute(&format!("{}_kind", field.name)).filter(|_| width == 1);
+                if let Some(factor) = kind.as_deref().and_then(seconds_of_kind) {
+                    self.instants(&path, &mut values, factor);
+                }
+                let rows = values.len();
+                self.found.matrix(&path, rows, 1, values).map_err(|e| Failure::Damaged(e.into()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts since 1970 become seconds since the first one.
+    fn instants(&mut self, path: &[String], values: &mut [f64], factor: f64) {
+        let first = values.first().copied().unwrap_or(0.0);
+        values.iter_mut().for_each(|t| *t = (*t - first) * factor);
+        self.found.units.insert(path.to_vec(), "s".into());
+        self.found.times.push(path.to_vec());
     }
 }
 
-fn values_of(dataset: &Dataset) -> std::result::Result<Option<Vec<f64>>, String> {
-    macro_rules! read {
-        ($t:ty) => {{
-            let array = dataset.read_array::<$t>().map_err(|e| e.to_string())?;
-            Ok(Some(array.iter().map(|&x| x as f64).collect()))
-        }};
-    }
-    match dataset.dtype() {
-        // Booleans of h5py are bytes with names.
-        Datatype::Enum { base, .. } if matches!(**base, Datatype::FixedPoint { size: 1, .. }) => {
-            let bytes = dataset.read_native_bytes().map_err(|e| e.to_string())?;
-            Ok(Some(bytes.iter().map(|&b| f64::from(b as i8)).collect()))
+/// Why a data set is not read.
+enum Failure {
+    /// Its encoding is not known.
+    Unknown(String),
+    /// Its content does not hold.
+    Damaged(String),
+}
+
+impl From<Hdf5Error> for Failure {
+    fn from(error: Hdf5Error) -> Self {
+        use Hdf5Error as E;
+        let mut inner = &error;
+        while let E::Context { source, .. } = inner {
+            inner = source;
         }
-        Datatype::FloatingPoint { size: 4, .. } => read!(f32),
-        Datatype::FloatingPoint { size: 8, .. } => read!(f64),
-        Datatype::FixedPoint { size: 1, signed: true, .. } => read!(i8),
-        Datatype::FixedPoint { size: 1, .. } => read!(u8),
-        Datatype::FixedPoint { size: 2, signed: true, .. } => read!(i16),
-        Datatype::FixedPoint { size: 2, .. } => read!(u16),
-        Datatype::FixedPoint { size: 4, signed: true, .. } => read!(i32),
-        Datatype::FixedPoint { size: 4, .. } => read!(u32),
-        Datatype::FixedPoint { size: 8, signed: true, .. } => read!(i64),
-        Datatype::FixedPoint { size: 8, .. } => read!(u64),
-        _ => Ok(None),
+        match inner {
+            E::UnsupportedFilter(_)
+            | E::UnsupportedEncoding(_)
+            | E::UnsupportedDatatypeClass(_)
+            | E::UnsupportedLayoutClass(_)
+            | E::UnsupportedLayoutVersion(_)
+            | E::UnsupportedChunkIndexType(_)
+            | E::UnsupportedFillValueVersion(_)
+            | E::UnsupportedAttributeVersion(_)
+            | E::UnsupportedLinkType(_)
+            | E::DatasetNotFound(_)
+            | E::TypeMismatch { .. } => {
+                // Numbers of the format's description say little to whoever reads them.
+                let known = match inner {
+                    E::UnsupportedFilter(text) if text.ends_with("32000") => Some("it is packed by LZF"),
+                    E::UnsupportedFilter(text) if text.ends_with("32001") => Some("it is packed by Blosc"),
+                    E::UnsupportedLayoutClass(3) => Some("it is put together of other data sets (virtual)"),
+                    _ => None,
+                };
+                Self::Unknown(known.map_or_else(|| error.to_string(), ToOwned::to_owned))
+            }
+            _ => Self::Damaged(error.to_string()),
+        }
     }
+}
+
+/// What is packed is unpacked, what is missing becomes NaN.
+fn unpack(dataset: &Dataset, values: &mut [f64]) {
+    let numbers = |name: &str| -> Option<Vec<f64>> {
+        let attribute = dataset.attribute(name).ok()?;
+        let (number, size) = (number(&attribute.datatype)?, hdf5_reader::dtype_element_size(&attribute.datatype).ok()?);
+        Some(attribute.raw_data.chunks_exact(size.max(1)).map(number).collect())
+    };
+    let first = |name: &str| numbers(name).and_then(|n| n.first().copied());
+    let declared = dataset.fill_value().and_then(|fill| Some((number(dataset.dtype())?)(fill.value.as_deref()?)));
+    let mut absent = numbers("missing_value").unwrap_or_default();
+    absent.extend(first("_FillValue"));
+    // Zero is what is declared where nothing is.
+    absent.extend(declared.filter(|fill| *fill != 0.0));
+    let range = numbers("valid_range").filter(|r| r.len() == 2);
+    let least = range.as_ref().map(|r| r[0]).or_else(|| first("valid_min")).unwrap_or(f64::NEG_INFINITY);
+    let most = range.as_ref().map(|r| r[1]).or_else(|| first("valid_max")).unwrap_or(f64::INFINITY);
+    let (scale, offset) = (first("scale_factor").unwrap_or(1.0), first("add_offset").unwrap_or(0.0));
+    let plain = scale == 1.0 && offset == 0.0;
+    for x in values {
+        if absent.contains(x) || *x < least || *x > most {
+            *x = f64::NAN;
+        } else if !plain {
+            *x = *x * scale + offset;
+        }
+    }
+}
+
+/// How a value of a type is read, if it is a real number.
+fn number(kind: &Datatype) -> Option<fn(&[u8]) -> f64> {
+    macro_rules! read {
+        ($order:expr, $t:ty, $convert:expr) => {
+            match $order {
+                ByteOrder::LittleEndian => {
+                    |b: &[u8]| b.first_chunk().map_or(f64::NAN, |b| $convert(<$t>::from_le_bytes(*b)))
+                }
+                ByteOrder::BigEndian => {
+                    |b: &[u8]| b.first_chunk().map_or(f64::NAN, |b| $convert(<$t>::from_be_bytes(*b)))
+                }
+            }
+        };
+    }
+    Some(match kind {
+        // Booleans of h5py are bytes with names.
+        Datatype::Enum { base, .. } => return number(base),
+        Datatype::FloatingPoint { size: 2, byte_order } => read!(byte_order, half::f16, half::f16::to_f64),
+        Datatype::FloatingPoint { size: 4, byte_order } => read!(byte_order, f32, f64::from),
+        Datatype::FloatingPoint { size: 8, byte_order } => read!(byte_order, f64, |x| x),
+        Datatype::FixedPoint { size: 1, signed: true, byte_order } => read!(byte_order, i8, f64::from),
+        Datatype::FixedPoint { size: 1, byte_order, .. } => read!(byte_order, u8, f64::from),
+        Datatype::FixedPoint { size: 2, signed: true, byte_order } => read!(byte_order, i16, f64::from),
+        Datatype::FixedPoint { size: 2, byte_order, .. } => read!(byte_order, u16, f64::from),
+        Datatype::FixedPoint { size: 4, signed: true, byte_order } => read!(byte_order, i32, f64::from),
+        Datatype::FixedPoint { size: 4, byte_order, .. } => read!(byte_order, u32, f64::from),
+        Datatype::FixedPoint { size: 8, signed: true, byte_order } => read!(byte_order, i64, |x| x as f64),
+        Datatype::FixedPoint { size: 8, byte_order, .. } => read!(byte_order, u64, |x| x as f64),
+        _ => return None,
+    })
+}
+
+/// Seconds per count of an index that pandas calls a time.
+fn seconds_of_kind(kind: &str) -> Option<f64> {
+    let rest = kind.strip_prefix("datetime64").or_else(|| kind.strip_prefix("timedelta64"))?;
+    Some(match rest.trim_matches(['[', ']']) {
+        "s" => 1.0,
+        "ms" => 1e-3,
+        "us" => 1e-6,
+        // Nanoseconds unless told.
+        _ => 1e-9,
+    })
+}
+
+/// The texts of a list that Python has pickled as text (protocol 0).
+fn pickled_names(text: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    for line in text.lines() {
+        let line = line.trim_start_matches("(lp0").trim_start_matches('a');
+        if let Some(name) = line.strip_prefix('V') {
+            names.push(name.to_owned());
+        } else if let Some(name) = line.strip_prefix("S'") {
+            names.push(name.trim_end_matches('\'').to_owned());
+        }
+    }
+    names
 }
 
 fn text_of(attribute: &Attribute) -> Option<String> {
@@ -150,4 +364,17 @@ fn text_of(attribute: &Attribute) -> Option<String> {
         return Some(text);
     }
     attribute.read_as_f64().ok().map(|x| x.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_pandas_columns() {
+        // pickle.dumps(['t', 'au'], protocol=0) of Python 3.
+        assert_eq!(pickled_names("(lp0\nVt\np1\naVau\np2\na."), ["t", "au"]);
+        assert_eq!(seconds_of_kind("datetime64[us]"), Some(1e-6));
+        assert_eq!(seconds_of_kind("integer"), None);
+    }
 }

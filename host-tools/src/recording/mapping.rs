@@ -1,10 +1,12 @@
-//! `--map TARGET=SOURCE[*GAIN][+OFFSET]`: adapts foreign column names and units.
+//! `--map TARGET=SOURCE[*GAIN][+OFFSET]`: adapts foreign column names and units; the source may be an expression of
+//! columns.
 
 use std::ffi::OsString;
 
 use super::Channel;
+use super::expression::Expression;
 use super::names::{self, Role};
-use super::table::Column;
+use super::table::{Column, LeftOut};
 use super::units::Unit;
 use crate::error::{Error, Result};
 
@@ -15,7 +17,9 @@ pub struct MapArgs {
     ///
     /// The channels are t_s, u_v, i_a, omega_rad_s, angle_rad, torque_n_m (v_m_s, q_m, force_n of a linear drive),
     /// rotor_locked, supply_open, valid and temp_c. Gain and offset apply to the number in the file; a unit in square
-    /// brackets, or else the column's own unit, converts the result to SI. `sample_time_s=1e-4` gives the sampling
+    /// brackets, or else the column's own unit, converts the result to SI. Columns can be joined by + - * / and
+    /// brackets, and ddt(...) is the rate of change: `u_v=duty_cycle*input_voltage`, `omega_rad_s=ddt(angle[deg])`;
+    /// then each column is converted by its own unit and the result is SI. `sample_time_s=1e-4` gives the sampling
     /// interval to a file without a time column. Several `A=B` may follow one `--map`; the first argument without `=`
     /// ends them, so recordings may stand before or after.
     #[arg(long = "map", value_name = "TARGET=SOURCE", allow_hyphen_values = true)]
@@ -80,8 +84,10 @@ pub struct Mapping {
 /// A rule applied to a file's columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Source {
-    /// Index of the column.
+    /// Index of the column; of an expression, the first one.
     pub column: usize,
+    /// What is computed from several columns, or of another form than a straight line of one.
+    pub expression: Option<Expression>,
     /// Factor on the number in the file.
     pub gain: f64,
     /// Added after the gain.
@@ -90,6 +96,18 @@ pub struct Source {
     pub unit: Option<String>,
     /// Whether a gain or offset was given.
     pub scaled: bool,
+}
+
+impl Source {
+    /// A column as it is.
+    pub const fn plain(column: usize) -> Self {
+        Self { column, expression: None, gain: 1.0, offset: 0.0, unit: None, scaled: false }
+    }
+
+    /// All columns that it takes in.
+    pub fn columns(&self) -> Vec<usize> {
+        self.expression.as_ref().map_or_else(|| vec![self.column], Expression::columns)
+    }
 }
 
 impl Mapping {
@@ -191,11 +209,7 @@ impl Rule {
     ///
     /// # Errors
     /// No such column: the file's columns, nearest spelling first. Several columns of that name: all of them.
-    pub fn resolve(
-        &self,
-        columns: &[Column],
-        text_columns: &[String],
-    ) -> std::result::Result<Source, (String, String)> {
+    pub fn resolve(&self, columns: &[Column], left_out: &[LeftOut]) -> std::result::Result<Source, (String, String)> {
         let mut readings: Vec<(&str, f64, f64, Option<&str>, bool)> = Vec::new();
         let (inner, outer_unit) = strip_unit(&self.source);
         for (text, unit) in [(self.source.as_str(), None), (inner, outer_unit)] {
@@ -216,25 +230,49 @@ impl Rule {
         for &(text, gain, offset, unit, scaled) in &readings {
             let found = find(text, columns)?;
             if let Some(column) = found {
-                return Ok(Source { column, gain, offset, unit: unit.map(Into::into), scaled });
+                let unit = unit.map(Into::into);
+                return Ok(Source { column, expression: None, gain, offset, unit, scaled });
             }
-            if text_columns.iter().any(|t| t == text) {
+            if let Some(LeftOut { reason, .. }) = left_out.iter().find(|l| l.name == text) {
                 return Err((
-                    format!("--map {}={}: column '{text}' holds text, not numbers", self.target, self.source),
+                    format!("--map {}={}: column '{text}' is left out: {reason}", self.target, self.source),
                     "name a column of numbers".into(),
                 ));
             }
         }
+        if self.source.contains(['*', '/', '+', '-', '(']) {
+            let named = |name: &str| find(name, columns).ok().flatten();
+            match Expression::parse(&self.source, columns, &named) {
+                Ok(expression) => {
+                    if let Some(&column) = expression.columns().first() {
+                        return Ok(Source { expression: Some(expression), scaled: true, ..Source::plain(column) });
+                    }
+                }
+                // A name that holds such a sign by itself is looked for as a whole.
+                Err(fault) if columns.iter().any(|c| self.source.contains(&c.label)) => {
+                    return Err((
+                        format!("--map {}={}: {fault}", self.target, self.source),
+                        format!("the file has {}", nearest(columns, &self.source)),
+                    ));
+                }
+                Err(_) => {}
+            }
+        }
         let wanted = readings.last().map_or(self.source.as_str(), |r| r.0);
-        let mut names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
-        names.sort_by_key(|name| names::distance(name, wanted));
-        let more = if names.len() > 12 { format!(" and {} more", names.len() - 12) } else { String::new() };
-        names.truncate(12);
         Err((
             format!("--map {}={}: there is no column '{wanted}'", self.target, self.source),
-            format!("the file has {}{more}", names.join(", ")),
+            format!("the file has {}", nearest(columns, wanted)),
         ))
     }
+}
+
+/// The columns of a file, nearest spelling first.
+fn nearest(columns: &[Column], wanted: &str) -> String {
+    let mut names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+    names.sort_by_key(|name| names::distance(name, wanted));
+    let more = if names.len() > 12 { format!(" and {} more", names.len() - 12) } else { String::new() };
+    names.truncate(12);
+    format!("{}{more}", names.join(", "))
 }
 
 /// By full name, then by the name inside its group, then without the unit in the header.

@@ -2,12 +2,13 @@
 //!
 //! Own reader after MathWorks' "MAT-File Format" (2023), because structs, which is how colleagues send recordings, and
 //! level 4 are needed. Vectors become columns, matrices one column per channel, scalars and texts metadata. A struct
-//! `rec` with the fields `t`, `u`, `i` gives columns of these names; texts in its field `unit` (`unit.u = 'V'`) are units.
+//! `rec` with the fields `t`, `u`, `i` gives columns of these names; texts in its field `unit` (`unit.u = 'V'`) are
+//! units.
 
 use std::io::Read;
 use std::path::Path;
 
-use super::arrays::Found;
+use super::arrays::{Found, TOO_MANY};
 use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
 use crate::error::{Error, Result};
@@ -30,7 +31,7 @@ pub fn read(path: &Path) -> Result<Table> {
         level_4(&bytes, &mut found)
     };
     match parsed {
-        Err("too many values") => return Err(too_large(path, "too many values")),
+        Err(TOO_MANY) => return Err(too_large(path, TOO_MANY)),
         Err(reason) => return Err(damaged(path, "MATLAB", reason)),
         Ok(()) => {}
     }
@@ -97,7 +98,7 @@ fn level_5(bytes: &[u8], found: &mut Found) -> Parsed<()> {
                 let read = flate2::read::ZlibDecoder::new(body).take(limit + 1).read_to_end(&mut unpacked);
                 read.map_err(|_| "a compressed array is damaged")?;
                 if unpacked.len() as u64 > limit {
-                    return Err("too many values");
+                    return Err(TOO_MANY);
                 }
                 let mut inner = Cursor { bytes: &unpacked, big };
                 let (kind, body) = element(&mut inner)?;
@@ -127,6 +128,11 @@ fn element<'a>(cursor: &mut Cursor<'a>) -> Parsed<(u32, &'a [u8])> {
     Ok((tag, data))
 }
 
+/// Bit of the flags that tells of an imaginary part.
+const COMPLEX: u32 = 0x0800;
+/// What is said of one.
+const IS_COMPLEX: &str = "it is complex: give real samples";
+
 fn matrix_5(bytes: &[u8], big: bool, path: &[String], found: &mut Found, depth: usize) -> Parsed<()> {
     if bytes.is_empty() || depth > DEEPEST {
         return Ok(());
@@ -135,13 +141,31 @@ fn matrix_5(bytes: &[u8], big: bool, path: &[String], found: &mut Found, depth: 
     let (_, flags) = element(&mut cursor)?;
     let flags = Cursor { bytes: flags, big }.u32()?;
     let class = flags & 0xff;
+    let named = |name: &[u8]| {
+        let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
+        let mut path = path.to_vec();
+        if !name.is_empty() {
+            path.push(name);
+        }
+        path
+    };
+    if class == OPAQUE {
+        let (_, name) = element(&mut cursor)?;
+        let path = named(name);
+        // The type system comes before the class.
+        element(&mut cursor)?;
+        let (_, class) = element(&mut cursor)?;
+        let class = String::from_utf8_lossy(class).trim_end_matches('\0').to_owned();
+        found.leave_out(&path, &format!("it is a MATLAB object ({class}): save its time and data as arrays"));
+        return Ok(());
+    }
     let (kind, dimensions) = element(&mut cursor)?;
     let dimensions: Vec<usize> = numbers(kind, dimensions, big)?.iter().map(|&d| d.max(0.0) as usize).collect();
     let (_, name) = element(&mut cursor)?;
-    let name = String::from_utf8_lossy(name).trim_end_matches('\0').to_owned();
-    let mut path = path.to_vec();
-    if !name.is_empty() {
-        path.push(name);
+    let path = named(name);
+    if path.is_empty() {
+        // MATLAB's own storage of objects.
+        return Ok(());
     }
     let (rows, columns) = match dimensions[..] {
         [r, c] => (r, c),
@@ -160,16 +184,26 @@ fn matrix_5(bytes: &[u8], big: bool, path: &[String], found: &mut Found, depth: 
             let (kind, length) = element(&mut cursor)?;
             let length = numbers(kind, length, big)?.first().map_or(0, |&n| n.max(0.0) as usize);
             let (_, fields) = element(&mut cursor)?;
-            if length == 0 || elements > 1 {
-                // An array of structs is no recording.
+            if length == 0 || elements == 0 {
                 return Ok(());
             }
-            for field in fields.chunks(length) {
-                let name = field.split(|&b| b == 0).next().unwrap_or(field);
+            let fields: Vec<String> = fields
+                .chunks(length)
+                .map(|field| String::from_utf8_lossy(field.split(|&b| b == 0).next().unwrap_or(field)).into_owned())
+                .collect();
+            let labelled = ["label", "values"].iter().all(|known| fields.iter().any(|field| field == known));
+            if labelled && elements <= MOST_SIGNALS {
+                return signals(&mut cursor, &fields, elements, &path, found, depth);
+            }
+            if elements > 1 {
+                found.leave_out(&path, "it is an array of structs");
+                return Ok(());
+            }
+            for field in fields {
                 let mut inner = path.clone();
-                inner.push(String::from_utf8_lossy(name).into_owned());
+                inner.push(field);
                 let (kind, body) = element(&mut cursor)?;
-                if kind == 14 && elements == 1 {
+                if kind == 14 {
                     matrix_5(body, big, &inner, found, depth + 1)?;
                 }
             }
@@ -183,17 +217,63 @@ fn matrix_5(bytes: &[u8], big: bool, path: &[String], found: &mut Found, depth: 
             }
             Ok(())
         }
+        5 => {
+            found.leave_out(&path, "it is a sparse matrix");
+            Ok(())
+        }
         6..=15 => {
             let (kind, body) = element(&mut cursor)?;
             let values = numbers(kind, body, big)?;
             if values.len() != elements {
                 return Err("an array is shorter than its size");
             }
+            if flags & COMPLEX != 0 {
+                let (kind, body) = element(&mut cursor)?;
+                if numbers(kind, body, big)?.iter().any(|imaginary| *imaginary != 0.0) {
+                    found.leave_out(&path, IS_COMPLEX);
+                    return Ok(());
+                }
+            }
             found.matrix(&path, rows, columns, values)
         }
-        // Cells, sparse matrices, function handles.
+        // Cells, function handles.
         _ => Ok(()),
     }
+}
+
+/// Class of what only MATLAB itself can take apart: strings, tables, time series, data sets of Simulink.
+const OPAQUE: u32 = 17;
+/// More signals than this are no recording.
+const MOST_SIGNALS: usize = 1024;
+
+/// Simulink's "structure with time": signals with their values and their label.
+fn signals(
+    cursor: &mut Cursor<'_>,
+    fields: &[String],
+    elements: usize,
+    path: &[String],
+    found: &mut Found,
+    depth: usize,
+) -> Parsed<()> {
+    for k in 0..elements {
+        let mut signal = Found::default();
+        for field in fields {
+            let (kind, body) = element(cursor)?;
+            if kind == 14 && (field == "label" || field == "values") {
+                matrix_5(body, cursor.big, std::slice::from_ref(field), &mut signal, depth + 1)?;
+            }
+        }
+        let label = signal.texts.iter().find(|(path, _)| path[0] == "label").map(|(_, text)| text.clone());
+        let label = label.filter(|label| !label.is_empty()).unwrap_or_else(|| format!("signal{}", k + 1));
+        for (name, values) in signal.arrays {
+            let mut inner = path.to_vec();
+            // A signal of several dimensions has numbered columns.
+            inner.push(name[0].replacen("values", &label, 1));
+            let rows = values.len();
+            found.matrix(&inner, rows, 1, values)?;
+        }
+    }
+    Ok(())
 }
 
 fn level_4(bytes: &[u8], found: &mut Found) -> Parsed<()> {
@@ -222,10 +302,11 @@ fn level_4(bytes: &[u8], found: &mut Found) -> Parsed<()> {
         };
         let total = rows.checked_mul(columns).and_then(|n| n.checked_mul(size)).ok_or("a size is out of range")?;
         let body = cursor.take(total)?;
-        if complex == 1 {
-            cursor.take(total)?;
-        }
         let values = numbers(kind, body, big)?;
+        if complex == 1 && numbers(kind, cursor.take(total)?, big)?.iter().any(|imaginary| *imaginary != 0.0) {
+            found.leave_out(&[name], IS_COMPLEX);
+            continue;
+        }
         match class {
             0 => found.matrix(&[name], rows, columns, values)?,
             1 if rows == 1 => found.text(&[name], values.iter().filter_map(|&c| char::from_u32(c as u32)).collect()),

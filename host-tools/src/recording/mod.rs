@@ -5,6 +5,7 @@
 //! invalid samples are masked. What a [`Recording`] promises is checked once, when it is built.
 
 pub mod clipping;
+mod expression;
 pub mod finding;
 pub mod mapping;
 pub mod names;
@@ -56,8 +57,8 @@ pub struct Extra {
 /// One run of one motor.
 ///
 /// It promises: all columns have the same length, of at least one sample; time is uniform; every value is finite; and a
-/// masked sample holds no measured value but the straight line between the usable ones around it, so that a fill value of
-/// the file reaches no filter, no fit and no finding.
+/// masked sample holds no measured value but the straight line between the usable ones around it, so that a fill value
+/// of the file reaches no filter, no fit and no finding.
 ///
 /// ```
 /// use greyrig_host::recording::{Channel, Recording};

@@ -131,6 +131,7 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
             "elapsed_time",
             "datetime",
             "date_time",
+            "x_value",
         ],
         Role::Time,
         Bare::Si,
@@ -154,8 +155,6 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
             "armature_voltage",
             "ankerspannung",
             "motorspannung",
-            "supply_voltage",
-            "input_voltage",
             "terminal_voltage",
         ],
         VOLTAGE,
@@ -201,6 +200,23 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
     (&["supply_open"], Role::SupplyOpen, Bare::Si),
     (&["valid"], Role::Valid, Bare::Si),
 ];
+
+/// Names of a voltage that may be the supply's, ahead of a converter: nobody but the user can tell.
+const SUPPLIES: [&str; 8] =
+    ["input_voltage", "supply_voltage", "battery_voltage", "bus_voltage", "dc_link_voltage", "v_in", "vbat", "vbus"];
+
+/// Names of a share of the time that a converter is switched on.
+const DUTIES: [&str; 5] = ["duty_cycle", "duty", "pwm", "dutycycle", "duty_ratio"];
+
+/// Whether a name is that of a voltage that may be the supply's.
+pub fn is_supply(base: &str) -> bool {
+    SUPPLIES.contains(&key(base).as_str())
+}
+
+/// Whether a name is that of a duty cycle.
+pub fn is_duty(base: &str) -> bool {
+    DUTIES.contains(&key(base).as_str())
+}
 
 /// Words behind a name that say "measured", and change nothing.
 const MEASURED: [&str; 8] = ["meas", "measured", "act", "actual", "ist", "fbk", "feedback", "mess"];
@@ -279,13 +295,29 @@ fn split_unit(label: &str) -> (String, Option<String>) {
     (label.to_owned(), None)
 }
 
+fn words(base: &str) -> Vec<String> {
+    let lower = base.to_lowercase();
+    lower.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).map(str::to_owned).collect()
+}
+
+fn key(base: &str) -> String {
+    words(base).join("_")
+}
+
+/// Whether a name speaks of a quantity, though not of the motor's for certain: a column that may be proposed.
+pub fn hints_at(base: &str, channel: Channel) -> bool {
+    let hints: &[&str] = match channel {
+        Channel::Voltage => &["u", "v", "volt", "volts", "voltage", "spannung", "duty", "pwm"],
+        Channel::Current => &["i", "a", "amp", "amps", "ampere", "curr", "current", "strom"],
+        Channel::Speed => &["w", "omega", "speed", "vel", "velocity", "rpm", "erpm", "drehzahl", "n"],
+        Channel::Angle => &["angle", "pos", "position", "theta", "enc", "encoder", "winkel"],
+        Channel::Torque => &["torque", "moment", "force", "drehmoment", "kraft"],
+    };
+    words(base).iter().any(|word| hints.contains(&word.as_str()))
+}
+
 fn lookup(base: &str) -> Option<(Role, Bare)> {
-    let mut words: Vec<String> = base
-        .to_lowercase()
-        .split(|c: char| !c.is_alphanumeric())
-        .filter(|w| !w.is_empty())
-        .map(str::to_owned)
-        .collect();
+    let mut words = words(base);
     if words.len() > 1 && words.last().is_some_and(|w| MEASURED.contains(&w.as_str())) {
         words.pop();
     }

@@ -11,42 +11,107 @@ use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::KeyValue;
+use parquet::file::metadata::{ColumnChunkMetaData, KeyValue, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
+use super::time_axis;
 use crate::error::{Error, Result};
 
 const BATCH: usize = 65_536;
 
+/// What the numbers of a column mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Meaning {
+    /// Numbers, times a factor.
+    Number(f64),
+    /// Instants in seconds times a factor, counted from the first one: nanoseconds since 1970 do not fit a double.
+    Instant(f64),
+    /// Seconds since midnight, times a factor.
+    TimeOfDay(f64),
+    /// A time span, in seconds times a factor.
+    Span(f64),
+    /// Big-endian integers, times a factor.
+    Decimal(f64),
+    /// Floats of 16 bits.
+    Half,
+}
+
+impl Meaning {
+    /// Of a column, or why it has none.
+    fn of(descriptor: &ColumnDescriptor, span: Option<f64>) -> std::result::Result<Self, &'static str> {
+        let seconds = |unit: TimeUnit| match unit {
+            TimeUnit::MILLIS => 1e-3,
+            TimeUnit::MICROS => 1e-6,
+            TimeUnit::NANOS => 1e-9,
+        };
+        let (logical, converted) = (descriptor.logical_type_ref(), descriptor.converted_type());
+        let scale = match logical {
+            Some(LogicalType::Decimal(decimal)) => Some(decimal.scale),
+            _ => (converted == ConvertedType::DECIMAL).then(|| descriptor.type_scale()),
+        };
+        let meaning = match (logical, converted) {
+            (Some(LogicalType::Timestamp(stamp)), _) => Self::Instant(seconds(stamp.unit)),
+            (_, ConvertedType::TIMESTAMP_MILLIS) => Self::Instant(1e-3),
+            (_, ConvertedType::TIMESTAMP_MICROS) => Self::Instant(1e-6),
+            (Some(LogicalType::Time(time)), _) => Self::TimeOfDay(seconds(time.unit)),
+            (_, ConvertedType::TIME_MILLIS) => Self::TimeOfDay(1e-3),
+            (_, ConvertedType::TIME_MICROS) => Self::TimeOfDay(1e-6),
+            (Some(LogicalType::Float16), _) => Self::Half,
+            (Some(LogicalType::Date), _) | (_, ConvertedType::DATE) => return Err("it holds dates"),
+            (_, ConvertedType::INTERVAL) => return Err("it holds intervals of the calendar"),
+            _ => span.map_or(Self::Number(1.0), Self::Span),
+        };
+        match (descriptor.physical_type(), scale) {
+            (Physical::INT96, _) => Ok(Self::Instant(1e-9)),
+            (Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY, Some(scale)) => {
+                Ok(Self::Decimal(10_f64.powi(-scale)))
+            }
+            (Physical::INT32 | Physical::INT64, Some(scale)) => Ok(Self::Number(10_f64.powi(-scale))),
+            (Physical::FIXED_LEN_BYTE_ARRAY, None) if meaning == Self::Half => Ok(meaning),
+            (Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY, None) => Err("it holds no numbers"),
+            _ => Ok(meaning),
+        }
+    }
+
+    const fn is_time(self) -> bool {
+        matches!(self, Self::Instant(_) | Self::TimeOfDay(_))
+    }
+
+    const fn in_seconds(self) -> bool {
+        self.is_time() || matches!(self, Self::Span(_))
+    }
+}
+
 /// Reads a Parquet file.
 ///
 /// # Errors
-/// Damaged content, too many values.
+/// Damaged content, among it a page whose checksum does not hold, and too many values.
 pub fn read(path: &Path) -> Result<Table> {
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let reader = SerializedFileReader::new(file).map_err(|e| damaged(path, "Parquet", e))?;
-    let about = reader.metadata().file_metadata();
+    let file = Arc::new(File::open(path).map_err(|e| Error::io(path, e))?);
+    let content = ParquetMetaDataReader::new().parse_and_finish(&*file).map_err(|e| damaged(path, "Parquet", e))?;
+    let about = content.file_metadata();
     let schema = about.schema_descr_ptr();
     let rows = usize::try_from(about.num_rows()).map_err(|_| damaged(path, "Parquet", "a negative number of rows"))?;
     if rows.saturating_mul(schema.num_columns()) > MAX_VALUES {
         return Err(too_large(path, &format!("{rows} rows of {} columns", schema.num_columns())));
     }
     let mut table = Table::default();
-    let mut units = BTreeMap::new();
+    let (mut units, mut spans) = (BTreeMap::new(), BTreeMap::new());
     for KeyValue { key, value } in about.key_value_metadata().into_iter().flatten() {
         let Some(value) = value else { continue };
         if key == "ARROW:schema" {
-            let (fields, metadata) = arrow_schema::parse(value).unwrap_or_default();
-            units.extend(fields);
-            for (key, value) in metadata.into_iter().filter(|(k, _)| k != "pandas") {
+            let stored = arrow_schema::parse(value).unwrap_or_default();
+            units.extend(stored.units);
+            spans.extend(stored.spans_s);
+            for (key, value) in stored.metadata.into_iter().filter(|(k, _)| k != "pandas") {
                 table.metadata.entry(key).or_insert(value);
             }
         } else if let Some(column) = key.strip_prefix("unit:") {
@@ -58,80 +123,106 @@ pub fn read(path: &Path) -> Result<Table> {
     for (k, descriptor) in schema.columns().iter().enumerate() {
         let name = descriptor.path().string();
         if descriptor.max_rep_level() > 0 {
-            table.warnings.push(format!("column '{name}' is left out: it holds lists"));
+            table.leave_out(name, "it holds lists");
             continue;
         }
-        if !matches!(
-            descriptor.physical_type(),
-            Physical::BOOLEAN | Physical::INT32 | Physical::INT64 | Physical::FLOAT | Physical::DOUBLE
-        ) {
-            table.warnings.push(format!("column '{name}' holds no numbers and is left out"));
-            table.text_columns.push(name);
-            continue;
-        }
-        let mut values = Vec::new();
+        let meaning = match Meaning::of(descriptor, spans.get(&name).copied()) {
+            Ok(meaning) => meaning,
+            Err(reason) => {
+                table.leave_out(name, reason);
+                continue;
+            }
+        };
+        let mut values = Vec::with_capacity(rows);
         let epoch = Cell::new(None);
-        for group in 0..reader.num_row_groups() {
-            let column = reader.get_row_group(group).and_then(|g| g.get_column_reader(k));
-            let column = column.map_err(|e| damaged(path, "Parquet", e))?;
-            append(column, descriptor, rows, &epoch, &mut values).map_err(|e| damaged(path, "Parquet", e))?;
+        for group in content.row_groups() {
+            let pages = pages(&file, group.column(k), group.num_rows()).map_err(|e| damaged(path, "Parquet", e))?;
+            let column = get_column_reader(descriptor.clone(), Box::new(pages));
+            append(column, descriptor, meaning, rows, &epoch, &mut values).map_err(|e| damaged(path, "Parquet", e))?;
         }
         if values.len() != rows {
             return Err(damaged(path, "Parquet", format!("column {name} has {} of {rows} rows", values.len())));
         }
-        let stamp = stamp_factor(descriptor);
-        if let Some(factor) = stamp {
-            values.iter_mut().for_each(|t| *t *= factor);
+        if let Meaning::TimeOfDay(_) = meaning {
+            time_axis::over_midnight(&mut values);
         }
-        let unit = if stamp.is_some() { Some("s".into()) } else { units.get(&name).cloned() };
-        table.columns.push(Column { unit, is_time: stamp.is_some(), position: k + 1, ..Column::new(name, values) });
+        let unit = if meaning.in_seconds() { Some("s".into()) } else { units.get(&name).cloned() };
+        table.columns.push(Column { unit, is_time: meaning.is_time(), position: k + 1, ..Column::new(name, values) });
     }
     Ok(table)
 }
 
-/// Seconds per count of a time stamp.
-fn stamp_factor(descriptor: &ColumnDescriptor) -> Option<f64> {
-    match (descriptor.logical_type_ref(), descriptor.converted_type()) {
-        (Some(LogicalType::Timestamp(stamp)), _) => Some(match stamp.unit {
-            TimeUnit::MILLIS => 1e-3,
-            TimeUnit::MICROS => 1e-6,
-            TimeUnit::NANOS => 1e-9,
-        }),
-        (_, ConvertedType::TIMESTAMP_MILLIS) => Some(1e-3),
-        (_, ConvertedType::TIMESTAMP_MICROS) => Some(1e-6),
-        _ => None,
-    }
+/// The pages of a column. Some writers state a dictionary at the begin of the file, where none can be, for "none".
+fn pages(
+    file: &Arc<File>,
+    column: &ColumnChunkMetaData,
+    rows: i64,
+) -> std::result::Result<SerializedPageReader<File>, ParquetError> {
+    let rows = usize::try_from(rows).map_err(|_| ParquetError::General("a negative number of rows".into()))?;
+    let stated = column.dictionary_page_offset();
+    let column = match stated {
+        Some(offset) if offset <= 0 => column.clone().into_builder().set_dictionary_page_offset(None).build()?,
+        _ => column.clone(),
+    };
+    SerializedPageReader::new(file.clone(), &column, rows, None)
 }
 
 fn append(
     column: ColumnReader,
     descriptor: &ColumnDescriptor,
+    meaning: Meaning,
     limit: usize,
     epoch: &Cell<Option<i64>>,
     out: &mut Vec<f64>,
 ) -> std::result::Result<(), ParquetError> {
-    // Nanoseconds since 1970 do not fit a double: time stamps are counted from the first one.
-    let since_first = |x: &i64| {
-        let first = epoch.get().unwrap_or(*x);
+    let since_first = |x: i64| {
+        let first = epoch.get().unwrap_or(x);
         epoch.set(Some(first));
         x.saturating_sub(first) as f64
     };
+    let factor = match meaning {
+        Meaning::Number(f) | Meaning::Instant(f) | Meaning::TimeOfDay(f) | Meaning::Span(f) | Meaning::Decimal(f) => f,
+        Meaning::Half => 1.0,
+    };
+    let signed = match (descriptor.logical_type_ref(), descriptor.converted_type()) {
+        (Some(LogicalType::Integer(integer)), _) => integer.is_signed,
+        (_, kind) => !matches!(
+            kind,
+            ConvertedType::UINT_8 | ConvertedType::UINT_16 | ConvertedType::UINT_32 | ConvertedType::UINT_64
+        ),
+    };
     let nullable = descriptor.max_def_level();
-    let unsigned = matches!(descriptor.converted_type(), ConvertedType::UINT_32);
-    let unsigned_64 = matches!(descriptor.converted_type(), ConvertedType::UINT_64);
+    let instant = matches!(meaning, Meaning::Instant(_));
+    let bytes = |bytes: &[u8]| match meaning {
+        Meaning::Half => bytes.first_chunk().map_or(f64::NAN, |b| half::f16::from_le_bytes(*b).to_f64()),
+        _ => scaled(two_s_complement(bytes), factor),
+    };
     match column {
         ColumnReader::BoolColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(u8::from(*x))),
-        ColumnReader::Int32ColumnReader(r) if unsigned => typed(r, nullable, limit, out, |x| f64::from(*x as u32)),
-        ColumnReader::Int32ColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(*x)),
-        ColumnReader::Int64ColumnReader(r) if stamp_factor(descriptor).is_some() => {
-            typed(r, nullable, limit, out, since_first)
-        }
-        ColumnReader::Int64ColumnReader(r) if unsigned_64 => typed(r, nullable, limit, out, |x| *x as u64 as f64),
-        ColumnReader::Int64ColumnReader(r) => typed(r, nullable, limit, out, |x| *x as f64),
+        ColumnReader::Int32ColumnReader(r) if !signed => typed(r, nullable, limit, out, |x| f64::from(*x as u32)),
+        ColumnReader::Int32ColumnReader(r) => typed(r, nullable, limit, out, |x| scaled(f64::from(*x), factor)),
+        ColumnReader::Int64ColumnReader(r) if instant => typed(r, nullable, limit, out, |x| since_first(*x) * factor),
+        ColumnReader::Int64ColumnReader(r) if !signed => typed(r, nullable, limit, out, |x| *x as u64 as f64),
+        ColumnReader::Int64ColumnReader(r) => typed(r, nullable, limit, out, |x| scaled(*x as f64, factor)),
+        ColumnReader::Int96ColumnReader(r) => typed(r, nullable, limit, out, |x| since_first(x.to_nanos()) * factor),
         ColumnReader::FloatColumnReader(r) => typed(r, nullable, limit, out, |x| f64::from(*x)),
         ColumnReader::DoubleColumnReader(r) => typed(r, nullable, limit, out, |x| *x),
-        _ => Ok(()),
+        ColumnReader::ByteArrayColumnReader(r) => typed(r, nullable, limit, out, |x| bytes(x.data())),
+        ColumnReader::FixedLenByteArrayColumnReader(r) => typed(r, nullable, limit, out, |x| bytes(x.data())),
     }
+}
+
+/// A power of ten below one is a divisor, so that decimals come out as they are written.
+fn scaled(x: f64, factor: f64) -> f64 {
+    if factor < 1.0 { x / (1.0 / factor).round() } else { x * factor }
+}
+
+/// A big-endian integer of any length.
+fn two_s_complement(bytes: &[u8]) -> f64 {
+    let negative = bytes.first().is_some_and(|b| b & 0x80 != 0);
+    let digit = |b: &u8| if negative { !b } else { *b };
+    let magnitude = bytes.iter().fold(0.0, |sum, b| sum * 256.0 + f64::from(digit(b)));
+    if negative { -magnitude - 1.0 } else { magnitude }
 }
 
 fn typed<T: DataType>(
@@ -203,12 +294,26 @@ fn encode(
     writer.into_inner()
 }
 
-/// The few fields needed of an Arrow schema message: names, `unit` entries, metadata (Arrow columnar format 1.5, Schema.fbs;
-/// FlatBuffers internals).
+/// The few fields needed of an Arrow schema message: names, `unit` entries, units of time spans, metadata (Arrow
+/// columnar format 1.5, Schema.fbs; FlatBuffers internals).
 mod arrow_schema {
     use std::collections::BTreeMap;
 
     type Pairs = BTreeMap<String, String>;
+
+    /// What a schema says.
+    #[derive(Default)]
+    pub struct Stored {
+        /// Units by field.
+        pub units: Pairs,
+        /// Seconds per count of the fields that are time spans, which Parquet has no type for.
+        pub spans_s: BTreeMap<String, f64>,
+        /// Metadata of the whole.
+        pub metadata: Pairs,
+    }
+
+    /// Number of the type "Duration" in the union of types.
+    const DURATION: u8 = 18;
 
     struct Buffer(Vec<u8>);
 
@@ -254,24 +359,32 @@ mod arrow_schema {
         }
     }
 
-    /// Units by field, and the metadata of the schema.
-    pub fn parse(base64: &str) -> Option<(Pairs, Pairs)> {
+    /// Takes a schema apart.
+    pub fn parse(base64: &str) -> Option<Stored> {
         let mut bytes = decode(base64)?;
         // A continuation mark and the length come before the message; old files lack the mark.
         let skip = if bytes.starts_with(&[0xff; 4]) { 8 } else { 4 };
         let buffer = Buffer(bytes.split_off(skip.min(bytes.len())));
         let message = buffer.follow(0)?;
         let schema = buffer.follow(buffer.field(message, 2)?)?;
-        let mut units = Pairs::new();
+        let mut stored = Stored::default();
         for field in buffer.vector(buffer.field(schema, 1)?)? {
-            let name = buffer.field(field, 0).and_then(|at| buffer.string(at));
+            let Some(name) = buffer.field(field, 0).and_then(|at| buffer.string(at)) else { continue };
             let pairs = buffer.pairs(buffer.field(field, 6));
-            let unit = ["unit", "units", "Unit"].iter().find_map(|key| pairs.get(*key));
-            if let (Some(name), Some(unit)) = (name, unit) {
-                units.insert(name, unit.clone());
+            if let Some(unit) = ["unit", "units", "Unit"].iter().find_map(|key| pairs.get(*key)) {
+                stored.units.insert(name.clone(), unit.clone());
+            }
+            let kind = buffer.field(field, 2).and_then(|at| buffer.0.get(at).copied());
+            if kind == Some(DURATION)
+                && let Some(span) = buffer.field(field, 3).and_then(|at| buffer.follow(at))
+            {
+                // Milliseconds are the default, which is not stored.
+                let unit = buffer.field(span, 0).and_then(|at| buffer.u16(at)).unwrap_or(1);
+                stored.spans_s.insert(name, [1.0, 1e-3, 1e-6, 1e-9][unit.min(3)]);
             }
         }
-        Some((units, buffer.pairs(buffer.field(schema, 2))))
+        stored.metadata = buffer.pairs(buffer.field(schema, 2));
+        Some(stored)
     }
 
     fn decode(text: &str) -> Option<Vec<u8>> {

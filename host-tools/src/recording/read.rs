@@ -15,10 +15,11 @@ use super::{Recording, assemble};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 
-/// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator each.
+/// A larger file holds more than [`MAX_VALUES`] numbers in any format: text needs at most 24 bytes and a separator
+/// each.
 const MAX_BYTES: u64 = 2 << 30;
 
-const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz";
+const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz, .lvm, .nc";
 
 /// The formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +44,7 @@ impl Format {
         };
         let extension = stem.rsplit_once('.').map_or("", |(_, e)| e);
         match extension {
-            "csv" | "tsv" | "txt" | "tab" => Ok(Self::Text { gzip }),
+            "csv" | "tsv" | "txt" | "tab" | "lvm" => Ok(Self::Text { gzip }),
             // INCA and CANape call MDF files .dat, too; the content tells.
             "dat" if !gzip && starts_with(path, b"MDF ") => Ok(Self::Mdf),
             "dat" => Ok(Self::Text { gzip }),
@@ -51,7 +52,12 @@ impl Format {
             "parquet" | "pq" => Ok(Self::Parquet),
             "feather" | "arrow" | "ipc" => Ok(Self::Arrow),
             "mat" => Ok(Self::Mat),
-            "h5" | "hdf5" | "hdf" => Ok(Self::Hdf5),
+            "nc" | "nc4" | "cdf" if starts_with(path, b"CDF") => Err(Error::input(
+                Place::file(path),
+                "this is a classic NetCDF file, and only NetCDF-4 is read",
+                "convert it with nccopy -k nc4 IN.nc OUT.nc",
+            )),
+            "h5" | "hdf5" | "hdf" | "nc" | "nc4" => Ok(Self::Hdf5),
             "mf4" | "mdf" | "mf3" => Ok(Self::Mdf),
             "tdms" => Ok(Self::Tdms),
             "wav" => Ok(Self::Wav),
@@ -96,7 +102,7 @@ pub fn load(path: &Path, mapping: &Mapping, ctx: &Context) -> Result<Recording> 
         return Err(too_large(path, &format!("{values} numbers")));
     }
     let sha256 = checksum(path, ctx)?;
-    assemble::assemble(path, &table, mapping, sha256)
+    assemble::assemble(path, table, mapping, sha256)
 }
 
 /// Loads a set of recordings of one motor type.
@@ -164,7 +170,8 @@ thread_local! {
     static FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this thread is within a decoder whose panic becomes an error: a program's panic hook need not tell of it, too.
+/// Whether this thread is within a decoder whose panic becomes an error: a program's panic hook need not tell of it,
+/// too.
 pub fn is_decoding() -> bool {
     FENCED.get()
 }

@@ -37,6 +37,15 @@ impl Column {
     }
 }
 
+/// A column that a reader does not deliver.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Its name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+}
+
 /// The content of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
@@ -44,8 +53,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Whatever the file says about itself.
     pub metadata: BTreeMap<String, String>,
-    /// Columns that hold text, by name: dropped, but a mapping may ask for one.
-    pub text_columns: Vec<String>,
+    /// Columns that are not delivered; a mapping may ask for one.
+    pub left_out: Vec<LeftOut>,
     /// For text files, the line of each row, from one; else empty.
     pub lines: Vec<u32>,
     /// What the reader had to leave out or assume.
@@ -56,6 +65,13 @@ impl Table {
     /// The line of a row in a text file; zero where there are no lines.
     pub fn line(&self, row: usize) -> usize {
         self.lines.get(row).map_or(0, |&l| l as usize)
+    }
+
+    /// Leaves a column out, and says so.
+    pub fn leave_out(&mut self, name: impl Into<String>, reason: impl std::fmt::Display) {
+        let (name, reason) = (name.into(), reason.to_string().split_whitespace().collect::<Vec<_>>().join(" "));
+        self.warnings.push(format!("column '{name}' is left out: {reason}"));
+        self.left_out.push(LeftOut { name, reason });
     }
 
     /// Gives columns of the same name in different groups their full path, so that each can be named.

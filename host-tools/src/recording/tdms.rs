@@ -3,13 +3,15 @@
 //!
 //! Own reader, because what LabVIEW streams needs all of it: several chunks of raw data in one segment, segments that
 //! only add channels to the list of the one before, interleaved samples and big-endian files. Raw data of DAQmx devices
-//! are refused. Linear scalings (`NI_Scale[n]_Linear_*`) are applied when the data are marked as unscaled.
+//! are refused. Scalings (`NI_Scale[n]_*`, linear and polynomial, each of the raw values or of another scaling) are
+//! applied unless the data are marked as scaled. A property that a channel lacks is its group's, or else the file's;
+//! channels that begin at different times are different rasters.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::damage::{damaged, too_large};
-use super::table::{Column, MAX_VALUES, Table};
+use super::table::{Column, LeftOut, MAX_VALUES, Table};
 use crate::error::{Error, Place, Result};
 
 const LEAD_IN: usize = 28;
@@ -299,6 +301,29 @@ impl File {
         Ok(())
     }
 
+    /// The properties of a channel, with those of its group and of the file where it has none.
+    fn inherited<'a>(&'a self, object: &'a Object, parts: &[String]) -> BTreeMap<&'a str, &'a Value> {
+        let mut all = BTreeMap::new();
+        for (path, above) in &self.objects {
+            let above_parts = split_path(path);
+            if above_parts.len() < parts.len() && parts.starts_with(&above_parts) {
+                // The file comes before its groups in this order.
+                all.extend(above.properties.iter().map(|(key, value)| (key.as_str(), value)));
+            }
+        }
+        all.extend(object.properties.iter().map(|(key, value)| (key.as_str(), value)));
+        all
+    }
+
+    /// When the first channel began, seconds since 1904.
+    fn first_start(&self) -> Option<f64> {
+        let starts = self.objects.values().filter_map(|o| match o.properties.get("wf_start_time") {
+            Some(Value::Number(x)) => Some(*x),
+            _ => None,
+        });
+        starts.reduce(f64::min)
+    }
+
     fn table(self, file: &Path) -> Result<Table> {
         let mut table = Table::default();
         if self.cut {
@@ -306,11 +331,13 @@ impl File {
         }
         let mut paths = Vec::new();
         // Channels of one length and one interval were sampled together, whatever group they are in.
-        let mut rasters: Vec<(usize, Option<u64>, String)> = Vec::new();
+        let mut rasters: Vec<(usize, Option<u64>, u64, String)> = Vec::new();
+        let first_start = self.first_start();
         for path in &self.order {
             let Some(object) = self.objects.get(path) else { continue };
             let parts = split_path(path);
-            let number = |key: &str| match object.properties.get(key) {
+            let about = self.inherited(object, &parts);
+            let number = |key: &str| match about.get(key) {
                 Some(Value::Number(x)) => Some(*x),
                 Some(Value::Text(t)) => t.trim().parse().ok(),
                 None => None,
@@ -326,17 +353,20 @@ impl File {
                 continue;
             };
             if object.text {
-                table.text_columns.push(channel.clone());
+                table.left_out.push(LeftOut { name: channel.clone(), reason: "it holds text".into() });
                 continue;
             }
             if object.values.is_empty() {
                 continue;
             }
             let interval = number("wf_increment").filter(|&dt| dt > 0.0 && dt.is_finite());
+            let after_first = number("wf_start_time").zip(first_start).map_or(0.0, |(own, first)| own - first);
+            let start_s = after_first + number("wf_start_offset").filter(|x| x.is_finite()).unwrap_or(0.0);
             // Without an interval the group's own time column is the only link between channels.
             let key = (
                 object.values.len(),
                 interval.map(f64::to_bits),
+                start_s.to_bits(),
                 if interval.is_some() { String::new() } else { group.clone() },
             );
             let raster = rasters.iter().position(|r| *r == key).unwrap_or_else(|| {
@@ -344,13 +374,13 @@ impl File {
                 rasters.len() - 1
             });
             let unit = ["unit_string", "NI_UnitDescription", "unit", "Unit"].into_iter().find_map(|key| {
-                match object.properties.get(key) {
+                match about.get(key) {
                     Some(Value::Text(text)) if !text.trim().is_empty() => Some(text.trim().to_owned()),
                     _ => None,
                 }
             });
             let mut values = object.values.clone();
-            scale(file, channel, object, &mut values)?;
+            scale(file, channel, &about, &mut values)?;
             let kind = object.layout.map_or(0, |l| l.kind);
             if kind == 0x44 {
                 let first = values[0];
@@ -360,7 +390,7 @@ impl File {
                 unit: if kind == 0x44 { Some("s".into()) } else { unit },
                 raster,
                 interval_s: interval,
-                start_s: number("wf_start_offset").filter(|x| x.is_finite()).unwrap_or(0.0),
+                start_s,
                 is_time: kind == 0x44,
                 ..Column::new(channel.clone(), values)
             });
@@ -394,34 +424,76 @@ fn split_path(path: &str) -> Vec<String> {
     parts
 }
 
-/// Applies the chain of linear scalings; other kinds are refused, since raw counts must not pass for volts.
-fn scale(file: &Path, channel: &str, object: &Object, values: &mut [f64]) -> Result<()> {
-    let number = |key: String| match object.properties.get(&key) {
+/// One of the scalings of a channel.
+enum Scaling {
+    Linear {
+        slope: f64,
+        intercept: f64,
+    },
+    /// Coefficients, of the constant first.
+    Polynomial(Vec<f64>),
+}
+
+/// Applies the chain of scalings; other kinds are refused, since raw counts must not pass for volts.
+fn scale(file: &Path, channel: &str, about: &BTreeMap<&str, &Value>, values: &mut [f64]) -> Result<()> {
+    /// More scalings than this are damage.
+    const MOST: usize = 64;
+    /// What stands for the raw values as the input of a scaling.
+    const RAW: f64 = u32::MAX as f64;
+    let number = |key: String| match about.get(key.as_str()) {
         Some(Value::Number(x)) => Some(*x),
         _ => None,
     };
-    if matches!(object.properties.get("NI_Scaling_Status"), Some(Value::Text(status)) if status != "unscaled") {
+    if matches!(about.get("NI_Scaling_Status"), Some(Value::Text(status)) if status != "unscaled") {
         return Ok(());
     }
-    let scales = number("NI_Number_Of_Scales".into()).unwrap_or(0.0).clamp(0.0, 64.0) as usize;
-    for k in 0..scales {
-        match object.properties.get(&format!("NI_Scale[{k}]_Scale_Type")) {
-            None => {}
-            Some(Value::Text(kind)) if kind == "Linear" => {
-                let slope = number(format!("NI_Scale[{k}]_Linear_Slope")).unwrap_or(1.0);
-                let intercept = number(format!("NI_Scale[{k}]_Linear_Y_Intercept")).unwrap_or(0.0);
-                values.iter_mut().for_each(|x| *x = *x * slope + intercept);
+    // Not every writer counts them.
+    let scales = (0..MOST).rev().find(|k| about.contains_key(format!("NI_Scale[{k}]_Scale_Type").as_str()));
+    let refuse = |kind: &str| {
+        Err(Error::input(
+            Place::file(file),
+            format!("channel '{channel}' has a scaling of kind {kind}, which is not supported"),
+            "export the file with scaled values",
+        ))
+    };
+    let Some(last) = scales else { return Ok(()) };
+    // From the last scaling back to the raw values: each says what it takes in, the one before unless told.
+    let (mut chain, mut at) = (Vec::new(), Some(last));
+    while let Some(k) = at {
+        if chain.len() > MOST {
+            return refuse("a circle of scalings");
+        }
+        let kind = match about.get(format!("NI_Scale[{k}]_Scale_Type").as_str()) {
+            Some(Value::Text(kind)) => kind.as_str(),
+            Some(Value::Number(_)) => return refuse("unknown"),
+            // One without a kind, which LabVIEW counts first, stands for the raw values.
+            None => break,
+        };
+        let input = number(format!("NI_Scale[{k}]_{kind}_Input_Source"));
+        chain.push(match kind {
+            "Linear" => Scaling::Linear {
+                slope: number(format!("NI_Scale[{k}]_Linear_Slope")).unwrap_or(1.0),
+                intercept: number(format!("NI_Scale[{k}]_Linear_Y_Intercept")).unwrap_or(0.0),
+            },
+            "Polynomial" => {
+                let size = number(format!("NI_Scale[{k}]_Polynomial_Coefficients_Size")).unwrap_or(4.0);
+                let coefficient = |j: usize| number(format!("NI_Scale[{k}]_Polynomial_Coefficients[{j}]"));
+                Scaling::Polynomial((0..(size as usize).min(MOST)).map(|j| coefficient(j).unwrap_or(0.0)).collect())
             }
-            Some(kind) => {
-                let kind = match kind {
-                    Value::Text(text) => text.clone(),
-                    Value::Number(x) => x.to_string(),
-                };
-                return Err(Error::input(
-                    Place::file(file),
-                    format!("channel '{channel}' has a scaling of kind {kind}, which is not supported"),
-                    "export the file with scaled values",
-                ));
+            other => return refuse(other),
+        });
+        at = match input {
+            Some(input) if input == RAW => None,
+            Some(input) if input >= 0.0 && (input as usize) < MOST => Some(input as usize),
+            Some(_) => return refuse("an unknown input"),
+            None => k.checked_sub(1),
+        };
+    }
+    for scaling in chain.iter().rev() {
+        match scaling {
+            Scaling::Linear { slope, intercept } => values.iter_mut().for_each(|x| *x = *x * slope + intercept),
+            Scaling::Polynomial(coefficients) => {
+                values.iter_mut().for_each(|x| *x = coefficients.iter().rev().fold(0.0, |sum, c| sum * *x + c));
             }
         }
     }

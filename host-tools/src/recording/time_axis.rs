@@ -119,6 +119,20 @@ pub fn check(t: &[f64]) -> Result<TimeAxis, Fault> {
     )
 }
 
+/// Times of day, s, that go on counting after midnight.
+pub fn over_midnight(seconds: &mut [f64]) {
+    const DAY: f64 = 86_400.0;
+    let (mut days, mut last) = (0.0, f64::NEG_INFINITY);
+    for t in seconds {
+        // Half a day back in one step is the next day.
+        if *t < last - 0.5 * DAY {
+            days += 1.0;
+        }
+        last = *t;
+        *t += days * DAY;
+    }
+}
+
 /// Six significant digits, without the noise of binary fractions.
 pub fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
@@ -134,7 +148,7 @@ fn interval_key(key: &str) -> Option<(bool, f64)> {
     let name = key.rsplit('/').next().unwrap_or(key).trim().to_lowercase().replace([' ', '-'], "_");
     Some(match name.as_str() {
         "sample_time_s" | "sample_time" | "sampling_interval" | "sample_interval" | "sampling_time" | "ts" | "dt"
-        | "ts_s" | "dt_s" | "interval_s" => (false, 1.0),
+        | "ts_s" | "dt_s" | "interval_s" | "delta_x" => (false, 1.0),
         "dt_ms" | "ts_ms" | "sample_time_ms" => (false, 1e-3),
         "dt_us" | "ts_us" | "sample_time_us" => (false, 1e-6),
         "fs" | "fs_hz" | "sample_rate" | "sample_rate_hz" | "sampling_rate" | "samplerate" | "sampling_frequency"

@@ -43,7 +43,8 @@ pub struct Unit {
     pub offset: f64,
 }
 
-/// Spelling in files (after [`canonical`]), quantity, factor. The first spelling of each quantity's unit is the one shown.
+/// Spelling in files (after [`canonical`]), quantity, factor. The first spelling of each quantity's unit is the one
+/// shown.
 const UNITS: &[(&str, Quantity, f64)] = &[
     ("s", Quantity::Time, 1.0),
     ("ms", Quantity::Time, 1e-3),
@@ -104,6 +105,14 @@ const ALIASES: &[(&str, &str)] = &[
     ("seconds", "s"),
     ("sekunden", "s"),
     ("msec", "ms"),
+    ("millisecond", "ms"),
+    ("milliseconds", "ms"),
+    ("microsecond", "us"),
+    ("microseconds", "us"),
+    ("nanosecond", "ns"),
+    ("nanoseconds", "ns"),
+    ("minutes", "min"),
+    ("hours", "h"),
     ("usec", "us"),
     ("volt", "V"),
     ("volts", "V"),
@@ -182,9 +191,11 @@ fn canonical(text: &str) -> String {
 }
 
 impl Unit {
-    /// Recognises a unit. Upper and lower case count where they tell units apart (`mA`, `MA`), and are forgiven where not.
+    /// Recognises a unit. Upper and lower case count where they tell units apart (`mA`, `MA`), and are forgiven where
+    /// not.
     pub fn parse(text: &str) -> Option<Self> {
-        let key = canonical(text);
+        // `milliseconds since 2026-03-01`, as NetCDF has it: counts of a unit of time.
+        let key = canonical(text.split(" since ").next().unwrap_or(text));
         if key.is_empty() || key.len() > 16 {
             return None;
         }

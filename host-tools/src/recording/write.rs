@@ -99,8 +99,10 @@ fn metadata(recording: &Recording) -> BTreeMap<String, String> {
     metadata
 }
 
+/// Names and values of binary files may hold anything; a text file with it in would be none.
 fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let words = text.split(|c: char| c.is_whitespace() || c.is_control());
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 /// A key must not hold what ends a key.

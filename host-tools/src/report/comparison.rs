@@ -1,5 +1,6 @@
 //! One comparison: what is read first, then the model, where it fails, and the plots.
 
+use greyrig::motor::BaseParameter;
 use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
@@ -7,7 +8,7 @@ use super::labels::{capital, printed_unit, signal};
 use super::residuals;
 use super::signals::{Budget, Signals};
 use crate::compare::{Comparison, PerSignal, Profile, RecordingComparison, Signal};
-use crate::model::{BASE_PARAMETERS, Model, Parameter, Status};
+use crate::model::{Model, Parameter, Status};
 use crate::numbers::{self, figure, percent, quantity, relative_width};
 use crate::recording::Motion;
 
@@ -184,7 +185,7 @@ fn json(value: &impl Serialize) -> PreEscaped<String> {
 }
 
 fn parameters(model: &Model) -> Markup {
-    let base = BASE_PARAMETERS.iter().filter_map(|name| model.parameters.get(*name).map(|p| (*name, p)));
+    let base = BaseParameter::ALL.into_iter().filter_map(|base| Some((base, model.base_parameter(base)?)));
     html! {
         div.scroll { table {
             caption { "Kind " (model.kind) @if let Some(motor) = &model.motor { ", motor type " (motor) } }
@@ -193,7 +194,7 @@ fn parameters(model: &Model) -> Markup {
                 th.number scope="col" { "Half width" } th scope="col" { "Unit" } th scope="col" { "Status" }
             } }
             tbody {
-                @for (name, parameter) in base { (parameter_row(name, meaning(name, model.motion), parameter)) }
+                @for (base, parameter) in base { (parameter_row(base.name(), meaning(base, model.motion), parameter)) }
                 @for entry in &model.effects {
                     @let d = entry.id.description();
                     tr.effect { th colspan="7" scope="rowgroup" {
@@ -225,17 +226,16 @@ fn parameter_row(name: &str, meaning: &str, parameter: &Parameter) -> Markup {
     } }
 }
 
-fn meaning(name: &str, motion: Motion) -> &'static str {
-    match (name, motion) {
-        ("R", _) => "resistance",
-        ("L", _) => "inductance",
-        ("K", _) => "flux coefficient",
-        ("J", Motion::Rotary) => "inertia",
-        ("J", Motion::Linear) => "moving mass",
-        ("mu0", _) => "dry friction",
-        ("mu1", _) => "viscous friction",
-        ("mu2", _) => "turbulent friction",
-        _ => "",
+fn meaning(parameter: BaseParameter, motion: Motion) -> &'static str {
+    match (parameter, motion) {
+        (BaseParameter::R, _) => "resistance",
+        (BaseParameter::L, _) => "inductance",
+        (BaseParameter::K, _) => "flux coefficient",
+        (BaseParameter::J, Motion::Rotary) => "inertia",
+        (BaseParameter::J, Motion::Linear) => "moving mass",
+        (BaseParameter::Mu0, _) => "dry friction",
+        (BaseParameter::Mu1, _) => "viscous friction",
+        (BaseParameter::Mu2, _) => "turbulent friction",
     }
 }
 

@@ -3,7 +3,8 @@
 //! A [`Report`] is put together from sections, in the order in which they shall be read:
 //!
 //! ```no_run
-//! # fn demo(before: &greyrig_host::compare::Comparison, model: &greyrig_host::model::Model) -> greyrig_host::error::Result<()> {
+//! # use greyrig_host::{compare::Comparison, error::Result, model::Model};
+//! # fn demo(before: &Comparison, model: &Model) -> Result<()> {
 //! use greyrig_host::report::Report;
 //! Report::new("Vacuum-cleaner unit, type 462")
 //!     .lead("The base model leaves 18 % of the current unexplained.")
@@ -17,11 +18,11 @@
 //! every script but the two that belong to the report. The same input gives the same bytes.
 //!
 //! # Size
-//! [`SIGNAL_BUDGET`] bounds the signals of the whole report, whatever the number and length of the recordings. A quarter
-//! of it goes to overviews (the smallest and the largest sample of each of up to 2000 buckets per trace), the rest to
-//! samples at full rate: first the stretches with the largest and with typical errors, then block by block, the largest
-//! error first. 60 s of voltage, current and speed at 10 kHz behind a 250 Hz filter fit whole. Where a stretch is not
-//! stored at full rate, the plots say so.
+//! [`SIGNAL_BUDGET`] bounds the signals of the whole report, whatever the number and length of the recordings. A
+//! quarter of it goes to overviews (the smallest and the largest sample of each of up to 2000 buckets per trace), the
+//! rest to samples at full rate: first the stretches with the largest and with typical errors, then block by block, the
+//! largest error first. 60 s of voltage, current and speed at 10 kHz behind a 250 Hz filter fit whole. Where a stretch
+//! is not stored at full rate, the plots say so.
 
 mod chart;
 mod comparison;

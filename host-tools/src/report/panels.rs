@@ -68,8 +68,8 @@ circle.c0{fill:#d55e00}circle.c1{fill:#0072b2}circle.c2{fill:#009e73}circle.c3{f
 @media(prefers-color-scheme:dark){text{fill:#adbac7}.c0{stroke:#f0883e}.c1{stroke:#56b4e9}.c2{stroke:#2fc49a}\
 circle.c0{fill:#f0883e}circle.c1{fill:#56b4e9}circle.c2{fill:#2fc49a}}";
 
-/// The file: panels in rows of so many, with a legend of the curves. `description` is what someone who cannot see it should
-/// know.
+/// The file: panels in rows of so many, with a legend of the curves. `description` is what someone who cannot see it
+/// should know.
 pub fn panels(description: &str, legend: &[&str], panels: &[Panel], columns: usize) -> String {
     let columns = columns.clamp(1, panels.len().max(1));
     let margin = if panels.iter().any(|p| matches!(p.y, Scale::Names(_))) { NAMES } else { 0.0 };

@@ -120,14 +120,14 @@ pub struct Setup {
     pub seed: u64,
     /// Mains frequency, Hz.
     pub mains_hz: f64,
-    /// Fluctuation of the load, relative RMS, correlated over 20 ms (Ornstein–Uhlenbeck). 0.003 by default: the residual of
-    /// a real turbine is never white.
+    /// Fluctuation of the load, relative RMS, correlated over 20 ms (Ornstein–Uhlenbeck). 0.003 by default: the
+    /// residual of a real turbine is never white.
     pub turbulence: f64,
-    /// Fluctuation of the supply voltage, relative RMS, correlated over 1 s. 0.001 by default: that of a test supply; it is
-    /// measured, so it is no error of a model.
+    /// Fluctuation of the supply voltage, relative RMS, correlated over 1 s. 0.001 by default: that of a test supply;
+    /// it is measured, so it is no error of a model.
     pub fluctuation: f64,
-    /// Fifth harmonic of AC supplies, as a fraction, in the phase that flattens the top. None by default: a test rig has an
-    /// electronic source; 0.03 is usual on public mains.
+    /// Fifth harmonic of AC supplies, as a fraction, in the phase that flattens the top. None by default: a test rig
+    /// has an electronic source; 0.03 is usual on public mains.
     pub fifth_harmonic: f64,
     /// The measuring chain; none: [`ChainSetup::for_motor`].
     pub chain: Option<ChainSetup>,
@@ -155,7 +155,8 @@ pub struct Truth {
 pub struct Run {
     /// What the rig recorded.
     pub recording: Recording,
-    /// The converter's codes for voltage, current and speed: the same samples before scaling. All zero with an ideal chain.
+    /// The converter's codes for voltage, current and speed: the same samples before scaling. All zero with an ideal
+    /// chain.
     pub counts: [Vec<u16>; 3],
     /// What the recording does not tell.
     pub truth: Truth,

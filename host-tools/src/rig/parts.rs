@@ -1,9 +1,9 @@
 //! What an effect or a fault may change: the parts from which the plant, its supply and the measuring chain are put
 //! together. An effect adds parts to an [`Assembly`]; the plant knows none of the effects by name.
 //!
-//! A part without a memory is a closure. Parts see the true state ([`Instant`]). Those with a memory get `tick`, once after each integration step (10 µs):
-//! their state is constant within a step, which is exact enough for anything slower than about 1 ms, and for switching
-//! events places them on the grid of steps.
+//! A part without a memory is a closure. Parts see the true state ([`Instant`]). Those with a memory get `tick`, once
+//! after each integration step (10 µs): their state is constant within a step, which is exact enough for anything
+//! slower than about 1 ms, and for switching events places them on the grid of steps.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -97,7 +97,8 @@ pub trait Converter: Send {
     fn output(&self, command: f64, i: f64) -> f64;
 }
 
-/// An analogue element between a true quantity and the anti-alias filter of its channel; runs once per integration step.
+/// An analogue element between a true quantity and the anti-alias filter of its channel; runs once per integration
+/// step.
 pub trait Sensor: Send {
     /// What comes out when `value` goes in.
     fn sense(&mut self, value: f64, now: &Instant, dt: f64) -> f64;
@@ -181,8 +182,9 @@ impl Assembly {
         }
     }
 
-    /// Scales the flux so that the nameplate stays true: with saturation, the mean torque at the nominal current (a sine of
-    /// the nominal peak) is still K I². K and L_m become those of the unsaturated motor, larger by the same factor.
+    /// Scales the flux so that the nameplate stays true: with saturation, the mean torque at the nominal current (a
+    /// sine of the nominal peak) is still K I². K and L_m become those of the unsaturated motor, larger by the same
+    /// factor.
     ///
     /// Without this a saturated motor would draw nearly twice its nominal current, and be another motor.
     pub fn keep_nameplate(&mut self) {

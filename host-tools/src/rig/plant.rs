@@ -344,8 +344,8 @@ impl Plant {
         }
     }
 
-    /// Advances by `h` seconds under a voltage that is smooth within the step: `u` at its begin, middle and end, and `wave`
-    /// the voltage at any time from the step's begin, for the rare step that has to be cut.
+    /// Advances by `h` seconds under a voltage that is smooth within the step: `u` at its begin, middle and end, and
+    /// `wave` the voltage at any time from the step's begin, for the rare step that has to be cut.
     pub fn advance(&mut self, h: f64, u: [f64; 3], wave: impl Fn(f64) -> f64) {
         let present = self.state.i;
         let whole = self.runge_kutta(h, u.map(|u| self.applied(u, present)));

@@ -4,8 +4,8 @@
 //! server ─► session ─► task ─► version, error
 //!    └────► page
 //! ```
-//! A [`Session`] holds the recordings and the versions of the model; one task at a time works on them, on threads of its own, and can be
-//! stopped. The server answers this machine alone.
+//! A [`Session`] holds the recordings and the versions of the model; one task at a time works on them, on threads of
+//! its own, and can be stopped. The server answers this machine alone.
 
 mod error;
 mod page;

@@ -1,7 +1,7 @@
 //! The page's server, for this machine alone.
 //!
-//! Whoever asks by another name than that of this machine is refused, and so is a page from elsewhere that wants something done: a
-//! browser that has a foreign page open must not reach the recordings through it.
+//! Whoever asks by another name than that of this machine is refused, and so is a page from elsewhere that wants
+//! something done: a browser that has a foreign page open must not reach the recordings through it.
 
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr};

@@ -92,8 +92,9 @@ fn added(recordings: &[Recording], before: &Version, id: EffectId, ctx: &Context
     let with = stage(&before.model, &[id], &[], &training, &held_out, ctx)?;
     let judged = with.shows(&before.model, &held_out, ctx)?;
     ctx.doing("all recordings");
-    let whole = add_to(&before.model, &[], recordings, &[id], ctx)?;
+    let mut whole = add_to(&before.model, &[], recordings, &[id], ctx)?;
     let accepted = judged && without.held_out.esr.falls_to(&with.held_out.esr);
+    whole.identification.model.judged(accepted);
     let label = format!("+ {}", catalogue::joined(&whole.effects, " + "));
     Ok(Version::new(label, whole.identification, &with, Some(accepted), recordings.len()))
 }

@@ -11,8 +11,8 @@
 //! variable = "i" (A) | "w" or "omega" (rad/s) | "u" (V)
 //! ```
 //!
-//! Every other name is an unknown constant that is to be identified. What the term does in the model, and how it behaves
-//! at zero, is said in [`greyrig::term`].
+//! Every other name is an unknown constant that is to be identified. What the term does in the model, and how it
+//! behaves at zero, is said in [`greyrig::term`].
 //!
 //! # Powers
 //! An exponent is a constant: a number, an unknown, or an expression of these. Whole numbers from −127 to 127 are

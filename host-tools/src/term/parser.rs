@@ -1,9 +1,9 @@
 //! Recursive descent over the grammar of a term, to the operations that the core runs.
 
+use greyrig::motor::BaseParameter;
 use greyrig::term::{MAX_DEPTH, MAX_OPS, MAX_UNKNOWNS, Op, Target, Term, TermError};
 
 use crate::error::{Error, Result};
-use crate::model::BASE_PARAMETERS;
 
 /// Parentheses, signs and powers inside one another.
 pub const MAX_NESTING: usize = 64;
@@ -233,7 +233,7 @@ impl<'a> Parser<'a> {
                 format!("use {}; or, to multiply, write {shown}*(", known.join(", ")),
             ));
         }
-        if BASE_PARAMETERS.contains(&name) {
+        if BaseParameter::of_name(name).is_some() {
             return Err(self.error(
                 at,
                 format!("the name {name} is taken by a parameter of the base model"),

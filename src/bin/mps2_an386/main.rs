@@ -1,6 +1,6 @@
 //! The firmware's twin for QEMU's machine mps2-an386 (a Cortex-M4F): the same application, with a motor in place of the
-//! converter, RAM in place of the flash, and QEMU's first serial port in place of the USART. The second one makes the motor
-//! go wrong, by the letters of [`greyrig::app::bench::Trouble`].
+//! converter, RAM in place of the flash, and QEMU's first serial port in place of the USART. The second one makes the
+//! motor go wrong, by the letters of [`greyrig::app::bench::Trouble`].
 //!
 //! ```text
 //! cargo fw-qemu

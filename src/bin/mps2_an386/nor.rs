@@ -1,7 +1,8 @@
 //! RAM in place of flash, with the flash's manners: words of 64 bits that are written once, pages that are erased.
 //!
-//! It is the machine's 16 MiB of external RAM (Arm DAI 0386), outside what the linker uses, so that neither the start-up
-//! code nor the emulator's reset touches it: what was written survives a restart, but not the end of the emulator.
+//! It is the machine's 16 MiB of external RAM (Arm DAI 0386), outside what the linker uses, so that neither the
+//! start-up code nor the emulator's reset touches it: what was written survives a restart, but not the end of the
+//! emulator.
 #![allow(unsafe_code)]
 
 use core::ptr;

@@ -1,7 +1,8 @@
 //! The flash's check bits: a word that cannot be read raises a non-maskable interrupt (RM0440, section 3.3.2).
 //!
-//! After a power cut during writing, reading the parameters may meet such a word. The handler clears the flag, counts, and
-//! returns: the bytes read are arbitrary, and the CRC of the block rejects them. Without it, every start would end here.
+//! After a power cut during writing, reading the parameters may meet such a word. The handler clears the flag, counts,
+//! and returns: the bytes read are arbitrary, and the CRC of the block rejects them. Without it, every start would end
+//! here.
 #![allow(unsafe_code)]
 
 use cortex_m_rt::exception;

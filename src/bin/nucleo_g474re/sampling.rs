@@ -1,7 +1,7 @@
 //! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts.
 //!
-//! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, timing of the converter);
-//! recordings say so, and the fit corrects it.
+//! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, timing of the
+//! converter); recordings say so, and the fit corrects it.
 #![allow(unsafe_code)]
 
 use core::ptr;
@@ -74,8 +74,8 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     timer.start();
     let sampling = PLACE.init(Sampling { adc, sampler, busy, grid: Grid::new(), _timer: timer });
     SAMPLING.store(sampling, Ordering::Release);
-    // Every interrupt begins at the most urgent priority; only this one stays there. The link and the timer of the executor
-    // can wait for a tick.
+    // Every interrupt begins at the most urgent priority; only this one stays there. The link and the timer of the
+    // executor can wait for a tick.
     interrupt::ADC1_2.set_priority(Priority::P0);
     interrupt::USART2.set_priority(Priority::P8);
     interrupt::DMA1_CHANNEL1.set_priority(Priority::P8);

@@ -1,7 +1,8 @@
 //! How many instructions a block has, and what in it the emulator does not tell: SEV, floating-point instructions.
 //!
 //! A block is a stretch of instructions without a branch. The emulator names its begin and its length in bytes; a Thumb
-//! instruction has four bytes if its upper five bits are 0b11101, 0b11110 or 0b11111, else two (ARMv7-M ARM, section A5.1).
+//! instruction has four bytes if its upper five bits are 0b11101, 0b11110 or 0b11111, else two (ARMv7-M ARM, section
+//! A5.1).
 
 /// What is known of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,7 +1,7 @@
 //! Exceptions: what is pending, what is active, who comes first (ARMv7-M ARM, sections B1.5 and B3.4).
 //!
-//! Stacking and return are the [processor](crate::processor)'s. The STM32G474 has four bits of priority (RM0440, NVIC) and
-//! 102 interrupts; there are no groups of priorities.
+//! Stacking and return are the [processor](crate::processor)'s. The STM32G474 has four bits of priority (RM0440, NVIC)
+//! and 102 interrupts; there are no groups of priorities.
 
 /// Number of the first external interrupt among the exceptions.
 pub const EXTERNAL: usize = 16;
@@ -119,8 +119,8 @@ impl Exceptions {
         self.refresh();
     }
 
-    /// The level of an external interrupt's line. It becomes pending as the level rises, and again after a return from the
-    /// handler if the level is still high.
+    /// The level of an external interrupt's line. It becomes pending as the level rises, and again after a return from
+    /// the handler if the level is still high.
     pub fn line(&mut self, interrupt: usize, high: bool) {
         let bit: Set = 1 << (EXTERNAL + interrupt);
         if high == (self.lines & bit != 0) {

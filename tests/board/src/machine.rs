@@ -1,7 +1,7 @@
 //! Bus, peripherals and virtual time.
 //!
-//! Time is counted in cycles of the processor. An instruction takes [`Pace`] of them; a sleeping processor none. Peripherals are
-//! told that time has passed when the first of them wants to be, and before each access to a register.
+//! Time is counted in cycles of the processor. An instruction takes [`Pace`] of them; a sleeping processor none.
+//! Peripherals are told that time has passed when the first of them wants to be, and before each access to a register.
 
 use crate::analog::Analog;
 use crate::exceptions::{EXTERNAL, Exceptions, NMI, SYS_TICK};

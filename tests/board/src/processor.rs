@@ -1,14 +1,18 @@
 //! The processor: Unicorn executes instructions; exceptions, sleep and virtual time are added here.
 //!
-//! - **Time.** A hook at the begin of each block counts its instructions and stops the emulator when a peripheral is due and an
-//!   exception follows. Interrupts are therefore taken between blocks, a few instructions late at most. Nothing else may stop it:
-//!   an emulator that is stopped by an access to a device executes the instruction once more.
-//! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8; both forget exclusive accesses. Floating-point registers are stacked
-//!   lazily, where the handler's first block with such an instruction begins, unless FPCCR.LSPEN = 0. A block with one while
-//!   CPACR keeps the FPU off ends the run.
-//! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there, at which the
+//! - **Time.** A hook at the begin of each block counts its instructions and stops the emulator when a peripheral is
+//!   due and an
+//! exception follows. Interrupts are therefore taken between blocks, a few instructions late at most. Nothing else may
+//! stop it: an emulator that is stopped by an access to a device executes the instruction once more.
+//! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8; both forget exclusive accesses. Floating-point
+//!   registers are stacked
+//! lazily, where the handler's first block with such an instruction begins, unless FPCCR.LSPEN = 0. A block with one
+//! while CPACR keeps the FPU off ends the run.
+//! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there,
+//!   at which the
 //!   hook stops.
-//! - **Sleep.** The emulator reports WFE as an invalid instruction with the program counter behind it, and halts at WFI. The
+//! - **Sleep.** The emulator reports WFE as an invalid instruction with the program counter behind it, and halts at
+//!   WFI. The
 //!   event register is set by SEV (seen when its block begins), by entry and return, and by SEVONPEND.
 
 use std::cell::RefCell;
@@ -414,7 +418,8 @@ impl Processor {
         Ok(())
     }
 
-    /// Entry and return clear the exclusive monitor (ARMv7-M ARM, section B1.5.6), which only an instruction can do here.
+    /// Entry and return clear the exclusive monitor (ARMv7-M ARM, section B1.5.6), which only an instruction can do
+    /// here.
     fn forget_exclusive(&mut self) -> Result<(), Fault> {
         self.shared.borrow_mut().stopping = true;
         let end = u64::from(CLREX_AT) + CLREX.len() as u64;

@@ -16,7 +16,8 @@ use greyrig_host::device::clock;
 use greyrig_host::error::{EXIT_BAD_INPUT, EXIT_HARDWARE};
 use greyrig_host::rig::{Kind, Motor, Setup};
 
-/// A virtual NUCLEO-G474RE that runs the firmware as it is flashed, with the virtual rig at its pins, behind a pseudo-terminal.
+/// A virtual NUCLEO-G474RE that runs the firmware as it is flashed, with the virtual rig at its pins, behind a
+/// pseudo-terminal.
 #[derive(Debug, Parser)]
 #[command(
     name = "greyrig board",
@@ -56,7 +57,8 @@ struct Args {
     /// At most so many times real time, 0.001 to 1
     #[arg(long, value_name = "FRACTION", default_value_t = 1.0, value_parser = speed)]
     speed: f64,
-    /// File in which to publish the board's time; with the same --clock the time-outs of flash, record and monitor follow it
+    /// File in which to publish the board's time; with the same --clock the time-outs of flash, record and monitor
+    /// follow it
     #[arg(long, value_name = "FILE")]
     clock: Option<PathBuf>,
     /// File that keeps bank 2 of the flash, the parameters; without it they are gone at the end

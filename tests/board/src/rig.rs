@@ -1,4 +1,5 @@
-//! The virtual rig at the converter's pins, closed in time: a trigger of the converter lets the motor run on by a sample.
+//! The virtual rig at the converter's pins, closed in time: a trigger of the converter lets the motor run on by a
+//! sample.
 
 use greyrig::units::{CalibrationSettings, Scale};
 use greyrig_host::error::Result;
@@ -8,7 +9,8 @@ use greyrig_host::rig::running::Running;
 
 use crate::analog::{Analog, INPUTS};
 
-/// The rig. Its profile begins with the motor at rest when the processor starts, and again, with the motor as it is, at its end.
+/// The rig. Its profile begins with the motor at rest when the processor starts, and again, with the motor as it is, at
+/// its end.
 pub struct Rig {
     setup: Setup,
     running: Running,

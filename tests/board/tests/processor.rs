@@ -25,8 +25,8 @@ fn board(program: &[u16], handler: &[u16]) -> Board {
     Board::new(&Image { segments }, Contents::default(), pins, Pace::ONE).unwrap()
 }
 
-/// A thread with floating-point numbers in its registers is interrupted between a comparison and its branch, by a handler that changes
-/// every register that the entry stacks. Encodings by LLVM's assembler.
+/// A thread with floating-point numbers in its registers is interrupted between a comparison and its branch, by a
+/// handler that changes every register that the entry stacks. Encodings by LLVM's assembler.
 #[test]
 fn an_exception_leaves_no_trace() {
     let program = [
@@ -60,8 +60,8 @@ fn an_exception_leaves_no_trace() {
     assert_eq!(stored, [0x1000_0000, 2, 3, 4, 0xFFFF_FFE9, one, two, 14, 12]);
 }
 
-/// ARMv7-M ARM, section B1.5.7: the frame has room for the floating-point registers, which are written there only when the handler uses
-/// its first.
+/// ARMv7-M ARM, section B1.5.7: the frame has room for the floating-point registers, which are written there only when
+/// the handler uses its first.
 #[test]
 fn floats_are_stacked_when_the_handler_uses_some() {
     let program = [

@@ -1,5 +1,6 @@
-//! The model's registers, bits, interrupts and requests against those of the manufacturer, as stm32-data has extracted them
-//! (crate `stm32-metapac`), and the processor's against crate `cortex-m`. Every register and bit is named here; its place comes from there.
+//! The model's registers, bits, interrupts and requests against those of the manufacturer, as stm32-data has extracted
+//! them (crate `stm32-metapac`), and the processor's against crate `cortex-m`. Every register and bit is named here;
+//! its place comes from there.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +12,8 @@ use greyrig_board::processor::{CCM, CCM_LENGTH, RAM, RAM_LENGTH};
 use stm32_metapac::metadata::ir::{Array, BitOffset, Block, BlockItem, BlockItemInner, FieldSet, IR};
 use stm32_metapac::metadata::{METADATA, Peripheral};
 
-/// Peripherals of which something is modelled; the multiplexer's sixteen channels serve two controllers, of which one is.
+/// Peripherals of which something is modelled; the multiplexer's sixteen channels serve two controllers, of which one
+/// is.
 const MODELLED: [&str; 20] = [
     "UID", "TIM2", "IWDG", "USART2", "PWR", "SYSCFG", "TIM15", "DMA1", "DMAMUX1", "RCC", "FLASH", "GPIOA", "GPIOB",
     "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG", "ADC1", "DBGMCU",

@@ -1,6 +1,8 @@
-//! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is judged by.
+//! The error of the balances of voltage and torque on the held-out ramp, at the measured state: what a regression is
+//! judged by.
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use greyrig_host::context::Context;
 use greyrig_host::error::Result;
 use greyrig_host::identify::equation_error::{Balance, EquationError};
@@ -11,8 +13,8 @@ use greyrig_host::model::Model;
 use crate::cases::Case;
 use crate::score::Outcome;
 
-/// RMS of what the voltage balance leaves over that of the voltage, and of what the torque balance leaves over that of the
-/// air-gap torque.
+/// RMS of what the voltage balance leaves over that of the voltage, and of what the torque balance leaves over that of
+/// the air-gap torque.
 pub type Left = [f64; 2];
 
 /// What the base model leaves, and what one with the named effects does.
@@ -35,6 +37,6 @@ fn of(model: &Model, case: &Case) -> Result<Left> {
     let Some(problem) = EquationError::new(&held_out) else { return Ok([f64::NAN; 2]) };
     let groups = problem.groups();
     let rms = rms_of(&problem.at(&space, &space.coordinates()), groups);
-    let air_gap = rms_of(&problem.column(Balance::Torque, &|i, _, _| model.value("K") * i * i), groups);
+    let air_gap = rms_of(&problem.column(Balance::Torque, &|i, _, _| model.value(BaseParameter::K) * i * i), groups);
     Ok([rms[0] / problem.sizes()[0], rms[1] / air_gap[1]])
 }

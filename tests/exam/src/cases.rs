@@ -1,9 +1,9 @@
 //! Blind cases: motors of a production lot with effects of random size and form on a virtual rig.
 //!
-//! The plant's laws are not the catalogue's: Froelich and Langevin magnetisation against the blended root, play operators
-//! against Duhem's hysteresis, a Gaussian inductance against a rational one, an algebraic brush transition against an
-//! exponential, a true first-order flux lag against its expansion, arc tangent against a root for the current sensor, and so
-//! on (`greyrig simulate --list`).
+//! The plant's laws are not the catalogue's: Froelich and Langevin magnetisation against the blended root, play
+//! operators against Duhem's hysteresis, a Gaussian inductance against a rational one, an algebraic brush transition
+//! against an exponential, a true first-order flux lag against its expansion, arc tangent against a root for the
+//! current sensor, and so on (`greyrig simulate --list`).
 
 use greyrig::effects::EffectId;
 use greyrig_host::context::Context;
@@ -35,7 +35,8 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// A usual size, as an argument of `simulate --effect`: the geometric mean of the smallest and the largest, in the first form.
+    /// A usual size, as an argument of `simulate --effect`: the geometric mean of the smallest and the largest, in the
+    /// first form.
     fn usual(&self) -> String {
         let size = (self.sizes.0 * self.sizes.1).sqrt();
         let form = self.forms.first().map_or_else(String::new, |form| format!(":{form}"));
@@ -154,7 +155,7 @@ fn withheld_with(id: EffectId, excitation: Excitation) -> Vec<EffectId> {
     if matches!(excitation, Excitation::Ac | Excitation::Twice | Excitation::Start) && ALIKE_ON_AC.contains(&id) {
         return ALIKE_ON_AC.to_vec();
     }
-    class_of(excitation.kind(), id).map_or_else(|| vec![id], <[_]>::to_vec)
+    class_of(excitation.kind(), id).unwrap_or_else(|| vec![id])
 }
 
 impl Excitation {
@@ -337,8 +338,8 @@ impl Case {
         }
     }
 
-    /// Whether an effect by itself makes the base model's free-run error at least [`STANDS_OUT`] times that of a healthy motor,
-    /// after the base model has been refitted.
+    /// Whether an effect by itself makes the base model's free-run error at least [`STANDS_OUT`] times that of a
+    /// healthy motor, after the base model has been refitted.
     fn stands_out_alone(&self, effect: &str) -> bool {
         let error = |effects: Vec<String>| -> Option<[f64; 2]> {
             let alone = Self { effects, ..self.clone() };

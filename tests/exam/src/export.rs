@@ -10,9 +10,9 @@ use greyrig_host::recording::write;
 
 use crate::cases::Case;
 
-/// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording (`<profile>-again.csv` for a second
-/// one), `held-out.csv` and `truth.json`,
-/// which has the base model's free-run error-to-signal ratios too: they say whether the effects stand out.
+/// Writes a case to the directory `<folder>/<seed>`: `<profile>.csv` for each recording (`<profile>-again.csv` for a
+/// second one), `held-out.csv` and `truth.json`, which has the base model's free-run error-to-signal ratios too: they
+/// say whether the effects stand out.
 ///
 /// # Errors
 /// A directory or a file that cannot be written, an interrupt.

@@ -1,7 +1,8 @@
 //! A production lot at the station: healthy motors that must pass, and faults from slight to gross that must not.
 //!
-//! Ten motors teach the limits; others, which nobody has seen, are judged. The type's model is identified on one motor, in three
-//! stages: physics alone, with the learned correction, and with the physical effects added before the correction.
+//! Ten motors teach the limits; others, which nobody has seen, are judged. The type's model is identified on one motor,
+//! in three stages: physics alone, with the learned correction, and with the physical effects added before the
+//! correction.
 
 use greyrig::detector::{Features, Verdict};
 use greyrig::effects::EffectId;
@@ -21,8 +22,8 @@ use rand_chacha::ChaCha8Rng;
 
 /// What all motors of the type have beside their saturation.
 const EFFECTS: [&str; 2] = ["hysteresis=0.1", "brush_arcing=0.02"];
-/// Recordings that teach the type's model, as many of them as are asked for: length, s, number, and peak voltage, V, if it is not
-/// the nominal one.
+/// Recordings that teach the type's model, as many of them as are asked for: length, s, number, and peak voltage, V, if
+/// it is not the nominal one.
 const STAIRCASES: [(f64, u64, Option<f64>); 5] =
     [(12.0, 1, None), (12.0, 11, Some(300.0)), (7.0, 12, None), (9.0, 13, Some(280.0)), (10.0, 14, Some(312.0))];
 /// Relative scatter of the parameters.
@@ -112,7 +113,8 @@ impl MotorType {
         Ok((setup.run()?.recording, onset))
     }
 
-    /// The motor that the type's model was identified on, perhaps with a fault that is there from the start: the paper's case.
+    /// The motor that the type's model was identified on, perhaps with a fault that is there from the start: the
+    /// paper's case.
     ///
     /// # Errors
     /// An interrupt.

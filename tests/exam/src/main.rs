@@ -49,7 +49,8 @@ struct Args {
     /// Add what was named in all cases, and report the error of the balances on a ramp
     #[arg(long)]
     balances: bool,
-    /// Diagnose each effect, of a usual size, on each profile by itself, in this many motors of either kind, and print what each profile reveals
+    /// Diagnose each effect, of a usual size, on each profile by itself, in this many motors of either kind, and print
+    /// what each profile reveals
     #[arg(long, value_name = "MOTORS", conflicts_with_all = ["cases", "only", "seed", "seeds", "export", "add", "balances", "verbose"])]
     alone: Option<u64>,
     /// Print each case as a line of JSON

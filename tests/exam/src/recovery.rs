@@ -18,7 +18,8 @@ pub struct Recovery {
     pub seed: u64,
     /// Free-run error-to-signal ratio of the current, held out: before, after, and that of noise alone.
     pub esr: [f64; 3],
-    /// How far R, J and the linkage at the largest current are off, in half widths of their 95 % intervals; NaN without one.
+    /// How far R, J and the linkage at the largest current are off, in half widths of their 95 % intervals; NaN without
+    /// one.
     pub off: [f64; 3],
 }
 

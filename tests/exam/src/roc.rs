@@ -1,7 +1,7 @@
 //! From scores to receiver operating characteristics and smallest detectable sizes.
 
-/// The receiver operating characteristic: share of healthy motors called, and of faulty ones, as the threshold falls. Of
-/// straight pieces only the ends.
+/// The receiver operating characteristic: share of healthy motors called, and of faulty ones, as the threshold falls.
+/// Of straight pieces only the ends.
 pub fn characteristic(healthy: &[f64], faulty: &[f64]) -> Vec<(f64, f64)> {
     let mut thresholds: Vec<f64> = healthy.iter().chain(faulty).copied().collect();
     thresholds.sort_by(|a, b| b.total_cmp(a));
@@ -23,9 +23,9 @@ pub fn area(curve: &[(f64, f64)]) -> f64 {
     curve.windows(2).map(|w| (w[1].0 - w[0].0) * 0.5 * (w[0].1 + w[1].1)).sum()
 }
 
-/// The size at which a share of motors is detected, by straight lines in the logarithm of the size between the sizes that were
-/// tried; none if not even the largest is. Sizes rise in magnitude; the smallest one, if already that detects enough, is an
-/// upper bound.
+/// The size at which a share of motors is detected, by straight lines in the logarithm of the size between the sizes
+/// that were tried; none if not even the largest is. Sizes rise in magnitude; the smallest one, if already that detects
+/// enough, is an upper bound.
 pub fn size_for(share: f64, tried: &[(f64, f64)]) -> Option<f64> {
     // From the largest size down, so that a small one that was lucky does not count.
     let last_below = tried.iter().rposition(|(_, detected)| *detected < share);

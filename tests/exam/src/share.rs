@@ -28,8 +28,8 @@ impl Share {
 
     /// The interval that holds the true share in 95 % of cases on the average over shares.
     ///
-    /// Source: E. B. Wilson: Probable inference, the law of succession, and statistical inference, J. Am. Stat. Assoc. 22
-    /// (1927) 209–212.
+    /// Source: E. B. Wilson: Probable inference, the law of succession, and statistical inference, J. Am. Stat. Assoc.
+    /// 22 (1927) 209–212.
     pub fn wilson(&self) -> [f64; 2] {
         let (n, p, z) = (self.cases.max(1) as f64, self.value(), 1.96f64);
         let centre = p + z * z / (2.0 * n);
@@ -37,10 +37,11 @@ impl Share {
         [((centre - half) / (1.0 + z * z / n)).max(0.0), (centre + half) / (1.0 + z * z / n)]
     }
 
-    /// The interval that holds the true share in at least 95 % of cases, whatever it is: quantiles of beta distributions.
+    /// The interval that holds the true share in at least 95 % of cases, whatever it is: quantiles of beta
+    /// distributions.
     ///
-    /// Source: C. J. Clopper, E. S. Pearson: The use of confidence or fiducial limits illustrated in the case of the binomial,
-    /// Biometrika 26 (1934) 404–413.
+    /// Source: C. J. Clopper, E. S. Pearson: The use of confidence or fiducial limits illustrated in the case of the
+    /// binomial, Biometrika 26 (1934) 404–413.
     pub fn clopper_pearson(&self) -> [f64; 2] {
         let (k, n) = (self.hits as f64, self.cases as f64);
         let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |beta| beta.inverse_cdf(p));

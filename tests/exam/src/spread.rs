@@ -1,4 +1,5 @@
-//! The type's model on other motors of the type: how far the correction brings it to what the scatter of the motors leaves.
+//! The type's model on other motors of the type: how far the correction brings it to what the scatter of the motors
+//! leaves.
 
 use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
@@ -16,8 +17,8 @@ const RAMP_S: f64 = 10.0;
 /// A motor of the lot on a ramp, which no training has seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
-    /// Error of the current that the type's own motor shows against this one, both without noise: the spread floor. No model of
-    /// the type can do better.
+    /// Error of the current that the type's own motor shows against this one, both without noise: the spread floor. No
+    /// model of the type can do better.
     pub floor: f64,
     /// Errors of the current of the stations' models.
     pub errors: Vec<f64>,

@@ -77,7 +77,8 @@ fn weak_eddy_currents_are_no_transformer_emf_that_does_not_fade() {
 #[test]
 fn a_direct_start_misleads_neither_the_balances_nor_their_fits() {
     // 63: saturation, of which a quick fit ends in a wrong valley, far from a base that the inrush alone has decided.
-    // 232: a lag of the speed, which the balances undo to first order only; they name iron loss, and the free run drops it.
+    // 232: a lag of the speed, which the balances undo to first order only; they name iron loss, and the free run drops
+    // it.
     for (seed, truth) in [(63, EffectId::Saturation), (232, EffectId::SpeedLag)] {
         let o = &ask_of(Excitation::Start, Question::One, [seed])[0];
         assert_eq!(o.truth, [truth]);
@@ -94,8 +95,9 @@ fn a_healthy_magnet_motor_is_not_accused() {
 
 #[test]
 fn an_effect_of_a_magnet_motor_is_named() {
-    // 4: an inrush alone clips. 8: a dead zone, beside coast-downs in which it does nothing. 12: heat, of a current whose largest
-    // value is twenty times its mean. 13: a resistance that grows with a power of the speed between those of the catalogue.
+    // 4: an inrush alone clips. 8: a dead zone, beside coast-downs in which it does nothing. 12: heat, of a current
+    // whose largest value is twenty times its mean. 13: a resistance that grows with a power of the speed between those
+    // of the catalogue.
     for o in ask_of(Excitation::Magnet, Question::One, [2, 4, 8, 12, 13, 19]) {
         assert!(o.exact(), "seed {}, {:?}: {:?} {:?}", o.seed, o.effects, o.kind, o.named);
     }
@@ -115,7 +117,8 @@ fn three_effects_are_found_where_the_balances_mislead() {
 
 #[test]
 fn what_is_chosen_while_others_are_missing_is_given_for_what_is_there() {
-    // Of five effects. 11: a dead zone, named for what a brush drop leaves. 26: the same, and the climb ends with it far from the floor.
+    // Of five effects. 11: a dead zone, named for what a brush drop leaves. 26: the same, and the climb ends with it
+    // far from the floor.
     [11, 26].into_par_iter().for_each(|seed| {
         let o = run(&Case::new(Question::Five, Excitation::Ac, 1.0, seed)).unwrap();
         assert!(o.exact(), "seed {seed}, {:?}: {:?} {:?}", o.effects, o.kind, o.named);

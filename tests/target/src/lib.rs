@@ -1,7 +1,7 @@
 //! Does the microcontroller compute what the host computes, and how many instructions does it take?
 //!
-//! Both run the code in this library: the host directly, and the program `on-target` on a Cortex-M4F that QEMU emulates.
-//! The test `host_equals_target` compares what the two print. It is also the command to see the figures:
+//! Both run the code in this library: the host directly, and the program `on-target` on a Cortex-M4F that QEMU
+//! emulates. The test `host_equals_target` compares what the two print. It is also the command to see the figures:
 //!
 //! ```text
 //! cargo test --release --package greyrig-target-tests -- --nocapture
@@ -17,8 +17,9 @@
 //! The second argument is built before the measurement and handed to the third, which is what is counted. Inputs go
 //! through `black_box`, lest the compiler compute the result in advance.
 //!
-//! An instruction is not a cycle: divisions and square roots take up to 14, and flash has wait states. The counts are exact for
-//! the emulated processor, and say what changes from one version to the next; cycles on a board are not measured.
+//! An instruction is not a cycle: divisions and square roots take up to 14, and flash has wait states. The counts are
+//! exact for the emulated processor, and say what changes from one version to the next; cycles on a board are not
+//! measured.
 #![no_std]
 
 pub mod counted;

@@ -181,7 +181,8 @@ pub fn stepper(parameters: Parameters<f32>, effects: &[Effect<f32>]) -> Option<S
     Stepper::build(Motor::build(parameters, effects).ok()?, 1e-4).ok()
 }
 
-/// A voltage that starts the motor, runs it, jumps, and lets it stand, with noise on top; and what is imposed meanwhile.
+/// A voltage that starts the motor, runs it, jumps, and lets it stand, with noise on top; and what is imposed
+/// meanwhile.
 fn motor(parameters: Parameters<f32>, effects: &[Effect<f32>], outputs: &mut Outputs) {
     let Some(mut stepper) = stepper(parameters, effects) else { return };
     let mut noise = Noise(6);
@@ -221,8 +222,8 @@ fn motor_chain(outputs: &mut Outputs) {
     motor(MOTOR, &CHAIN, outputs);
 }
 
-/// Every effect of the catalogue by itself, with values that are small in whatever unit they have, from a speed at which
-/// the angle is wrapped every few steps.
+/// Every effect of the catalogue by itself, with values that are small in whatever unit they have, from a speed at
+/// which the angle is wrapped every few steps.
 fn motor_each_effect(outputs: &mut Outputs) {
     for description in Description::all() {
         let mut values = [0.0; MAX_EFFECT_PARAMETERS];
@@ -286,8 +287,8 @@ fn tick_bad_samples(outputs: &mut Outputs) {
     }
 }
 
-/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector, whose limits
-/// are so tight that everything calls. The model starts at a speed, rad/s.
+/// The sampling interrupt with all that a station has: two effects, the correction with free b, the detector, whose
+/// limits are so tight that everything calls. The model starts at a speed, rad/s.
 pub fn full_sampler(shared: &Shared, b: Option<f64>, speed: f32) -> Option<Sampler<'_>> {
     let effects = [
         Effect::Saturation(Saturation { depth: 0.8, knee: 7.4, softness: 1.5, linked: 0.6 }),

@@ -62,7 +62,8 @@ impl<'a> Program<'a> {
         Self { image, facts: image.functions.iter().map(|(address, f)| (*address, facts(f))).collect() }
     }
 
-    /// The sampling interrupt, by the name of its handler, calls nothing that could panic and nothing through a pointer.
+    /// The sampling interrupt, by the name of its handler, calls nothing that could panic and nothing through a
+    /// pointer.
     ///
     /// # Errors
     /// The way to what it must not reach.

@@ -59,7 +59,8 @@ impl Reader<'_> {
     fn path(&mut self, path: &[String]) {
         match self.tree.find(&self.tree.absolute(&self.module, path)) {
             Some(Named::Item(file, name)) => self.named.push((file, name)),
-            // By itself a module is only a way to what it holds; that it is taken by a name counts where something is asked of it.
+            // By itself a module is only a way to what it holds; that it is taken by a name counts where something is
+            // asked of it.
             Some(Named::Module(_)) | None => {}
         }
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 /// Widest comment line, in columns.
 pub const WIDTH: usize = 120;
 
-/// Comment lines of all Rust files in some folders that are too wide, but for what cannot be broken: a row of a table, and a line
-/// of a single word, such as an address.
+/// Comment lines of all Rust files in some folders that are too wide, but for what cannot be broken: a row of a table,
+/// and a line of a single word, such as an address.
 pub fn too_wide(root: &Path, folders: &[&str]) -> Result<Vec<String>, String> {
     let mut found = Vec::new();
     for folder in folders {

@@ -1,12 +1,13 @@
 //! The step `structure`: the arrows between modules, and the width of comments.
 //!
-//! An *arrow* goes from a file to another one of the same crate that defines what it names: in a `use`, or in a path within the
-//! code (`crate::a::b`, `super::b`, `b::c`). Names are followed through re-exports to the file that defines them. What stands under
-//! `#[cfg(test)]` draws no arrow, nor do doc links.
+//! An *arrow* goes from a file to another one of the same crate that defines what it names: in a `use`, or in a path
+//! within the code (`crate::a::b`, `super::b`, `b::c`). Names are followed through re-exports to the file that defines
+//! them. What stands under `#[cfg(test)]` draws no arrow, nor do doc links.
 //!
-//! 1. No circle: from no file a way along arrows leads back to it. A module's own children are its parts: an arrow from a
-//!    `mod.rs` down to a file of its folder, whether it declares, re-exports or uses it, does not count; the one from the part up to
-//!    its `mod.rs` does.
+//! 1. No circle: from no file a way along arrows leads back to it. A module's own children are its parts: an arrow from
+//!    a
+//!    `mod.rs` down to a file of its folder, whether it declares, re-exports or uses it, does not count; the one from
+//!    the part up to its `mod.rs` does.
 //! 2. No arrow up: the modules of a crate have an order ([`order::ORDERS`]), and each names only what stands before it.
 //! 3. No comment line is wider than [`comments::WIDTH`] columns.
 

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::arrows::Arrow;
 use super::tree::Tree;
 
-/// Crates and their modules from the lowest on: each may name only what stands before it. A part of a module that stands lower
-/// than the rest has a line of its own.
+/// Crates and their modules from the lowest on: each may name only what stands before it. A part of a module that
+/// stands lower than the rest has a line of its own.
 pub const ORDERS: &[(&str, &[&str])] = &[
     (
         "greyrig",
@@ -44,10 +44,12 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "mains",
             "edges",
             "between",
+            "counts",
             "filtering",
             "recording",
             "held_out",
             "model",
+            "check",
             "experiment",
             "repeats",
             "lockstep",
@@ -69,7 +71,23 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "commands",
         ],
     ),
-    ("xtask", &["tally", "cargo", "needs", "firmware", "size", "structure", "checks"]),
+    (
+        "xtask",
+        &[
+            "tally",
+            "cargo",
+            "needs",
+            "firmware",
+            "size",
+            "packages",
+            "semver",
+            "dependencies",
+            "mutation",
+            "structure",
+            "fuzz",
+            "checks",
+        ],
+    ),
 ];
 
 /// What does not agree with an order.

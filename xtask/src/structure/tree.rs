@@ -134,7 +134,8 @@ impl Tree {
         self.add(candidate, below, &text, read)
     }
 
-    /// A path as it is written in a module, from the crate on; one that begins with another name stays relative to the module.
+    /// A path as it is written in a module, from the crate on; one that begins with another name stays relative to the
+    /// module.
     pub fn absolute(&self, module: &[String], path: &[String]) -> Names {
         let mut base = module.to_vec();
         let mut rest = path;

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::{Args, Judged, note};
 use crate::commands::stdout;
-use crate::context::Context;
+use crate::commands::terminal::Terminal;
 use crate::device::connection::{check_layout, faults};
 use crate::device::{Connection, Port, parameters, recorded};
 use crate::error::{Error, Result};
@@ -29,7 +29,8 @@ const QUIET_S: f64 = 0.5;
 const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
-pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ctx: &Context) -> Result<Judged> {
+pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, terminal: &Terminal) -> Result<Judged> {
+    let ctx = &terminal.context();
     if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
         return Err(Error::usage(
             format!("a test of {seconds} s cannot be"),
@@ -75,7 +76,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ctx
              the test with --out and judge that"
         ));
     }
-    note(args.results.as_deref(), &test, ctx)?;
+    note(args.results.as_deref(), &test, terminal)?;
     if let Some(path) = &args.out {
         recording::write(&recording, path, args.answer.force, ctx)?;
     }
@@ -128,7 +129,8 @@ impl Calling {
     }
 }
 
-/// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a terminal.
+/// What is said while the test runs: events on stdout (on stderr beside `--json`), the state of the motor on a
+/// terminal.
 struct Talk {
     json: bool,
     bar: ProgressBar,

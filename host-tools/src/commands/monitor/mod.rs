@@ -12,7 +12,6 @@ use super::answer::Answer;
 use super::input;
 use super::terminal::Terminal;
 use crate::commands::stdout;
-use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -80,8 +79,8 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble with the
-/// link.
+/// A model without limits or of another type, recordings that cannot be used, a file that cannot be written, trouble
+/// with the link.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     for path in args.answer.report.iter().chain(&args.out) {
         output::refuse_overwrite(path, args.answer.force)?;
@@ -98,8 +97,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     let detector = model.limits(&args.model)?;
     let mut judged = match &args.port {
-        Some(port) => live::run(args, port, &model, detector, &terminal.context())?,
-        None => replayed(args, &model, detector, &terminal.context())?,
+        Some(port) => live::run(args, port, &model, detector, terminal)?,
+        None => replayed(args, &model, detector, terminal)?,
     };
     let tests = &judged.tests;
     let worst = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
@@ -135,9 +134,9 @@ struct Judged {
     more: serde_json::Value,
 }
 
-fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, ctx: &Context) -> Result<Judged> {
+fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, terminal: &Terminal) -> Result<Judged> {
     only_over_the_link(args)?;
-    let mut recordings = input::load(&args.recordings, &args.map, ctx)?;
+    let mut recordings = input::load(&args.recordings, &args.map, &terminal.context())?;
     recordings.iter_mut().try_for_each(|r| circumstances(args, r))?;
     if let Some(serial) = &args.serial {
         let [recording] = recordings.as_mut_slice() else {
@@ -156,8 +155,8 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, ctx: &Context)
     let mut tests = Vec::new();
     for recording in &recordings {
         crate::compare::same_type(model, recording)?;
-        let test = test(model, detector, recording, ctx)?;
-        note(args.results.as_deref(), &test, ctx)?;
+        let test = test(model, detector, recording, &terminal.context())?;
+        note(args.results.as_deref(), &test, terminal)?;
         tests.push(test);
     }
     Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
@@ -190,7 +189,7 @@ fn circumstances(args: &Args, recording: &mut Recording) -> Result<()> {
 }
 
 /// Adds a line to the results, if they are kept, and has it on the disk before the next motor.
-fn note(results: Option<&Path>, test: &Test, ctx: &Context) -> Result<()> {
+fn note(results: Option<&Path>, test: &Test, terminal: &Terminal) -> Result<()> {
     let Some(path) = results else { return Ok(()) };
     let first = test.alarms.first();
     let line = [
@@ -203,7 +202,11 @@ fn note(results: Option<&Path>, test: &Test, ctx: &Context) -> Result<()> {
         first.map_or_else(String::new, |a| format!("{:.3}", a.ratio)),
         journal::cell(&test.reasons.join("; ")),
     ];
-    Journal::open(path, RESULTS, ctx)?.append(&[line.join(",")])
+    let mut journal = terminal.watching("results", |ctx| Journal::open(path, RESULTS, ctx))?;
+    if let Some(warning) = journal.warning() {
+        eprintln!("greyrig: {warning}");
+    }
+    journal.append(&[line.join(",")])
 }
 
 fn print(test: &Test) -> Result<()> {

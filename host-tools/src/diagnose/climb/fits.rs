@@ -4,17 +4,16 @@ use rayon::prelude::*;
 
 use super::{Climb, THOROUGH};
 use crate::diagnose::criteria::SMALLEST_GAIN;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::screening::Promise;
 use crate::diagnose::{classes, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined};
+use crate::identify::minimise::{Effort, Fit};
 use crate::identify::space::Space;
 
 /// How hard each candidate is fitted at first.
 const BEGINNING: Effort = Effort { steps: 4, tolerance: 1e-2, carried_on: 4, confirmed: false };
-/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once more, from
-/// a small size.
+/// A candidate that then gains less than this share of what the screening promised has lost its way: it begins once
+/// more, from a small size.
 const KEPT_PROMISE: f64 = 0.5;
 /// A candidate that then gains less than this share of what the best one gains is not fitted any further.
 const WORTH_FINISHING: f64 = 0.3;
@@ -35,7 +34,7 @@ impl Climb<'_> {
         };
         let begun: Vec<(&Promise, Fit, f64)> = worthy.par_iter().map(begin).collect::<Result<_>>()?;
         // Of a fit that is still far from its end, data held out say little where one block reaches beyond all others.
-        let fall = |refined: &Refined| self.error(fit) - self.error(refined);
+        let fall = |refined: &Fit| self.error(fit) - self.error(refined);
         let most = begun.iter().map(|b| b.2).fold(0.0, f64::max);
         let farthest = begun.iter().map(|b| fall(&b.1)).fold(0.0, f64::max);
         let finish = |(promise, refined, gain): (&'p Promise, Fit, f64)| {
@@ -64,10 +63,10 @@ impl Climb<'_> {
         Ok(if again.1 > first.1 { again } else { first })
     }
 
-    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led to a wrong local
-    /// minimum: then once more, with care, from where the screening suggests. (Not for data without current: there a flexible friction law
-    /// overfits a single step if the fit is continued.)
-    fn finish(&self, fit: &Refined, promise: &Promise, begun: &Refined) -> Result<Fit> {
+    /// The rest of a candidate's fit. Where it leads far away from the model without it, a quick beginning may have led
+    /// to a wrong local minimum: then once more, with care, from where the screening suggests. (Not for data without
+    /// current: there a flexible friction law overfits a single step if the fit is continued.)
+    fn finish(&self, fit: &Fit, promise: &Promise, begun: &Fit) -> Result<Fit> {
         let usual = self.go_on(begun, Effort::USUAL)?;
         if !self.may_hold_an_inrush() {
             return Ok(usual);

@@ -8,25 +8,25 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use greyrig::effects::{Description, EffectId};
+use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::Ranked;
-use super::blocks::{self, HeldOut, held_out, p_value};
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
-use super::fit::Fit;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
-use super::refitted::held_out_refitted;
 use super::screening::{self, Loops, Pair, Promise};
 use super::shape::{self, Shape};
 use crate::context::Context;
 use crate::error::Result;
 use crate::experiment::Experiment;
+use crate::identify::cross_validation::{self, held_out, p_value};
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::intervals_of;
-use crate::identify::minimise::{CARRIED_ON, Effort, Refined, Residuals, minimise, minimise_beside, resume};
-use crate::identify::space::Space;
+use crate::identify::minimise::{CARRIED_ON, Effort, Fit, HeldOut, Residuals, minimise, minimise_beside, resume};
+use crate::identify::refitted::held_out_refitted;
+use crate::identify::space::{Key, Space};
 use crate::repeats;
 use step::{SHOWN, winner};
 
@@ -70,7 +70,7 @@ impl<'a> Climb<'a> {
         ctx: &Context,
     ) -> Option<Self> {
         let problem = EquationError::new(experiments)?;
-        let blocks = blocks::blocks(problem.times());
+        let blocks = cross_validation::blocks(problem.times());
         let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
         let repeats = repeats::of_experiments(experiments);
         let (ctx, fits, ranked) = (ctx.clone(), ctx.quietly(), &|_: &[_]| ());
@@ -98,21 +98,21 @@ impl<'a> Climb<'a> {
 
     /// Fits a model, from the weights that another fit has ended on.
     fn fit_from(&self, weights: Option<[f64; 2]>, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise(space, &self.problem, effort, weights, &self.fits).map(Fit::from)
+        minimise(space, &self.problem, effort, weights, &self.fits)
     }
 
     /// Fits a model that is that of a fit and a few parameters more.
-    fn fit_beside(&self, fit: &Refined, space: &Space, effort: Effort) -> Result<Fit> {
-        minimise_beside(fit, space, &self.problem, effort, &self.fits).map(Fit::from)
+    fn fit_beside(&self, fit: &Fit, space: &Space, effort: Effort) -> Result<Fit> {
+        minimise_beside(fit, space, &self.problem, effort, &self.fits)
     }
 
     /// Goes on from where a fit has ended.
-    fn go_on(&self, fit: &Refined, effort: Effort) -> Result<Fit> {
-        resume(fit, &self.problem, effort, &self.fits).map(Fit::from)
+    fn go_on(&self, fit: &Fit, effort: Effort) -> Result<Fit> {
+        resume(fit, &self.problem, effort, &self.fits)
     }
 
     /// Screens the candidates at the fit of a model, but for some: a first ranking.
-    fn screen(&self, fit: &Refined, left_out: &[EffectId]) -> Vec<Promise> {
+    fn screen(&self, fit: &Fit, left_out: &[EffectId]) -> Vec<Promise> {
         let scales = fit.space.scales(self.experiments);
         screening::screen(fit, &self.problem, &scales, &self.candidates_beside(&fit.space, left_out), Loops::AsTheyAre)
     }
@@ -121,8 +121,10 @@ impl<'a> Climb<'a> {
     pub fn candidates_beside(&self, space: &Space, left_out: &[EffectId]) -> Vec<&'static Description> {
         // A second member of a class would only lend the first one another form.
         let present = |d: &&Description| space.effects().iter().any(|id| classes::same(space.kind(), *id, d.id));
-        // What the base model has by another name differs from it by rounding alone, of which two at a time make something.
-        let in_base = |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.name == term));
+        // What the base model has by another name differs from it by rounding alone, of which two at a time make
+        // something.
+        let in_base =
+            |d: &&Description| d.stands_for.is_some_and(|term| space.free().any(|entry| entry.key == Key::Base(term)));
         let candidates = self.candidates.iter().copied();
         candidates.filter(|d| !present(d) && !in_base(d) && !left_out.contains(&d.id)).collect()
     }
@@ -184,8 +186,9 @@ impl<'a> Climb<'a> {
         Ok(Ladder { steps, found, rivals: Vec::new(), fit, before, after, floor, free_run: None })
     }
 
-    /// Climbs on from an effect with memory that promises most, but nothing at a small size, as hysteresis does where the noise of a direct
-    /// current turns it round within a small loop; if it lowers the error more than an earlier climb has done, which has not come by it.
+    /// Climbs on from an effect with memory that promises most, but nothing at a small size, as hysteresis does where
+    /// the noise of a direct current turns it round within a small loop; if it lowers the error more than an earlier
+    /// climb has done, which has not come by it.
     ///
     /// # Errors
     /// An interrupt.
@@ -206,8 +209,8 @@ impl<'a> Climb<'a> {
         self.climb_from(base, begun, vec![first.id], &promises).map(Some)
     }
 
-    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most, if they
-    /// lower it more than an earlier climb has done, which has not come by them both.
+    /// Tries the candidates two at a time at the fit of a model, and climbs on from the two that lower the error most,
+    /// if they lower it more than an earlier climb has done, which has not come by them both.
     ///
     /// # Errors
     /// An interrupt.
@@ -259,15 +262,15 @@ impl<'a> Climb<'a> {
         self.climb_on(base, Way { fit, found: winners, steps: vec![step] })
     }
 
-    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were and
-    /// from where the free run's fit `free` has ended: one of the two may lie in a wrong valley. The floor stays that of the fit with more
-    /// effects, but for the inertia, which a wrong effect can take along, and with it the noise of the torque; it is found anew where
-    /// the same was recorded twice. `base` is the fit without any effects.
+    /// Leaves of what was found what the free run has kept, and fits the balances anew to that, from where they were
+    /// and from where the free run's fit `free` has ended: one of the two may lie in a wrong valley. The floor stays
+    /// that of the fit with more effects, but for the inertia, which a wrong effect can take along, and with it the
+    /// noise of the torque; it is found anew where the same was recorded twice. `base` is the fit without any effects.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn narrow(&self, ladder: &mut Ladder, base: &Refined, kept: &[EffectId], free: &Refined) -> Result<()> {
-        let inertia = ladder.fit.space.value("J");
+    pub fn narrow(&self, ladder: &mut Ladder, base: &Fit, kept: &[EffectId], free: &Fit) -> Result<()> {
+        let inertia = ladder.fit.space.value(BaseParameter::J);
         let dropped: Vec<_> = ladder.found.iter().filter(|id| !kept.contains(id)).collect();
         let space = dropped.iter().fold(ladder.fit.space.clone(), |space, id| space.without_effect(**id));
         let fitted = |space: &Space| self.fit_from(Some(ladder.fit.rms), space, Effort::USUAL);
@@ -284,7 +287,7 @@ impl<'a> Climb<'a> {
         };
         ladder.found = kept.to_vec();
         ladder.floor = match self.repeats.is_empty() {
-            true => ladder.floor.with_inertia(ladder.fit.space.value("J") / inertia),
+            true => ladder.floor.with_inertia(ladder.fit.space.value(BaseParameter::J) / inertia),
             false => self.floor(&ladder.fit),
         };
         ladder.before = Completeness::of(base, &ladder.floor);
@@ -303,40 +306,40 @@ impl<'a> Climb<'a> {
     }
 
     /// Share of an effect's column that the other parameters do not explain.
-    pub fn independence(&self, fit: &Refined, d: &Description) -> Option<f64> {
+    pub fn independence(&self, fit: &Fit, d: &Description) -> Option<f64> {
         screening::independence(fit, &self.problem, &fit.space.scales(self.experiments), d)
     }
 
     /// What generic terms make of what a fit leaves over.
-    pub fn lead(&self, fit: &Refined) -> Lead {
+    pub fn lead(&self, fit: &Fit) -> Lead {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
     /// The shape of what a fit leaves over, in the balance that lacks more.
-    pub fn shape(&self, fit: &Refined, floor: &Floor) -> Option<Shape> {
+    pub fn shape(&self, fit: &Fit, floor: &Floor) -> Option<Shape> {
         let left = Completeness::of(fit, floor);
         let balance = if left.electrical > left.mechanical { Balance::Voltage } else { Balance::Torque };
         shape::of(fit, &self.problem, balance)
     }
 
-    /// 95 % intervals of the parameters of a fit by equation error, by name, from its blocks.
-    pub fn intervals(&self, fit: &Refined) -> BTreeMap<String, [f64; 2]> {
+    /// 95 % intervals of the parameters of a fit by equation error, from its blocks.
+    pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of(fit, &self.blocks)
     }
 
     /// What does not repeat.
-    fn floor(&self, fit: &Refined) -> Floor {
+    fn floor(&self, fit: &Fit) -> Floor {
         let course = Course { times: self.problem.times(), period_s: self.period_s, repeats: &self.repeats };
         Floor::of_balances(fit, &self.problem, &course)
     }
 
     /// The logarithm of a fit's error on the data that it was fitted to.
-    fn error(&self, fit: &Refined) -> f64 {
+    fn error(&self, fit: &Fit) -> f64 {
         fit.log_error(self.problem.groups())
     }
 
-    /// Whether a block may reach far beyond all others, which tell of it all the same. Without a current a step does so, but of that
-    /// the others tell next to nothing.
+    /// Whether a block may reach far beyond all others, which tell of it all the same. Without a current a step does
+    /// so, but of that the others tell next to nothing.
     fn may_hold_an_inrush(&self) -> bool {
         self.is_of_whole_motor()
     }

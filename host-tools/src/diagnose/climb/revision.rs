@@ -1,17 +1,16 @@
 //! Looking back at what a climb has found: superfluous effects, better forms, rivals.
 
-use greyrig::effects::EffectId;
+use greyrig::effects::{EffectId, Sum};
 use rayon::prelude::*;
 
 use super::{Climb, THOROUGH, Way};
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Step, Tried};
-use crate::diagnose::sizes::{parameters_of, size_of};
+use crate::diagnose::sizes::parameters_of;
 use crate::diagnose::{classes, screening};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals};
-use crate::identify::space::{Freedom, Space};
+use crate::identify::minimise::{Effort, Fit, Residuals};
+use crate::identify::space::{Freedom, Key, Space};
 
 /// A rival that gains less than this share of the winner's gain is none.
 const RIVAL_SHARE: f64 = 0.5;
@@ -19,8 +18,8 @@ const RIVAL_SHARE: f64 = 0.5;
 const EXCHANGES: usize = 2;
 /// How hard exchanges are fitted at first where there are more than are fitted any further.
 const FIRST_LOOK: Effort = Effort { steps: 3, ..Effort::ESTIMATE };
-/// Exchanges that are fitted any further. In four hard cases with five effects, with 14 to 25 of them, the two to climb on from, and all that
-/// came near these, were among the first six after these steps.
+/// Exchanges that are fitted any further. In four hard cases with five effects, with 14 to 25 of them, the two to climb
+/// on from, and all that came near these, were among the first six after these steps.
 const CLOSEST: usize = 8;
 /// An effect without which the error would rise by more than this, by linearisation, is not superfluous.
 const BEYOND_QUESTION: f64 = 5.0 * SMALLEST_GAIN;
@@ -38,11 +37,11 @@ pub struct Exchange {
 }
 
 impl Climb<'_> {
-    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when what
-    /// else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
+    /// Exchanges effects for others of their class where these now fit better: which form a law has is seen only when
+    /// what else was missing is there. (Otherwise the next effect would be named for the difference of the two forms.)
     pub(super) fn better_forms(&self, fit: &mut Fit, found: &mut [EffectId], steps: &mut [Step]) -> Result<()> {
         for present in found {
-            for other in classes::class_of(fit.space.kind(), *present).unwrap_or(&[]).iter().copied() {
+            for other in classes::class_of(fit.space.kind(), *present).unwrap_or_default() {
                 if other == *present {
                     continue;
                 }
@@ -93,21 +92,21 @@ impl Climb<'_> {
     /// Gives two effects for the one that is both of them together, where it does as well.
     pub(super) fn one_for_two(&self, fit: &mut Fit, found: &mut Vec<EffectId>, steps: &mut [Step]) -> Result<()> {
         let is_tried = |id: EffectId| self.candidates.iter().any(|d| d.id == id);
-        let fits = |sum: &classes::Sum| {
-            sum.two.iter().all(|id| found.contains(id)) && !found.contains(&sum.one) && is_tried(sum.one)
+        let fits = |(one, sum): &(EffectId, Sum)| {
+            sum.two.iter().all(|id| found.contains(id)) && !found.contains(one) && is_tried(*one)
         };
-        let Some(sum) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
-        self.ctx.doing(sum.one.id());
+        let Some((one, sum)) = classes::sums(fit.space.kind()).find(fits) else { return Ok(()) };
+        self.ctx.doing(one.id());
         let scales = fit.space.scales(self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(*id));
-        let given = self.fit_from(Some(fit.rms), &less.with_effect(sum.one, &scales), THOROUGH)?;
+        let given = self.fit_from(Some(fit.rms), &less.with_effect(one, &scales), THOROUGH)?;
         if self.gain(&given, fit) >= SAME_ERROR {
             return Ok(());
         }
         *fit = given;
         for effects in steps.iter_mut().map(|step| &mut step.winners).chain([found]) {
             if let Some(place) = effects.iter().position(|id| sum.two.contains(id)) {
-                effects[place] = sum.one;
+                effects[place] = one;
             }
             effects.retain(|id| !sum.two.contains(id));
         }
@@ -148,8 +147,8 @@ impl Climb<'_> {
         Ok(())
     }
 
-    /// Exchanges of an effect found for a candidate that gained something in a step and was not added: the two after which the error
-    /// on data held out is the smallest.
+    /// Exchanges of an effect found for a candidate that gained something in a step and was not added: the two after
+    /// which the error on data held out is the smallest.
     ///
     /// # Errors
     /// An interrupt.
@@ -167,7 +166,7 @@ impl Climb<'_> {
     }
 
     /// The exchanges that come closest after a few steps.
-    fn closest<'t>(&self, fit: &Refined, pairs: Vec<Pair<'t>>) -> Result<Vec<Pair<'t>>> {
+    fn closest<'t>(&self, fit: &Fit, pairs: Vec<Pair<'t>>) -> Result<Vec<Pair<'t>>> {
         let look = |(given, other): Pair<'t>| {
             self.ctx.doing(other.id.id());
             let begun = self.fit_beside(fit, &self.space_swapped(fit, given, other), FIRST_LOOK)?;
@@ -178,8 +177,8 @@ impl Climb<'_> {
         Ok(looks.into_iter().map(|(_, pair)| pair).take(CLOSEST).collect())
     }
 
-    /// Candidates that another one was preferred to for its error on data held out, though they fit the balances better: with the
-    /// effect found in their place, and the candidate.
+    /// Candidates that another one was preferred to for its error on data held out, though they fit the balances
+    /// better: with the effect found in their place, and the candidate.
     pub fn passed_over<'l>(&self, ladder: &'l Ladder) -> Vec<[&'l Tried; 2]> {
         let kind = ladder.fit.space.kind();
         let of_one = |id: &EffectId| {
@@ -204,7 +203,8 @@ impl Climb<'_> {
         Ok(Exchange { given, taken: other.id, fit })
     }
 
-    /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most beside it.
+    /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most
+    /// beside it.
     pub fn may_come_closer_by(&self, exchange: &Exchange, ladder: &Ladder) -> bool {
         let promised = self.screen(&exchange.fit, &[]).first().map_or(0.0, |promise| promise.gain);
         self.gain(&ladder.fit, &exchange.fit) + promised >= SMALLEST_GAIN
@@ -241,20 +241,20 @@ impl Climb<'_> {
     }
 
     /// A fit with a rival in the place of an effect, in its usual shape if it `bends`.
-    fn swapped(&self, fit: &Refined, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
+    fn swapped(&self, fit: &Fit, id: EffectId, rival: &Tried, bends: bool, effort: Effort) -> Result<Fit> {
         let mut space = self.space_swapped(fit, id, rival);
         if bends {
-            let shapes: Vec<&str> = rival.id.description().parameters[1..].iter().map(|p| p.name).collect();
-            space.hold(&shapes, Freedom::Pinned);
+            space.hold(Key::shapes_of(rival.id), Freedom::Pinned);
         }
         self.fit_from(Some(fit.rms), &space, effort)
     }
 
     /// Where such a fit begins: with the rival of the size that it had when it was tried.
-    fn space_swapped(&self, fit: &Refined, id: EffectId, rival: &Tried) -> Space {
+    fn space_swapped(&self, fit: &Fit, id: EffectId, rival: &Tried) -> Space {
         let scales = fit.space.scales(self.experiments);
         let mut space = fit.space.without_effect(id).with_effect(rival.id, &scales);
-        if let (Some(entry), Some(known)) = (space.get_mut(size_of(rival.id)), rival.fit.space.get(size_of(rival.id))) {
+        let size = Key::size_of(rival.id);
+        if let (Some(entry), Some(known)) = (space.get_mut(size), rival.fit.space.get(size)) {
             entry.value = known.value;
         }
         space
@@ -282,8 +282,8 @@ mod tests {
     use crate::model::Kind;
     use crate::rig::Setup;
 
-    /// What a motor with saturation, hysteresis and a brush drop leaves to `look` at: the climb, the fit that it begins with, and what it
-    /// has found.
+    /// What a motor with saturation, hysteresis and a brush drop leaves to `look` at: the climb, the fit that it begins
+    /// with, and what it has found.
     fn climbed(look: impl FnOnce(&Climb<'_>, &Fit, &Ladder)) {
         let setup = Setup::new(Kind::Universal).profile("staircase").unwrap().seconds(6.0);
         let effects = ["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"];
@@ -302,7 +302,7 @@ mod tests {
     }
 
     /// A candidate that a climb has tried.
-    fn tried<'l>(ladder: &'l Ladder, id: EffectId) -> &'l Tried {
+    fn tried(ladder: &Ladder, id: EffectId) -> &Tried {
         ladder.steps.iter().flat_map(|s| &s.tried).find(|t| t.id == id).unwrap_or_else(|| panic!("{id} was not tried"))
     }
 

@@ -3,32 +3,32 @@
 use std::sync::Arc;
 
 use greyrig::effects::EffectId;
+use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::Climb;
-use crate::diagnose::blocks::p_value;
 use crate::diagnose::criteria::{BEYOND_DOUBT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::decoys;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::diagnose::sizes::parameters_of;
 use crate::error::Result;
-use crate::identify::minimise::Residuals;
+use crate::identify::cross_validation::p_value;
+use crate::identify::minimise::{Fit, Residuals};
 use crate::identify::space::Space;
 
 /// Candidates that are fitted after the screening.
 const FITTED: usize = 7;
 /// A candidate that promises less than this share of the best one's is not fitted.
 const WORTH_FITTING: f64 = 0.03;
-/// Nor is one that scores below this share of the required gain, but for those that are shown. In 250 exam cases (none to five effects,
-/// on AC, in sets, of magnet motors) 962 candidates scored below half of it; one of them would have been accepted, wrongly. Of 322 that
-/// scored between half and the whole, 14 would have been accepted.
+/// Nor is one that scores below this share of the required gain, but for those that are shown. In 250 exam cases (none
+/// to five effects, on AC, in sets, of magnet motors) 962 candidates scored below half of it; one of them would have
+/// been accepted, wrongly. Of 322 that scored between half and the whole, 14 would have been accepted.
 const WORTH_TRYING: f64 = 0.5;
 /// Candidates that are fitted at first, to be shown, however little they promise.
 pub(super) const SHOWN: usize = 2;
-/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and the
-/// blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
+/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and
+/// the blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
 const SIGNIFICANCE: f64 = 1e-4;
 /// Above [`BEYOND_DOUBT`] the usual level will do: independent rows are few then, because one structure fills them all.
 const CONVENTIONAL: f64 = 0.01;
@@ -36,15 +36,16 @@ const CONVENTIONAL: f64 = 0.01;
 const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
-/// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and an inertia of
-/// nothing fit any torque balance.
+/// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and
+/// an inertia of nothing fit any torque balance.
 const OF_NO_MOTOR: f64 = 30.0;
-/// An effect that gains less than this share of what all together gain may only be making up for the form of another one.
+/// An effect that gains less than this share of what all together gain may only be making up for the form of another
+/// one.
 const SMALLEST_SHARE: f64 = 0.02;
 
 impl Climb<'_> {
-    /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too little. The first
-    /// few are `shown`, however little they promise.
+    /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too
+    /// little. The first few are `shown`, however little they promise.
     pub(super) fn step(&self, fit: &Fit, left_out: &[EffectId], gained: f64, shown: usize) -> Result<Step> {
         let before = self.held_out(fit);
         self.ctx.check()?;
@@ -115,8 +116,8 @@ impl Climb<'_> {
     }
 }
 
-/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the limit
-/// beyond which it would be another effect, that one counts if it does as well.
+/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the
+/// limit beyond which it would be another effect, that one counts if it does as well.
 pub fn winner(tried: &[Tried]) -> Option<&Tried> {
     let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
     let winner = tried
@@ -129,15 +130,15 @@ pub fn winner(tried: &[Tried]) -> Option<&Tried> {
 
 /// Whether flux and inertia have gone.
 fn is_no_motor(before: &Space, after: &Space) -> bool {
-    ["K", "J"].iter().all(|name| before.value(name) > OF_NO_MOTOR * after.value(name))
+    [BaseParameter::K, BaseParameter::J].into_iter().all(|p| before.value(p) > OF_NO_MOTOR * after.value(p))
 }
 
 /// Largest factor by which R or K differ. (J may: dry friction passes for inertia on a ramp.)
 fn shift(before: &Space, after: &Space) -> f64 {
-    ["R", "K"]
-        .iter()
-        .map(|name| {
-            let ratio = after.value(name) / before.value(name);
+    [BaseParameter::R, BaseParameter::K]
+        .into_iter()
+        .map(|parameter| {
+            let ratio = after.value(parameter) / before.value(parameter);
             ratio.max(1.0 / ratio)
         })
         .fold(1.0, f64::max)

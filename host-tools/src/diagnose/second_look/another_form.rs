@@ -1,8 +1,8 @@
 //! What the form of a law has swallowed.
 //!
-//! Two laws of a class may fit alike as long as something else is missing, one because it is bent to take that along: of a motor with
-//! saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the drop, so that nothing seemed to be
-//! missing beside it. Beside the other law the drop is seen at once.
+//! Two laws of a class may fit alike as long as something else is missing, one because it is bent to take that along:
+//! of a motor with saturation and a brush drop armature reaction was found, whose softer curve makes up for most of the
+//! drop, so that nothing seemed to be missing beside it. Beside the other law the drop is seen at once.
 
 use greyrig::effects::EffectId;
 
@@ -14,7 +14,8 @@ use crate::diagnose::ladder::Tried;
 use crate::error::Result;
 
 impl SecondLook<'_> {
-    /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which takes most of that.
+    /// Climbs on from another law of the class of an effect, where something is left; if more is found beside it, which
+    /// takes most of that.
     pub(super) fn in_another_form(&self, judged: Judged) -> Result<Judged> {
         if self.audit.excess(&judged.1, &judged.1).iter().sum::<f64>() <= WORTH_LOOKING {
             return Ok(judged);
@@ -23,8 +24,8 @@ impl SecondLook<'_> {
         let kind = judged.1.space.kind();
         let tried = |id: EffectId| ladder.steps.iter().flat_map(|step| &step.tried).find(|t| t.id == id);
         let of_its_class = |id: &EffectId| -> Vec<(EffectId, &Tried)> {
-            let others = classes::class_of(kind, *id).unwrap_or(&[]).iter().filter(|other| *other != id);
-            others.filter_map(|other| tried(*other)).map(|t| (*id, t)).collect()
+            let others = classes::class_of(kind, *id).unwrap_or_default().into_iter().filter(|other| other != id);
+            others.filter_map(tried).map(|t| (*id, t)).collect()
         };
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
             self.climb.context().doing(other.id.id());

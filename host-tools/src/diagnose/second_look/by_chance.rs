@@ -1,26 +1,25 @@
 //! What chance alone may have put behind the effect that was found.
 //!
-//! Where a motor runs steadily all friction is one torque; which law it follows rests on the run-up alone, and a load that fluctuates then
-//! decides between two laws. In the balances such laws drown in the noise of the acceleration. Candidates that come near to a single
-//! effect are fitted to the free run in its place. One is kept as a rival if its validation error exceeds the winner's by less than two
-//! standard errors (delete-a-block jackknife), and its gain falls short of the winner's by less than the rest of a law earns
-//! ([`LEAST_SHARE_OF_A_LAW`]).
+//! Where a motor runs steadily all friction is one torque; which law it follows rests on the run-up alone, and a load
+//! that fluctuates then decides between two laws. In the balances such laws drown in the noise of the acceleration.
+//! Candidates that come near to a single effect are fitted to the free run in its place. One is kept as a rival if its
+//! validation error exceeds the winner's by less than two standard errors (delete-a-block jackknife), and its gain
+//! falls short of the winner's by less than the rest of a law earns ([`LEAST_SHARE_OF_A_LAW`]).
 
 use greyrig::effects::EffectId;
 use rayon::prelude::*;
 
 use super::{Judged, SecondLook};
 use crate::diagnose::audit::LEAST_SHARE_OF_A_LAW;
-use crate::diagnose::blocks::HeldOut;
 use crate::diagnose::classes;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Ladder, Tried};
 use crate::diagnose::sizes::parameters_of;
 use crate::error::Result;
-use crate::identify::space::{Freedom, Space};
+use crate::identify::minimise::{Fit, HeldOut};
+use crate::identify::space::{Freedom, Key, Space};
 
-/// Error of the free run at the fit of a candidate by the balances over that of what was found, sum of the logarithms of both signals, up
-/// to which the candidate is fitted to the free run.
+/// Error of the free run at the fit of a candidate by the balances over that of what was found, sum of the logarithms
+/// of both signals, up to which the candidate is fitted to the free run.
 const NEAR: f64 = 0.7;
 /// Standard errors that a difference of chance does not exceed.
 const BY_CHANCE: f64 = 2.0;
@@ -54,8 +53,7 @@ impl SecondLook<'_> {
         let scales = kept.space.scales(self.climb.experiments());
         let mut space = kept.space.without_effect(id).with_effect(other.id, &scales);
         if parameters_of(other.id) > parameters_of(id) {
-            let shapes = &other.id.description().parameters[1..];
-            space.hold(&shapes.iter().map(|p| p.name).collect::<Vec<_>>(), Freedom::Pinned);
+            space.hold(Key::shapes_of(other.id), Freedom::Pinned);
         } else {
             space.start_from(&other.fit.space, other.id);
         }
@@ -76,8 +74,8 @@ fn of_first_step(ladder: &Ladder) -> Option<(&Tried, &[Tried])> {
     (!step.in_free_run && !step.together).then_some((own, &step.tried))
 }
 
-/// By how much the error of a fit on data held out is larger than another one's, sum of the logarithms of both signals, and its standard
-/// error.
+/// By how much the error of a fit on data held out is larger than another one's, sum of the logarithms of both signals,
+/// and its standard error.
 fn difference(one: &HeldOut, other: &HeldOut) -> (f64, f64) {
     let total = |held_out: &HeldOut, g: usize| held_out.squares.iter().map(|s| s[g]).sum::<f64>();
     let totals = [0, 1].map(|g| [total(one, g), total(other, g)]);

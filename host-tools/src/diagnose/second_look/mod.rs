@@ -1,9 +1,9 @@
 //! What a climb can miss, looked for once more with the free run as the judge.
 //!
 //! A climb adds one effect at a time by the balances of voltage and torque. Two effects whose contributions cancel gain
-//! nothing one at a time; the fit of one of them may end in a wrong valley without the other; and what acts at low speed
-//! only, such as weak Stribeck friction, drowns in the noise of the acceleration, while the free run adds it up. And where
-//! several are missing, the one that gains most at first may be none of them.
+//! nothing one at a time; the fit of one of them may end in a wrong valley without the other; and what acts at low
+//! speed only, such as weak Stribeck friction, drowns in the noise of the acceleration, while the free run adds it up.
+//! And where several are missing, the one that gains most at first may be none of them.
 //!
 //! An effect that is found here has to take most of what the free run's error exceeds its floor by, on data held out.
 
@@ -19,11 +19,10 @@ use super::audit::Audit;
 use super::climb::{Climb, Way};
 
 use super::completeness::Completeness;
-use super::fit::Fit;
 use super::ladder::Ladder;
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined};
+use crate::identify::minimise::{Effort, Fit};
 
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
 const SMALLEST_FALL: f64 = 0.5;
@@ -61,8 +60,9 @@ impl<'a> SecondLook<'a> {
     /// An interrupt.
     pub fn at(&self, ladder: Ladder) -> Result<Judged> {
         let mut judged = self.reconsidered(self.judged(ladder)?)?;
-        // If forward selection found something and structure remains, hysteresis comes first: the effects found may be proxies for it. If it
-        // found nothing, the search on the simulation error comes first, because it may find hysteresis itself.
+        // If forward selection found something and structure remains, hysteresis comes first: the effects found may be
+        // proxies for it. If it found nothing, the search on the simulation error comes first, because it may find
+        // hysteresis itself.
         let has_begun = judged.0.steps.first().is_some_and(|step| !step.winners.is_empty());
         if has_begun && !judged.0.is_explained() {
             let other = self.by_loop(&judged.0)?;
@@ -104,8 +104,8 @@ impl<'a> SecondLook<'a> {
         Ok(())
     }
 
-    /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all and
-    /// the first one does not.
+    /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all
+    /// and the first one does not.
     fn is_better(&self, one: &Judged, other: &Judged) -> bool {
         let explains = other.0.is_explained() && !one.0.is_explained();
         self.suffices(&one.1, &other.1) || (explains && self.audit.held_out_fall(&one.1, &other.1) > SMALLEST_FALL)
@@ -120,8 +120,8 @@ impl<'a> SecondLook<'a> {
         self.narrowed(ladder, all)
     }
 
-    /// The same of another search, unless it cannot win: its training error is a lower bound of its validation error. Where the
-    /// validation error of the best one is within [`SMALLEST_FALL`] of that bound, the other one is given up.
+    /// The same of another search, unless it cannot win: its training error is a lower bound of its validation error.
+    /// Where the validation error of the best one is within [`SMALLEST_FALL`] of that bound, the other one is given up.
     fn judged_if_closer(&self, other: Ladder, best: &Judged) -> Result<Option<Judged>> {
         if other.found.is_empty() {
             return self.judged(other).map(Some);
@@ -154,11 +154,12 @@ impl<'a> SecondLook<'a> {
     }
 
     /// Completeness of the free run without and with effects.
-    fn completeness(&self, fit: &Refined) -> (Completeness, Completeness) {
+    fn completeness(&self, fit: &Fit) -> (Completeness, Completeness) {
         self.audit.completeness_of_both(&self.free, fit)
     }
 
-    /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is there.
+    /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is
+    /// there.
     fn confirm_rivals(&self, judged: &mut Judged) -> Result<()> {
         let (ladder, kept) = judged;
         let scales = kept.space.scales(self.climb.experiments());
@@ -179,7 +180,8 @@ impl<'a> SecondLook<'a> {
         self.audit.held_out(fit).log_error()
     }
 
-    /// Climbs on from what is left, if anything is, of a climb that began with a wrong effect, which the free run has dropped.
+    /// Climbs on from what is left, if anything is, of a climb that began with a wrong effect, which the free run has
+    /// dropped.
     fn again(&self, ladder: &Ladder) -> Result<Option<Ladder>> {
         if !ladder.has_dropped() {
             return Ok(None);
@@ -189,8 +191,9 @@ impl<'a> SecondLook<'a> {
         Ok((again.found != ladder.found).then_some(again))
     }
 
-    /// Exchanges an effect for another one that was passed over, where the free run comes clearly closer by that: the first effects of
-    /// several are chosen while the others are missing, and a later one may be named for what a wrong one of them leaves.
+    /// Exchanges an effect for another one that was passed over, where the free run comes clearly closer by that: the
+    /// first effects of several are chosen while the others are missing, and a later one may be named for what a wrong
+    /// one of them leaves.
     fn exchanged(&self, judged: Judged) -> Result<Judged> {
         if !judged.0.may_have_chosen_too_early(&self.audit.over_floor(&judged.1, &judged.1)) {
             return Ok(judged);
@@ -211,8 +214,8 @@ impl<'a> SecondLook<'a> {
         Ok(judged)
     }
 
-    /// Leaves out what was found beside the wrong effect that another one has taken the place of, where that alone does as well: from the
-    /// free run of the model as it was, as the wrong one may have led into another valley.
+    /// Leaves out what was found beside the wrong effect that another one has taken the place of, where that alone does
+    /// as well: from the free run of the model as it was, as the wrong one may have led into another valley.
     fn without_later_than(&self, taken: EffectId, judged: Judged) -> Result<Judged> {
         let place = |id: EffectId| judged.0.steps.iter().position(|step| step.winners.contains(&id));
         let mut kept = judged.0.found.clone();

@@ -8,11 +8,10 @@ use rayon::prelude::*;
 use super::{Judged, SMALLEST_FALL, SecondLook};
 use crate::diagnose::classes;
 use crate::diagnose::criteria::{LEAST_INDEPENDENT, SAME_ERROR};
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined};
+use crate::identify::minimise::{Effort, Fit};
 use crate::identify::scales::Scales;
 use crate::identify::space::Space;
 
@@ -20,8 +19,8 @@ use crate::identify::space::Space;
 pub(super) const WORTH_LOOKING: f64 = 0.3;
 /// Share that may be left, in the signal that gains more, of the logarithm by which the error exceeds its floor.
 const LEFT: f64 = 0.4;
-/// The same of a rough fit that is worth finishing. In 40 cases with a withheld and 24 with three effects on AC the end of 66 fits
-/// left at most 0.2 less than the rough one.
+/// The same of a rough fit that is worth finishing. In 40 cases with a withheld and 24 with three effects on AC the end
+/// of 66 fits left at most 0.2 less than the rough one.
 const LEFT_ROUGHLY: f64 = 0.6;
 /// Fall of the free run's error that a linearisation has to promise for a candidate to be fitted.
 const WORTH_FITTING: f64 = 0.2;
@@ -118,14 +117,14 @@ impl SecondLook<'_> {
     }
 
     /// The candidates that have a column of their own in the free run, most promising first.
-    fn promises(&self, fit: &Refined, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
+    fn promises(&self, fit: &Fit, scales: &Scales, candidates: &[&'static Description]) -> Vec<Promise> {
         let mut promises = self.audit.screen(fit, scales, candidates);
         promises.retain(|p| p.independent >= LEAST_INDEPENDENT);
         promises
     }
 
-    /// The best single effect, where it gains without sufficing, and what promises most beside it: two laws that are bent
-    /// may gain together what the linearisation of neither shows.
+    /// The best single effect, where it gains without sufficing, and what promises most beside it: two laws that are
+    /// bent may gain together what the linearisation of neither shows.
     fn partners(
         &self,
         kept: &Fit,
@@ -141,8 +140,8 @@ impl SecondLook<'_> {
         promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
     }
 
-    /// Fits models with more effects roughly, the one with the smallest error on data held out first; of those with the same
-    /// effects only that.
+    /// Fits models with more effects roughly, the one with the smallest error on data held out first; of those with the
+    /// same effects only that.
     fn fitted(&self, attempts: Vec<Attempt>) -> Result<Vec<Model>> {
         let fit = |(ids, space): Attempt| {
             self.climb.context().doing(ids[0].id());
@@ -185,9 +184,9 @@ impl SecondLook<'_> {
         self.takes_all_but(LEFT, before, after) && self.audit.held_out_fall(before, after) > SMALLEST_FALL
     }
 
-    /// Whether a fit leaves less than a share, in the signal that gains more, of the logarithm by which the error of an earlier one
-    /// exceeds the floor.
-    fn takes_all_but(&self, share: f64, before: &Refined, after: &Refined) -> bool {
+    /// Whether a fit leaves less than a share, in the signal that gains more, of the logarithm by which the error of an
+    /// earlier one exceeds the floor.
+    fn takes_all_but(&self, share: f64, before: &Fit, after: &Fit) -> bool {
         let (over, left) = (self.audit.excess(before, after), self.audit.excess(after, after));
         let gains_more = if over[0] - left[0] > over[1] - left[1] { 0 } else { 1 };
         left[gains_more] < share * over[gains_more]

@@ -1,16 +1,16 @@
 //! What was passed over though it fits better.
 //!
-//! Cross-validation cannot credit Stribeck friction: the one or two blocks of the run-up that identify it are the ones left out. Another
-//! effect that bends the torque over the whole range, such as windage with another exponent, is then preferred, though it fits worse. The
-//! free run adds weak torques up and separates the two.
+//! Cross-validation cannot credit Stribeck friction: the one or two blocks of the run-up that identify it are the ones
+//! left out. Another effect that bends the torque over the whole range, such as windage with another exponent, is then
+//! preferred, though it fits worse. The free run adds weak torques up and separates the two.
 
 use greyrig::effects::EffectId;
 
 use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;
-use crate::diagnose::fit::Fit;
 use crate::diagnose::ladder::Tried;
 use crate::error::Result;
+use crate::identify::minimise::Fit;
 
 impl SecondLook<'_> {
     /// Gives an effect for one that was passed over, where the free run comes closer by that, on data held out too.

@@ -3,15 +3,15 @@
 use greyrig::effects::EffectId;
 
 use super::words::{in_words, name};
-use crate::diagnose::classes::{self, OFFSETS};
+use crate::diagnose::classes;
 use crate::diagnose::criteria::BEYOND_DOUBT;
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
-use crate::diagnose::screening;
-use crate::diagnose::sizes::{Size, parameters_of, size_of};
+use crate::diagnose::sizes::{Size, parameters_of};
+use crate::identify::space::Key;
 
-/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors have at
-/// most 1.04.
+/// Residual of the current over what does not repeat, above which a constant alone is not the truth: healthy motors
+/// have at most 1.04.
 const EXACT: f64 = 1.08;
 
 /// Why what was found may be something else.
@@ -33,7 +33,12 @@ impl Doubt {
         }
         let of_offsets = if holds.takes_a_part_away() { None } else { of_offsets(ladder) };
         if of_offsets.is_some() {
-            rivals.extend(OFFSETS.iter().filter(|id| !ladder.found.contains(id)));
+            let others = ladder.found.iter().filter_map(|id| id.description().two_make_it).flatten();
+            for id in others.filter(|id| !ladder.found.contains(id)) {
+                if !rivals.contains(&id) {
+                    rivals.push(id);
+                }
+            }
         }
         if rivals.is_empty() && of_offsets.is_none() {
             return None;
@@ -47,16 +52,17 @@ impl Doubt {
         Some(Self { rivals, reason, experiment: experiment(ladder, holds) })
     }
 
-    /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be zero: what acts
-    /// so may then be something else. Several effects lend each other width, so nothing is said about these; and where the error
-    /// falls to a third, it is the shape that leaves the size open, if there is one, as a knee beyond the data does.
+    /// About an effect that explains the error all by itself, and not much of an error, with a size that may as well be
+    /// zero: what acts so may then be something else. Several effects lend each other width, so nothing is said about
+    /// these; and where the error falls to a third, it is the shape that leaves the size open, if there is one, as a
+    /// knee beyond the data does.
     pub fn about_size(ladder: &Ladder, sizes: &[Size], holds: Holds) -> Option<Self> {
         let [id] = ladder.found[..] else { return None };
         let by_its_shape = ladder.fall() > BEYOND_DOUBT && parameters_of(id) > 1;
         if ladder.fit.space.effects().len() > 1 || by_its_shape {
             return None;
         }
-        let size = sizes.iter().find(|s| s.name == size_of(id) && s.may_be_zero())?;
+        let size = sizes.iter().find(|s| s.key == Key::size_of(id) && s.may_be_zero())?;
         let reason = format!(
             "yet its size may as well be zero, {}: what acts so may be something else; another recording would tell",
             in_words(size)
@@ -78,15 +84,14 @@ fn experiment(ladder: &Ladder, holds: Holds) -> String {
 
 /// Effects that do the same as those found, as long as the rotor stands still.
 fn alike_at_standstill(ladder: &Ladder) -> impl Iterator<Item = EffectId> {
-    let kind = ladder.fit.space.kind();
+    let law = ladder.fit.space.kind().flux_law();
     let alike = ladder.found.iter().flat_map(|id| classes::at_standstill(*id));
-    let others = alike.filter(|id| !ladder.found.contains(id));
-    others.copied().filter(move |id| screening::shows(kind, id.description()))
+    alike.filter(move |id| !ladder.found.contains(id) && id.description().is_tried(law))
 }
 
 /// Why offsets that were found on a closed supply may be others.
 fn of_offsets(ladder: &Ladder) -> Option<String> {
-    let offsets = ladder.found.iter().filter(|id| OFFSETS.contains(id)).count();
+    let offsets = ladder.found.iter().filter(|id| id.description().two_make_it.is_some()).count();
     if offsets >= 2 {
         return Some(
             "while the motor runs on a closed supply, any two of remanence, current offset and voltage offset can take the \

@@ -106,11 +106,6 @@ impl Verdict {
     }
 }
 
-/// The default member of the class of an effect, or the effect itself.
-fn default_member(kind: Kind, id: EffectId) -> EffectId {
-    class_of(kind, id).map_or(id, |class| class[0])
-}
-
 /// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is strained.
 pub fn judge(
     ladder: &Ladder,
@@ -122,7 +117,7 @@ pub fn judge(
 ) -> Verdict {
     let kind = ladder.fit.space.kind();
     let mut effects: Vec<EffectId> = super::ids(findings);
-    effects.extend(ladder.found.iter().map(|id| default_member(kind, *id)));
+    effects.extend(ladder.found.iter().map(|id| id.description().named_as(kind.flux_law())));
     let explained = ladder.is_explained();
     if effects.is_empty() {
         let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
@@ -145,7 +140,7 @@ pub fn judge(
     let doubt = Doubt::about(ladder, holds).or_else(alone);
     match &doubt {
         Some(doubt) => {
-            for id in doubt.rivals.iter().map(|id| default_member(kind, *id)) {
+            for id in doubt.rivals.iter().map(|id| id.description().named_as(kind.flux_law())) {
                 if !effects.contains(&id) {
                     effects.push(id);
                 }
@@ -160,8 +155,7 @@ pub fn judge(
     if ladder.leaves_more_than_healthy() {
         text.extend(ladder.free_run.map(|(_, left)| words::left_over(&left)));
     }
-    let mut classes: Vec<Vec<EffectId>> =
-        ladder.found.iter().filter_map(|id| class_of(kind, *id)).map(<[_]>::to_vec).collect();
+    let mut classes: Vec<Vec<EffectId>> = ladder.found.iter().filter_map(|id| class_of(kind, *id)).collect();
     classes.dedup();
     Verdict {
         kind: if doubt.is_some() { VerdictKind::Ambiguous } else { VerdictKind::MissingEffect },

@@ -1,8 +1,9 @@
 //! An effect that explains its part only as what it no longer is.
 //!
-//! Every law can be bent until it looks like another one: a warm-up of the bearings within half a second takes the part of friction
-//! that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody tried. Where a fit leaves a shape at
-//! such an end of its physical range, the name would be wrong, however well the curve fits.
+//! Every law can be bent until it looks like another one: a warm-up of the bearings within half a second takes the part
+//! of friction that falls with the speed, a transformer EMF that does not fade that of eddy currents which nobody
+//! tried. Where a fit leaves a shape at such an end of its physical range, the name would be wrong, however well the
+//! curve fits.
 
 use greyrig::effects::EffectId;
 
@@ -11,14 +12,14 @@ use super::words::{name, without_interval};
 use crate::diagnose::holds::Holds;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
-use crate::identify::space::Space;
+use crate::identify::space::{Key, Space};
 
 /// The effect, and where it rests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strained {
     /// The effect.
     pub effect: EffectId,
-    shape: &'static str,
+    shape: Key,
     /// What it would be there.
     instead: Option<EffectId>,
 }
@@ -34,7 +35,8 @@ impl Strained {
             // What was tried, and fitted less well, it is not.
             let instead = space.turned(*effect).filter(|other| !tried(other));
             let turn = || effect.description().turns_into.filter(|_| instead.is_some());
-            let shape = turn().map(|turn| turn.parameter).or_else(|| space.at_its_shortest(*effect))?;
+            let shape =
+                turn().map(|turn| Key::Effect(*effect, turn.parameter)).or_else(|| space.at_its_shortest(*effect))?;
             Some(Self { effect: *effect, shape, instead })
         };
         ladder.found.iter().find_map(strained)
@@ -42,8 +44,11 @@ impl Strained {
 
     /// In words.
     pub(super) fn in_words(&self, sizes: &[Size]) -> String {
-        let size = sizes.iter().find(|size| size.name == self.shape);
-        let with = size.map_or_else(|| self.shape.to_owned(), without_interval);
+        let size = sizes.iter().find(|size| size.key == self.shape);
+        let with = size
+            .map(without_interval)
+            .or_else(|| self.shape.of_effect().map(|p| p.name.to_owned()))
+            .unwrap_or_default();
         let instead = self.instead.map_or_else(
             || "what acts so is another effect than that".to_owned(),
             |other| format!("it would be {} there", name(other)),

@@ -7,6 +7,7 @@ use crate::diagnose::completeness::Completeness;
 use crate::diagnose::criteria::SAME_ERROR;
 use crate::diagnose::ladder::Ladder;
 use crate::diagnose::sizes::Size;
+use crate::identify::space::Key;
 use crate::numbers::with_interval;
 
 /// The standard name of an effect.
@@ -50,7 +51,7 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
             };
         }
     }
-    if let Some(sum) = classes::sums(ladder.fit.space.kind()).find(|sum| sum.one == id) {
+    if let Some((_, sum)) = classes::sums(ladder.fit.space.kind()).find(|(one, _)| *one == id) {
         let two = sum.two.map(name).join(" and ");
         text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
@@ -71,7 +72,7 @@ pub fn left_over(left: &Completeness) -> String {
 
 /// Whether a size is that of an effect.
 fn is_of(id: EffectId, size: &Size) -> bool {
-    id.description().parameters.iter().any(|p| p.name == size.name)
+    matches!(size.key, Key::Effect(other, _) if other == id)
 }
 
 /// A size with its interval.

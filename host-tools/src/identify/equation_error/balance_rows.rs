@@ -1,5 +1,5 @@
-//! The rows of both balances of a recording, formed while the slopes of its samples pass by: of what goes by at the sampling rate
-//! nothing is kept but a running sum, so that it stays in the processor's nearest memory.
+//! The rows of both balances of a recording, formed while the slopes of its samples pass by: of what goes by at the
+//! sampling rate nothing is kept but a running sum, so that it stays in the processor's nearest memory.
 
 use greyrig::butterworth::{Cascade, Coefficients};
 use greyrig::scalar::Scalar;
@@ -31,9 +31,9 @@ impl<S: Copy> AtSamples<S> {
 
 /// What the voltage balance leaves over, V, through the filter.
 ///
-/// At a sample that is dλ/di, H, times the central difference of the measured current less the rate that the balance wants, A/s. The
-/// central difference is the mean rate over two intervals, and so has to be the model's: Simpson's rule leaves (h R/L)⁴/180 of the
-/// voltage of the inductance, the rate at the sample alone (h R/L)²/6.
+/// At a sample that is dλ/di, H, times the central difference of the measured current less the rate that the balance
+/// wants, A/s. The central difference is the mean rate over two intervals, and so has to be the model's: Simpson's rule
+/// leaves (h R/L)⁴/180 of the voltage of the inductance, the rate at the sample alone (h R/L)²/6.
 pub struct VoltageRows<'a, S: Scalar> {
     measured_rates: &'a [f64],
     too_much: AtSamples<S>,
@@ -50,8 +50,8 @@ pub struct VoltageRows<'a, S: Scalar> {
 }
 
 impl<'a, S: Scalar> VoltageRows<'a, S> {
-    /// From the central differences of the measured current, A/s, and what is left `too_much` at some samples, V, in their order; there is
-    /// a row at each of `samples`.
+    /// From the central differences of the measured current, A/s, and what is left `too_much` at some samples, V, in
+    /// their order; there is a row at each of `samples`.
     pub fn new(
         measured_rates: &'a [f64],
         too_much: Vec<(usize, S)>,
@@ -121,8 +121,8 @@ pub struct Impulse<S> {
 }
 
 impl<S: Scalar> Impulse<S> {
-    /// Over so many samples, `interval` seconds apart; `lacking` tells what the rule lacks, N m s, from some samples on, in
-    /// their order.
+    /// Over so many samples, `interval` seconds apart; `lacking` tells what the rule lacks, N m s, from some samples
+    /// on, in their order.
     pub fn new(samples: usize, interval: S, lacking: Vec<(usize, S)>) -> Self {
         let mut sums = Vec::with_capacity(samples + 1);
         sums.push(S::ZERO);

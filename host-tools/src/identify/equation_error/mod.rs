@@ -1,31 +1,33 @@
 //! Equation error: what the voltage balance and the torque balance leave over at the measured state.
 //!
-//! Nothing is simulated, so the error is nearly linear in the parameters, a fit converges from anywhere in a few steps, and
-//! every effect of the catalogue can be tried within a second. The noise of the regressors biases it slightly: what is
-//! found here is refined by [`super::output_error`].
+//! Nothing is simulated, so the error is nearly linear in the parameters, a fit converges from anywhere in a few steps,
+//! and every effect of the catalogue can be tried within a second. The noise of the regressors biases it slightly: what
+//! is found here is refined by [`super::output_error`].
 //!
 //! # Electrical side
-//! `L di/dt + R i + K φ ω + v − u` on the raw samples, then through the Butterworth filter. (The product of filtered signals
-//! is not the filtered product.) The current's rate is its central difference, and the rest the mean over the same two intervals.
+//! `L di/dt + R i + K φ ω + v − u` on the raw samples, then through the Butterworth filter. (The product of filtered
+//! signals is not the filtered product.) The current's rate is its central difference, and the rest the mean over the
+//! same two intervals.
 //!
 //! # Mechanical side
-//! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that nothing is
-//! differentiated and the pulsation of the torque at twice the mains frequency cancels.
+//! In integral (weak) form over windows of whole mains periods, `∫ (K φ i − friction) dt − J (ω₂ − ω₁)`, so that
+//! nothing is differentiated and the pulsation of the torque at twice the mains frequency cancels.
 //!
 //! # Slow samples
-//! Where a current settles between two samples, both balances are taken over whole intervals, as short runs of the model
-//! from measured states.
+//! Where a current settles between two samples, both balances are taken over whole intervals, as short runs of the
+//! model from measured states.
 //!
 //! # Other recordings
-//! Torque (or force) and motion alone give the torque balance directly, `J dω/dt + friction − T`; voltage and speed alone,
-//! of a motor with magnets, the voltage balance with the current that the motion needs, `i = (J dω/dt + friction)/K`. Both go
-//! through a zero-phase low-pass whose cut-off is found from the data, as in [`super::inverse_dynamics`].
+//! Torque (or force) and motion alone give the torque balance directly, `J dω/dt + friction − T`; voltage and speed
+//! alone, of a motor with magnets, the voltage balance with the current that the motion needs, `i = (J dω/dt +
+//! friction)/K`. Both go through a zero-phase low-pass whose cut-off is found from the data, as in
+//! [`super::inverse_dynamics`].
 //!
 //! # Measuring chain
 //! Effects of the chain are undone to first order: true ≈ measured − (chain(measured) − measured).
 //!
-//! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems, Trans.
-//! ASME 79 (1957) 547–552.
+//! Source: weak form after the modulating functions of M. Shinbrot: On the analysis of linear and nonlinear systems,
+//! Trans. ASME 79 (1957) 547–552.
 
 mod balance_rows;
 mod motion;

@@ -1,10 +1,10 @@
 //! Voltage, current and speed in slow samples: both balances over a whole interval.
 //!
-//! Where a current settles within an interval its rate cannot be told from samples, nor its mean from two of them. There the
-//! equations are asked over the interval itself: the model starts from a measured state and runs for a few samples along
-//! the voltage as it goes between them ([`crate::between`]). Times the step response of the current to a voltage that is there for one
-//! interval, what it is off by is the voltage that the balance leaves over,
-//! `R/(1 − e^(−h R/L)) (i − î)`: the algebraic equation u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is small.
+//! Where a current settles within an interval its rate cannot be told from samples, nor its mean from two of them.
+//! There the equations are asked over the interval itself: the model starts from a measured state and runs for a few
+//! samples along the voltage as it goes between them ([`crate::between`]). Times the step response of the current to a
+//! voltage that is there for one interval, what it is off by is the voltage that the balance leaves over, `R/(1 − e^(−h
+//! R/L)) (i − î)`: the algebraic equation u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is small.
 //! Times J, what the speed is off by at the end of a run is the impulse that the torque balance leaves over.
 
 use std::array;

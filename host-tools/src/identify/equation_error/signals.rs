@@ -16,7 +16,8 @@ pub struct Signals {
     pub speed: Vec<f64>,
     /// Central difference of the current, A/s.
     pub current_rate: Vec<f64>,
-    /// The current without its noise's small reversals, A, which would wear a hysteresis loop down: what memories follow.
+    /// The current without its noise's small reversals, A, which would wear a hysteresis loop down: what memories
+    /// follow.
     pub turning: Vec<f64>,
     /// Change of the speed over each window, rad/s.
     pub speed_changes: Vec<f64>,
@@ -49,8 +50,9 @@ impl View {
         }
     }
 
-    /// Change of a signal over each window, from the means over a period around its ends. That of the torque's integral is taken as that of
-    /// the speed, which is averaged against its noise: where the torque jumps near a window's end the two would differ.
+    /// Change of a signal over each window, from the means over a period around its ends. That of the torque's integral
+    /// is taken as that of the speed, which is averaged against its noise: where the torque jumps near a window's end
+    /// the two would differ.
     pub fn changes(&self, signal: &[f64]) -> Vec<f64> {
         self.changes_of(&SlidingMean::new(signal, self.period))
     }
@@ -70,8 +72,8 @@ fn averaged(signal: &[f64], beside: usize) -> Cow<'_, [f64]> {
     (0..signal.len()).map(|n| 0.5 * (mean.at(n) + mean.at(n + 1))).collect()
 }
 
-/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back so far.
-/// (A play of that width would do the same and lag, as hysteresis does.)
+/// A signal without reversals smaller than `least`: it goes on with the signal, and turns back once that has come back
+/// so far. (A play of that width would do the same and lag, as hysteresis does.)
 fn without_small_reversals(signal: &[f64], least: f64) -> Vec<f64> {
     let mut held = signal.first().copied().unwrap_or(0.0);
     let mut direction = 0.0;

@@ -23,12 +23,15 @@ const WINDOW_WITHOUT_MAINS_S: f64 = 0.02;
 
 /// Reversals of the current by less than this many standard deviations of its noise are noise.
 const NOISE_REVERSAL: f64 = 8.0;
-/// Share of the largest current up to which such reversals are narrow beside loops of hysteresis, which are usually three per cent of it wide.
+/// Share of the largest current up to which such reversals are narrow beside loops of hysteresis, which are usually
+/// three per cent of it wide.
 const NARROW: f64 = 0.012;
-/// A direct current is averaged over this on either side at most to make them so, s: less than its usual time constant L/R.
+/// A direct current is averaged over this on either side at most to make them so, s: less than its usual time constant
+/// L/R.
 const LONGEST_AVERAGE_S: f64 = 2e-3;
 
-/// Samples at which the balances are formed at once: of a motor, and of several as one, whose numbers are vectors already.
+/// Samples at which the balances are formed at once: of a motor, and of several as one, whose numbers are vectors
+/// already.
 const BLOCK: usize = 32;
 const BLOCK_OF_LANES: usize = 8;
 
@@ -155,8 +158,8 @@ impl<'a> WholeMotor<'a> {
         rows
     }
 
-    /// What the voltage balance leaves too much, V, at the samples around an edge of the voltage: Simpson's rule takes what is
-    /// smooth, and there neither the voltage nor what goes with the current is.
+    /// What the voltage balance leaves too much, V, at the samples around an edge of the voltage: Simpson's rule takes
+    /// what is smooth, and there neither the voltage nor what goes with the current is.
     fn around_edges<S: Scalar<Base = S>>(&self, motor: &Motor<S>, current: &[f64], speed: &[f64]) -> Vec<(usize, S)> {
         let e = self.experiment;
         let too_much = |(n, [voltage, mean]): (usize, [f64; 2])| {
@@ -196,8 +199,8 @@ impl<'a> WholeMotor<'a> {
         [-slopes.inductance.value * slopes.current.by_current, motor.parameters().inertia * slopes.speed.by_current]
     }
 
-    /// Tells the slopes at the samples, in their order and a block at a time, from current, speed and current without small
-    /// reversals as they were before the measuring chain.
+    /// Tells the slopes at the samples, in their order and a block at a time, from current, speed and current without
+    /// small reversals as they were before the measuring chain.
     fn each_slopes<S: Scalar<Base = S>, const BLOCK: usize>(
         &self,
         motor: &Motor<S>,
@@ -293,9 +296,9 @@ pub fn undone(e: &Experiment, current: &[f64], speed: &[f64], chain: &[Effect<f6
     [currents, speeds]
 }
 
-/// Samples on either side over which a current is averaged before its reversals are looked for, so that those of noise, A, are narrow. A
-/// direct one alone: the average would round the peaks of an alternating one, and noise hardly moves these. A mean over 2 n
-/// samples has white noise smaller by √(2 n).
+/// Samples on either side over which a current is averaged before its reversals are looked for, so that those of noise,
+/// A, are narrow. A direct one alone: the average would round the peaks of an alternating one, and noise hardly moves
+/// these. A mean over 2 n samples has white noise smaller by √(2 n).
 fn averaged_beside(e: &Experiment, current: &[f64], noise: f64) -> usize {
     let narrow = NARROW * current.iter().fold(0.0f64, |most, i| most.max(i.abs()));
     if e.mains_period_s.is_some() || noise <= narrow {
@@ -310,7 +313,8 @@ pub fn chain_of(motor: &Motor<f64>) -> Vec<Effect<f64>> {
     motor.effects().iter().filter(|effect| effect.description().acts == Acts::Measuring).copied().collect()
 }
 
-/// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the supply.
+/// A motor as its terminals show it while the supply is open, if that is another one: without the effects of the
+/// supply.
 fn at_open_terminals<S: Scalar<Base = S>>(motor: &Motor<S>) -> Option<Motor<S>> {
     let of_supply = |effect: &Effect<S>| effect.description().of_supply;
     if !motor.effects().iter().any(of_supply) {
@@ -387,7 +391,8 @@ mod tests {
         let left = WholeMotor::new(&e).unwrap().residuals(&motor);
         // The first half holds what the one-sided difference at the start leaves in the filter.
         let worst = left[left.len() / 2..].iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        // (ωh)⁴/180 of the 23.8 V of the inductance are 0.52 mV; the rate at the sample alone would leave (ωh)²/6, 250 mV.
+        // (ωh)⁴/180 of the 23.8 V of the inductance are 0.52 mV; the rate at the sample alone would leave (ωh)²/6, 250
+        // mV.
         assert!(worst < 0.6e-3, "{worst} V");
     }
 
@@ -410,7 +415,8 @@ mod tests {
             };
             let without = worst(&e);
             e.edges = vec![Edge::switched(n, share, step, step / l * STEP_S)];
-            // What is left of R i is (h R/L)²/24 of the step, 40 mV, before the filter; half an interval of the step is volts.
+            // What is left of R i is (h R/L)²/24 of the step, 40 mV, before the filter; half an interval of the step is
+            // volts.
             assert!(worst(&e) < 0.04, "{share}: {} V, {without} V", worst(&e));
             assert!(share == 0.5 || without > 0.5, "{share}: {without} V");
         }
@@ -418,7 +424,8 @@ mod tests {
 
     #[test]
     fn a_torque_that_jumps_beside_the_end_of_a_window_leaves_nothing() {
-        // J dω/dt = K i with a current that jumps by 2 A at the end of a window, in the middle of the mean over its end.
+        // J dω/dt = K i with a current that jumps by 2 A at the end of a window, in the middle of the mean over its
+        // end.
         let motor = Motor::build(parameters(3.4, 1e-4), &[]).unwrap();
         let jump = 0.11;
         let at = |t: f64| {
@@ -427,7 +434,8 @@ mod tests {
         };
         let e = recorded(2000, at, false);
         let worst = torques(&e, &motor).into_iter().fold(0.0f64, f64::max);
-        // The trapezium over the sample of the jump is off by h/2 of it, 0.05 · 2 A · 0.1 ms; the unequal means were by 25 times that.
+        // The trapezium over the sample of the jump is off by h/2 of it, 0.05 · 2 A · 0.1 ms; the unequal means were by
+        // 25 times that.
         assert!(worst < 1.1e-5, "{worst} N m s");
     }
 

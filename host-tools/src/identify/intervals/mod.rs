@@ -1,36 +1,36 @@
 //! Intervals that survive autocorrelated residuals.
 //!
 //! The residuals of a free-run simulation are strongly correlated in time: a second of them holds far less information
-//! than its ten thousand samples. The covariance of the estimate is therefore that of the delete-a-block jackknife over B
-//! time blocks longer than the correlation,
-//! `V = (B − 1)/B Σ_b d_b d_bᵀ`, `d_b = (A − A_b)⁻¹ g_b`, `A = JᵀJ`, `A_b = J_bᵀJ_b`, `g_b = J_bᵀ r_b`,
-//! where d_b is the change of the estimate when block b is left out, with Student's t ([`Covariance::half_width_95`]). Unlike the
-//! plain sandwich estimate it does not trust blocks that determine a parameter nearly by themselves, such as the only
-//! run-up of a recording.
+//! than its ten thousand samples. The covariance of the estimate is therefore that of the delete-a-block jackknife over
+//! B time blocks longer than the correlation, `V = (B − 1)/B Σ_b d_b d_bᵀ`, `d_b = (A − A_b)⁻¹ g_b`, `A = JᵀJ`, `A_b =
+//! J_bᵀJ_b`, `g_b = J_bᵀ r_b`, where d_b is the change of the estimate when block b is left out, with Student's t
+//! ([`Covariance::half_width_95`]). Unlike the plain sandwich estimate it does not trust blocks that determine a
+//! parameter nearly by themselves, such as the only run-up of a recording.
 //!
 //! To this comes [`SYSTEMATIC`], which no repetition would show.
 //!
-//! Source: M. H. Quenouille 1956 and J. W. Tukey 1958 for the jackknife; A. C. Cameron, D. L. Miller: A practitioner's guide to
-//! cluster-robust inference, Journal of Human Resources 50 (2015) 317–372, section VI, for blocks ("CR3").
+//! Source: M. H. Quenouille 1956 and J. W. Tukey 1958 for the jackknife; A. C. Cameron, D. L. Miller: A practitioner's
+//! guide to cluster-robust inference, Journal of Human Resources 50 (2015) 317–372, section VI, for blocks ("CR3").
 
 pub(super) mod of_fit;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Blocks are this many integrated correlation times long: six time constants of noise of the first order, whose variance they show to
-/// five sixths.
+/// Blocks are this many integrated correlation times long: six time constants of noise of the first order, whose
+/// variance they show to five sixths.
 const CORRELATION_TIMES: f64 = 3.0;
 
-/// No fewer blocks than this are made; with fewer, the blocks' own scatter is not known. More would be too short for what the noise
-/// of a measured voltage does to a free run, which lasts for seconds: with 16 in 12 s of data, one interval of J in ten misses it.
+/// No fewer blocks than this are made; with fewer, the blocks' own scatter is not known. More would be too short for
+/// what the noise of a measured voltage does to a free run, which lasts for seconds: with 16 in 12 s of data, one
+/// interval of J in ten misses it.
 const FEWEST_BLOCKS: f64 = 12.0;
 
 /// Nor fewer than this many times the parameters: without a block the others have to determine them all.
 const BLOCKS_PER_PARAMETER: f64 = 1.5;
 
-/// More blocks than this bring little (Student's t of 13 degrees of freedom is a tenth wider than of many), and would be too short where
-/// the slow part of the residuals is hidden.
+/// More blocks than this bring little (Student's t of 13 degrees of freedom is a tenth wider than of many), and would
+/// be too short where the slow part of the residuals is hidden.
 const MOST_BLOCKS: f64 = 16.0;
 
 /// A correlation below this ends the sum.
@@ -48,9 +48,9 @@ const FEWEST_MEANS: usize = 200;
 /// Fewer degrees of freedom are not reckoned with: at 2, an interval is 2.2 times as wide as with many.
 const FEWEST_DEGREES: f64 = 2.0;
 
-/// Relative standard uncertainty of every parameter that comes from the computation itself. Between samples the host takes the voltage
-/// as a cubic and the microcontroller as straight, which makes a sine of angular frequency ω too small by (ωh)²/12 = 8.2e-5 at 50 Hz
-/// and 10 kHz.
+/// Relative standard uncertainty of every parameter that comes from the computation itself. Between samples the host
+/// takes the voltage as a cubic and the microcontroller as straight, which makes a sine of angular frequency ω too
+/// small by (ωh)²/12 = 8.2e-5 at 50 Hz and 10 kHz.
 pub const SYSTEMATIC: f64 = 1e-4;
 
 /// Covariance of an estimate, in the optimiser's coordinates.
@@ -70,9 +70,9 @@ pub struct Covariance {
 impl Covariance {
     /// Half the 95 % interval of a combination of the coordinates, `direction · θ`.
     ///
-    /// The degrees of freedom are those of the blocks that determine it: with a_b the share of block b in the variance that white
-    /// noise would make, there are effectively `(Σ a_b)²/Σ a_b²` of the B blocks. The moment of inertia, say, comes from the
-    /// run-up alone.
+    /// The degrees of freedom are those of the blocks that determine it: with a_b the share of block b in the variance
+    /// that white noise would make, there are effectively `(Σ a_b)²/Σ a_b²` of the B blocks. The moment of inertia,
+    /// say, comes from the run-up alone.
     ///
     /// Source: A. V. Carter, K. T. Schnepel, D. G. Steigerwald: Asymptotic behavior of a t-test robust to cluster
     /// heterogeneity, Review of Economics and Statistics 99 (2017) 698–709.
@@ -103,8 +103,8 @@ pub fn correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
 
 /// Integrated correlation time of the slowest part of a series, s.
 ///
-/// White noise hides a slow part from the correlation of neighbours: turbulence of the load, which decides about the mechanical
-/// parameters, may be a hundredth of the variance. Means over ever longer windows show it.
+/// White noise hides a slow part from the correlation of neighbours: turbulence of the load, which decides about the
+/// mechanical parameters, may be a hundredth of the variance. Means over ever longer windows show it.
 pub fn slowest_correlation_time_s(series: &[f64], interval_s: f64) -> f64 {
     let mut means = series.to_vec();
     let (mut window_s, mut slowest) = (interval_s, interval_s);
@@ -152,8 +152,8 @@ pub fn block_length_s(correlation_s: f64, total_s: f64, parameters: usize) -> f6
     (CORRELATION_TIMES * correlation_s).clamp(total_s / MOST_BLOCKS.max(fewest), total_s / fewest)
 }
 
-/// Covariance from the Jacobian, the residuals and the block of each row. `None` where a direction is not determined at all
-/// or where there are too few blocks.
+/// Covariance from the Jacobian, the residuals and the block of each row. `None` where a direction is not determined at
+/// all or where there are too few blocks.
 pub fn covariance(jacobian: &DMatrix<f64>, residuals: &DVector<f64>, blocks: &[usize]) -> Option<Covariance> {
     let p = jacobian.ncols();
     let count = blocks.iter().max().map_or(0, |b| b + 1);
@@ -214,8 +214,8 @@ mod tests {
         (0..values).map(|_| next()).collect()
     }
 
-    /// The mean of four values is the simplest estimate there is: the jackknife's variance is s²/n, and the interval that of
-    /// Student's t, 3.182 for three degrees of freedom in any table.
+    /// The mean of four values is the simplest estimate there is: the jackknife's variance is s²/n, and the interval
+    /// that of Student's t, 3.182 for three degrees of freedom in any table.
     #[test]
     fn the_interval_of_a_mean_is_that_of_the_textbook() {
         let residuals = DVector::from_vec(vec![-3.0, -1.0, 1.0, 3.0]);
@@ -256,19 +256,20 @@ mod tests {
         assert!(covariance(&ones, &DVector::from_element(3, 1.0), &[0, 1, 2]).is_none(), "too few blocks");
     }
 
-    /// Theory: (1 + ρ)/(1 − ρ) values. The sum ends at a correlation of 0.05 and takes wide steps, and loses up to a tenth by that;
-    /// 100,000 values leave some 2 %.
+    /// Theory: (1 + ρ)/(1 − ρ) values. The sum ends at a correlation of 0.05 and takes wide steps, and loses up to a
+    /// tenth by that; 100,000 values, worth 2,500 of the slowest, leave some 4 % (0.87 to 1.02 in twelve other draws).
     #[test]
     fn correlation_times_are_those_of_noise_of_the_first_order() {
         for (correlation, expected) in [(0.0, 1.0), (0.5, 3.0), (0.8, 9.0), (0.95, 39.0)] {
             let time = correlation_time_s(&noise(correlation, 100_000, 7), 1e-3) / 1e-3;
-            assert!((0.86..1.04).contains(&(time / expected)), "{correlation}: {time} against {expected}");
+            assert!((0.8..1.1).contains(&(time / expected)), "{correlation}: {time} against {expected}");
         }
         assert_eq!(correlation_time_s(&[2.0; 100], 0.1), 0.1, "a constant tells nothing of time");
         assert_eq!(correlation_time_s(&[1.0, -1.0, 1.0], 0.1), 0.1);
     }
 
-    /// A slow part of a hundredth of the variance, beside white noise: its correlation lasts for twice its time constant.
+    /// A slow part of a hundredth of the variance, beside white noise: its correlation lasts for twice its time
+    /// constant.
     #[test]
     fn white_noise_does_not_hide_what_is_slow() {
         let (n, interval_s, time_constant_s) = (200_000, 1e-3, 0.5);
@@ -276,7 +277,8 @@ mod tests {
         let sum: Vec<f64> = noise(0.0, n, 2).iter().zip(&slow).map(|(white, slow)| white + 0.1 * slow).collect();
         assert_eq!(correlation_time_s(&sum, interval_s), interval_s, "neighbours hardly correlate");
         let slowest = slowest_correlation_time_s(&sum, interval_s);
-        // 200 s hold some 200 independent values of the slow part: a tenth to either side, and what is left of the white noise.
+        // 200 s hold some 200 independent values of the slow part: a tenth to either side, and what is left of the
+        // white noise.
         assert!((0.4..1.4).contains(&slowest), "{slowest} s");
         assert_eq!(slowest_correlation_time_s(&noise(0.0, n, 3), interval_s), interval_s);
     }

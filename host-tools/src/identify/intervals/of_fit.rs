@@ -1,12 +1,12 @@
-//! What the intervals of a fit need: which rows make a block, what a limit does, and the way from the optimiser's coordinates to the
-//! parameters.
+//! What the intervals of a fit need: which rows make a block, what a limit does, and the way from the optimiser's
+//! coordinates to the parameters.
 
 use std::collections::BTreeMap;
 
 use super::{SYSTEMATIC, block_length_s, slowest_correlation_time_s};
-use crate::identify::minimise::Refined;
+use crate::identify::minimise::Fit;
 use crate::identify::output_error::{OutputError, Rows};
-use crate::identify::space::{Entry, Freedom};
+use crate::identify::space::{Entry, Freedom, Key};
 
 /// Distance from a limit, in the optimiser's coordinates, at which a shape is at it.
 const AT_LIMIT: f64 = 1e-4;
@@ -14,8 +14,9 @@ const AT_LIMIT: f64 = 1e-4;
 /// Half a 95 % interval of the normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
-/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals' correlation.
-pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Refined) -> Vec<usize> {
+/// The block of each row, for the covariance of a fit by output error: several times as long as the residuals'
+/// correlation.
+pub fn blocks_of_rows(problem: &OutputError<'_>, fit: &Fit) -> Vec<usize> {
     let rows = problem.rows();
     let interval = rows.iter().map(Rows::row_interval_s).fold(0.0f64, f64::max);
     let total: f64 = rows.iter().map(Rows::covered_s).sum();
@@ -48,15 +49,15 @@ pub fn numbered<K: Ord>(keys: impl Iterator<Item = K>) -> Vec<usize> {
 
 /// Shapes of effects that have run into their physical limits no longer answer to the data: they stay there, without an
 /// interval.
-pub fn pin_shapes_at_limits(refined: &mut Refined) {
+pub fn pin_shapes_at_limits(refined: &mut Fit) {
     let theta = refined.space.coordinates();
     let at_limit = |(entry, theta): (&Entry, &f64)| {
         let (low, high) = entry.limits();
         let is_there = *theta - low < AT_LIMIT || high - *theta < AT_LIMIT;
-        (entry.is_shape() && is_there).then(|| entry.name.clone())
+        (entry.is_shape() && is_there).then_some(entry.key)
     };
-    let at_limit: Vec<String> = refined.space.free().zip(&theta).filter_map(at_limit).collect();
-    at_limit.iter().for_each(|name| refined.hold(name));
+    let at_limit: Vec<Key> = refined.space.free().zip(&theta).filter_map(at_limit).collect();
+    at_limit.into_iter().for_each(|key| refined.hold(key));
 }
 
 /// 95 % interval of a free parameter from half that of its coordinate.

@@ -2,34 +2,41 @@
 //!
 //! The Levenberg–Marquardt method with the physical ranges as bounds (a parameter at its bound that is pushed outwards
 //! stays there) and with a prior on the shapes of effects: each counts as one more sample that says "as usual, within a
-//! factor of e", so that a shape on which the data say nothing stays where it is usual. The coordinates of R, L, K and J are their
-//! logarithms, which keeps them positive, but a step is one of the parameters themselves, in which the balances are straight: R may
-//! grow to its sixfold in one step, with all else that goes with it. The rows are of two groups, the
-//! electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which is the
-//! maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be carried
-//! on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were carried on
-//! over more than its last step, in which hardly anything has changed.
+//! factor of e", so that a shape on which the data say nothing stays where it is usual. The coordinates of R, L, K and
+//! J are their logarithms, which keeps them positive, but a step is one of the parameters themselves, in which the
+//! balances are straight: R may grow to its sixfold in one step, with all else that goes with it. The rows are of two
+//! groups, the electrical and the mechanical side, each weighted by the RMS of its residuals from step to step, which
+//! is the maximum-likelihood choice for two noises of unknown size. Derivatives are forward differences, which may be
+//! carried on over a few steps by Broyden's update; but for a first trial a fit does not end on derivatives that were
+//! carried on over more than its last step, in which hardly anything has changed.
 //!
-//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630 (1978);
-//! C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965) 577–593.
+//! Source: J. J. Moré: The Levenberg–Marquardt algorithm, implementation and theory, Lecture Notes in Mathematics 630
+//! (1978); C. G. Broyden: A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation
+//! 19 (1965) 577–593.
 
 mod damping;
+mod errors;
+
+use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+pub use errors::{HeldOut, have_rows, log_error};
+
 use damping::{ALIKE, Coordinate, Trial, bounded_step, descend};
 
-use super::space::{Entry, Freedom, Space};
+use super::space::{Entry, Freedom, Key, Space};
 use crate::context::Context;
 use crate::error::Result;
 
-/// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error of
-/// a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
+/// Step of the forward differences in the optimiser's coordinates (logarithms and relative sizes). The rounding error
+/// of a simulation, about 1e-13, and the curvature then both stay near 1e-6 of the derivative.
 const DIFFERENCE: f64 = 1e-6;
 
-/// Step limit of each coordinate: ln 4 for logarithms, 1.4 typical sizes for others; a magnitude already above its typical size may change
-/// by 1.4 times itself, since what is typical is known to an order of magnitude or two. R, L, K and J have no limit upwards.
+/// Step limit of each coordinate: ln 4 for logarithms, 1.4 typical sizes for others; a magnitude already above its
+/// typical size may change by 1.4 times itself, since what is typical is known to an order of magnitude or two. R, L, K
+/// and J have no limit upwards.
 const LONGEST: f64 = 1.4;
 
 /// Damping relative to the diagonal of the normal equations, in the limit of steps that succeed.
@@ -90,9 +97,9 @@ impl Effort {
     pub const ESTIMATE: Self = Self { steps: 8, tolerance: 1e-2, carried_on: 4, confirmed: false };
 }
 
-/// The end of a fit.
+/// A fit to one problem: where it has ended.
 #[derive(Debug, Clone)]
-pub struct Refined {
+pub struct Fit {
     /// The parameters there.
     pub space: Space,
     /// Weighted residuals, experiment by experiment.
@@ -103,15 +110,31 @@ pub struct Refined {
     pub rms: [f64; 2],
     /// Whether the search came to an end before its steps did.
     pub ended: bool,
+    /// The errors on blocks of time held out, once they have been asked for: [`Fit::held_out`].
+    pub known_held_out: OnceLock<HeldOut>,
 }
 
-impl Refined {
+impl Fit {
     /// Holds a free parameter where it is.
-    pub fn hold(&mut self, name: &str) {
-        let place = self.space.free().position(|entry| entry.name == name);
+    pub fn hold(&mut self, key: Key) {
+        let place = self.space.free().position(|entry| entry.key == key);
         if let Some(place) = place {
-            self.space.hold(&[name], Freedom::Pinned);
+            self.space.hold([key], Freedom::Pinned);
             self.jacobian = std::mem::take(&mut self.jacobian).remove_column(place);
+            self.known_held_out = OnceLock::new();
+        }
+    }
+
+    /// Its errors on blocks of time held out, found `by` leaving them out the first time.
+    pub fn held_out(&self, by: impl FnOnce(&Self) -> HeldOut) -> &HeldOut {
+        match self.known_held_out.get() {
+            Some(known) => known,
+            None => {
+                // Not within `get_or_init`: what leaves blocks out waits for other work meanwhile, which may ask for
+                // the same.
+                let held_out = by(self);
+                self.known_held_out.get_or_init(|| held_out)
+            }
         }
     }
 
@@ -119,17 +142,6 @@ impl Refined {
     pub fn log_error(&self, groups: &[u8]) -> f64 {
         log_error(self.rms, have_rows(groups))
     }
-}
-
-/// Logarithm of an error: Σ ln RMS over the groups that have rows. Where both have n rows and noises of unknown size, the
-/// log-likelihood is −n times that, up to a constant.
-pub fn log_error(rms: [f64; 2], has: [bool; 2]) -> f64 {
-    (0..2).filter(|g| has[*g]).map(|g| rms[g].ln()).sum()
-}
-
-/// Whether the two groups have rows.
-pub fn have_rows(groups: &[u8]) -> [bool; 2] {
-    [0u8, 1].map(|g| groups.contains(&g))
 }
 
 /// Minimises from the present values of a space; `weights` are the RMS residuals to start from, if they are known. The
@@ -143,7 +155,7 @@ pub fn minimise(
     effort: Effort,
     weights: Option<[f64; 2]>,
     ctx: &Context,
-) -> Result<Refined> {
+) -> Result<Fit> {
     let theta = within_limits(space);
     let start = Point {
         residuals: problem.at(space, &theta),
@@ -154,25 +166,25 @@ pub fn minimise(
     search(space, problem, effort, start, ctx)
 }
 
-/// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin with, its
-/// derivatives: only those by the new parameters are computed. For residuals that are nearly straight, as the balances are: in the
-/// free run such derivatives may lead to another valley.
+/// Minimises from a space that is that of a fit and a few parameters more, with the weights of the fit and, to begin
+/// with, its derivatives: only those by the new parameters are computed. For residuals that are nearly straight, as the
+/// balances are: in the free run such derivatives may lead to another valley.
 ///
 /// # Errors
 /// An interrupt.
 pub fn minimise_beside(
-    fit: &Refined,
+    fit: &Fit,
     space: &Space,
     problem: &impl Residuals,
     effort: Effort,
     ctx: &Context,
-) -> Result<Refined> {
+) -> Result<Fit> {
     let theta = within_limits(space);
     let residuals = problem.at(space, &theta);
     let mut known = fit.jacobian.clone();
     weigh(&mut DVector::zeros(residuals.len()), &mut known, problem.groups(), fit.rms);
-    let names: Vec<&str> = fit.space.free().map(|e| e.name.as_str()).collect();
-    let place = |entry: &Entry| names.iter().position(|name| *name == entry.name);
+    let keys: Vec<Key> = fit.space.free().map(|e| e.key).collect();
+    let place = |entry: &Entry| keys.iter().position(|key| *key == entry.key);
     let new: Vec<usize> = space.free().enumerate().filter(|(_, e)| place(e).is_none()).map(|(k, _)| k).collect();
     let mut computed = derivatives(space, problem, &theta, &residuals, &new, DIFFERENCE).into_iter();
     let known_or_computed = |entry| place(entry).map(|j| known.column(j).into_owned()).or_else(|| computed.next());
@@ -194,7 +206,7 @@ fn within_limits(space: &Space) -> Vec<f64> {
 ///
 /// # Errors
 /// An interrupt.
-pub fn resume(fit: &Refined, problem: &impl Residuals, effort: Effort, ctx: &Context) -> Result<Refined> {
+pub fn resume(fit: &Fit, problem: &impl Residuals, effort: Effort, ctx: &Context) -> Result<Fit> {
     let mut residuals = fit.residuals.clone();
     let mut jacobian = fit.jacobian.clone();
     weigh(&mut residuals, &mut jacobian, problem.groups(), fit.rms);
@@ -213,7 +225,7 @@ struct Point {
     known: Option<(DMatrix<f64>, usize)>,
 }
 
-fn search(space: &Space, problem: &impl Residuals, effort: Effort, start: Point, ctx: &Context) -> Result<Refined> {
+fn search(space: &Space, problem: &impl Residuals, effort: Effort, start: Point, ctx: &Context) -> Result<Fit> {
     let Point { mut theta, mut residuals, mut weights, mut known } = start;
     let groups = problem.groups();
     let limits: Vec<(f64, f64)> = space.free().map(Entry::limits).collect();
@@ -280,7 +292,7 @@ fn coordinate(entry: &Entry) -> Coordinate {
 }
 
 /// The residuals and their derivatives at the present values, without a step.
-pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Refined {
+pub fn as_it_is(space: &Space, problem: &impl Residuals) -> Fit {
     let theta = space.coordinates();
     let residuals = problem.at(space, &theta);
     let jacobian = jacobian_at(space, problem, &theta, &residuals, DIFFERENCE);
@@ -371,10 +383,10 @@ fn weighted(
     mut residuals: DVector<f64>,
     mut jacobian: DMatrix<f64>,
     ended: bool,
-) -> Refined {
+) -> Fit {
     let rms = weights_of(&residuals, problem);
     weigh(&mut residuals, &mut jacobian, problem.groups(), rms.map(|w| 1.0 / w));
-    Refined { space, residuals, jacobian, rms, ended }
+    Fit { space, residuals, jacobian, rms, ended, known_held_out: OnceLock::new() }
 }
 
 /// Multiplies the rows of each group by a weight.
@@ -425,13 +437,35 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use greyrig::effects::EffectId;
+    use greyrig::motor::BaseParameter;
 
     use super::damping::RUNGS;
     use super::*;
     use crate::model::{Base, Kind};
 
-    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the eighth one
-    /// stands for; the others do nothing.
+    #[test]
+    fn blocks_are_held_out_once() {
+        let fit = Fit {
+            space: Space::new(Kind::PmDc, Base::Full, &[]),
+            residuals: DVector::zeros(1),
+            jacobian: DMatrix::zeros(1, 1),
+            rms: [1.0; 2],
+            ended: true,
+            known_held_out: OnceLock::new(),
+        };
+        let asked = AtomicUsize::new(0);
+        let by = |_: &Fit| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            HeldOut { squares: vec![[4.0, 9.0]], rows: vec![[1.0; 2]] }
+        };
+        assert_eq!(fit.held_out(by).rms(), [2.0, 3.0]);
+        // A copy knows it, too.
+        assert_eq!(fit.clone().held_out(by).rms(), [2.0, 3.0]);
+        assert_eq!(asked.load(Ordering::Relaxed), 1);
+    }
+
+    /// A decay from two to nothing at the rate 3/s, which the first two coordinates stand for, above `rest`, which the
+    /// eighth one stands for; the others do nothing.
     struct Decay {
         groups: Vec<u8>,
         rest: f64,
@@ -480,10 +514,17 @@ mod tests {
     #[test]
     fn a_resistance_between_bounds_has_another_coordinate_than_its_logarithm() {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::SpeedLag]);
-        space.hold(&["R"], Freedom::Free(Some((1.0, 3.0))));
-        let of = |name: &str| coordinate(space.get(name).unwrap());
+        space.hold([BaseParameter::R], Freedom::Free(Some((1.0, 3.0))));
+        let of = |key: Key| coordinate(space.get(key).unwrap());
         assert_eq!(
-            ["R", "L", "mu1", "speed_lag"].map(of).map(|c| c == Coordinate::Logarithm),
+            [
+                BaseParameter::R.into(),
+                BaseParameter::L.into(),
+                BaseParameter::Mu1.into(),
+                Key::size_of(EffectId::SpeedLag)
+            ]
+            .map(of)
+            .map(|c| c == Coordinate::Logarithm),
             [false, true, false, false]
         );
     }

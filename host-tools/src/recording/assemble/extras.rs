@@ -20,7 +20,9 @@ impl Assembly<'_> {
         usable: &[bool],
         measured: &[Channel],
     ) -> Vec<Extra> {
-        let used: Vec<usize> = uses.values().map(|u| u.source.column).collect();
+        // What stands in an expression is carried along beside it.
+        let used: Vec<usize> =
+            uses.values().filter(|u| u.source.expression.is_none()).map(|u| u.source.column).collect();
         let rows = usable.len();
         let (mut warnings, mut extras) = (Vec::new(), Vec::new());
         for (k, column) in self.table.columns.iter().enumerate() {

@@ -1,6 +1,8 @@
 //! The one path from a table to a recording: roles, units, time, gaps, masks.
 
 mod extras;
+mod proposals;
+mod rasters;
 mod roles;
 mod time;
 mod values;
@@ -9,7 +11,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::recording::mapping::{self, Mapping, Source};
+use crate::recording::expression;
+use crate::recording::mapping::{Mapping, Source};
 use crate::recording::names::{self, Header, Role};
 use crate::recording::table::Table;
 use crate::recording::time_axis;
@@ -24,7 +27,7 @@ struct Use {
 
 struct Assembly<'a> {
     path: &'a Path,
-    table: &'a Table,
+    table: Table,
     headers: Vec<Header>,
     warnings: Vec<String>,
 }
@@ -33,9 +36,11 @@ struct Assembly<'a> {
 ///
 /// # Errors
 /// No usable channel, an ambiguous name, an unknown unit, a time axis that is not uniform, too many missing values.
-pub fn assemble(path: &Path, table: &Table, mapping: &Mapping, sha256: String) -> Result<Recording> {
-    let headers = table.columns.iter().map(|c| names::header(&c.label)).collect();
-    Assembly { path, table, headers, warnings: table.warnings.clone() }.run(mapping, sha256)
+pub fn assemble(path: &Path, mut table: Table, mapping: &Mapping, sha256: String) -> Result<Recording> {
+    let mut headers = table.columns.iter().map(|c| names::header(&c.label)).collect();
+    rasters::merge(&mut table, &mut headers);
+    let warnings = std::mem::take(&mut table.warnings);
+    Assembly { path, table, headers, warnings }.run(mapping, sha256)
 }
 
 impl Assembly<'_> {
@@ -58,23 +63,36 @@ impl Assembly<'_> {
     fn run(mut self, mapping: &Mapping, sha256: String) -> Result<Recording> {
         let mut mapped: BTreeMap<Role, Source> = BTreeMap::new();
         for rule in &mapping.rules {
-            let source = rule.resolve(&self.table.columns, &self.table.text_columns);
+            let source = rule.resolve(&self.table.columns, &self.table.left_out);
             mapped.insert(rule.role, source.map_err(|(what, remedy)| self.whole(what, remedy))?);
         }
         let raster = self.main_raster(&mapped);
+        self.align(raster);
         let uses = self.choose(raster, mapped)?;
         let rows = self.rows(raster);
         if rows == 0 {
             return Err(self.whole("there are no samples", "record at least two samples"));
         }
         self.refuse_phase_currents(&uses)?;
+        self.ask_for_the_motors_voltage(&uses)?;
 
+        if !uses.keys().any(|role| matches!(role, Role::Channel(_))) {
+            return Err(self.nothing_recognised());
+        }
         let usable = self.marks(&uses, Role::Valid).unwrap_or_else(|| vec![true; rows]);
+        let axis = self.time(raster, rows, &uses, &usable, mapping)?;
         let mut motion_seen: Vec<(Channel, Motion)> = Vec::new();
         let mut channels = BTreeMap::new();
         for channel in Channel::ALL {
             let Some(found) = uses.get(&Role::Channel(channel)) else { continue };
-            let (values, quantity) = self.si(Role::Channel(channel), found, &usable)?;
+            let uses_of = uses.values().flat_map(|u| u.source.columns()).filter(|k| *k == found.source.column);
+            let used_once = uses_of.count() == 1;
+            let (mut values, quantity) = self.si(Role::Channel(channel), found, axis.interval_s, &usable, used_once)?;
+            let turns = channel == Channel::Angle && quantity != Some(Quantity::Length);
+            if turns && expression::unwrap_turns(&mut values) {
+                let name = &self.table.columns[found.source.column].name;
+                self.warnings.push(format!("column '{name}' begins anew at each turn; it is taken to go on"));
+            }
             match quantity {
                 Some(Quantity::LinearSpeed | Quantity::Length | Quantity::Force) => {
                     motion_seen.push((channel, Motion::Linear));
@@ -87,11 +105,7 @@ impl Assembly<'_> {
             self.tell_gaps(found.source.column, &values, &usable)?;
             channels.insert(channel, values);
         }
-        if channels.is_empty() {
-            return Err(self.nothing_recognised());
-        }
         let motion = self.motion(&motion_seen)?;
-        let axis = self.time(raster, rows, &uses, &usable, mapping)?;
         let [rotor_locked, supply_open] = self.states(&uses, rows);
         let measured: Vec<Channel> = channels.keys().copied().collect();
         let extras = self.extras(raster, &uses, axis, &usable, &measured);
@@ -168,30 +182,44 @@ impl Assembly<'_> {
         }
     }
 
+    /// Brings channels of other rasters with the same interval to the instants of the main one.
+    fn align(&mut self, main: usize) {
+        let Some(to) = rasters::axis(&self.table, &self.headers, main) else { return };
+        let rows = self.rows(main);
+        for raster in rasters::all(&self.table) {
+            let wanted: Vec<usize> = (0..self.headers.len())
+                .filter(|&k| {
+                    let role = self.headers[k].role;
+                    let here = |k: usize| self.table.columns[k].raster == main && self.headers[k].role == role;
+                    self.table.columns[k].raster == raster
+                        && matches!(role, Some(Role::Channel(_)))
+                        && !(0..self.headers.len()).any(here)
+                })
+                .collect();
+            if raster == main || wanted.is_empty() {
+                continue;
+            }
+            let Some(from) = rasters::axis(&self.table, &self.headers, raster) else { continue };
+            for k in wanted {
+                let column = &mut self.table.columns[k];
+                let Some((values, later)) = rasters::aligned(&column.values, from, to, rows) else { continue };
+                column.values = values;
+                column.raster = main;
+                self.warnings.push(format!(
+                    "column '{}' was sampled apart from the others and begins {} s {}; it is aligned with them by its time",
+                    column.name,
+                    time_axis::short(later.abs()),
+                    if later < 0.0 { "earlier" } else { "later" }
+                ));
+            }
+        }
+    }
+
     fn column_list(&self) -> String {
         let mut names: Vec<&str> = self.table.columns.iter().map(|c| c.name.as_str()).collect();
         let more = if names.len() > 16 { format!(" and {} more", names.len() - 16) } else { String::new() };
         names.truncate(16);
         if names.is_empty() { "no columns".into() } else { format!("{}{more}", names.join(", ")) }
-    }
-
-    fn nothing_recognised(&self) -> Error {
-        let free =
-            (0..self.headers.len()).filter(|&k| self.headers[k].role.is_none() && !self.table.columns[k].is_time);
-        let names = free.map(|k| self.table.columns[k].name.as_str());
-        let example = names.take(3).zip(["u_v", "i_a", "omega_rad_s"]);
-        let example: Vec<String> = example.map(|(name, target)| mapping::example_for(target, name)).collect();
-        if example.is_empty() {
-            return self
-                .whole("there is no column of numbers", "give a file with columns such as t_s, u_v, i_a, omega_rad_s");
-        }
-        self.whole(
-            format!(
-                "no voltage, current, speed, angle or torque is recognised among the columns {}",
-                self.column_list()
-            ),
-            format!("name them, for example {}", example.join(" ")),
-        )
     }
 
     /// A column of flags; a missing flag is not set.

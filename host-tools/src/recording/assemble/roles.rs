@@ -17,7 +17,7 @@ impl Assembly<'_> {
         rasters.dedup();
         for raster in rasters.into_iter().rev() {
             let has = |channel: Channel| match mapped.get(&Role::Channel(channel)) {
-                Some(source) => self.table.columns[source.column].raster == raster,
+                Some(source) => source.columns().iter().all(|&k| self.table.columns[k].raster == raster),
                 None => (0..self.headers.len()).any(|k| {
                     self.table.columns[k].raster == raster && self.headers[k].role == Some(Role::Channel(channel))
                 }),
@@ -36,8 +36,8 @@ impl Assembly<'_> {
     pub(super) fn choose(&mut self, raster: usize, mapped: BTreeMap<Role, Source>) -> Result<BTreeMap<Role, Use>> {
         let mut uses: BTreeMap<Role, Use> = BTreeMap::new();
         for (role, source) in mapped {
-            let column = &self.table.columns[source.column];
-            if column.raster != raster {
+            let elsewhere = source.columns().into_iter().find(|&k| self.table.columns[k].raster != raster);
+            if let Some(column) = elsewhere.map(|k| &self.table.columns[k]) {
                 return Err(self.whole(
                     format!(
                         "--map {}={} has {} samples, the other channels have {}",
@@ -58,7 +58,7 @@ impl Assembly<'_> {
             if uses.contains_key(&role) {
                 continue;
             }
-            let taken: Vec<usize> = uses.values().map(|u| u.source.column).collect();
+            let taken: Vec<usize> = uses.values().flat_map(|u| u.source.columns()).collect();
             let mut candidates: Vec<usize> = (0..self.table.columns.len())
                 .filter(|&k| {
                     let column = &self.table.columns[k];
@@ -79,13 +79,17 @@ impl Assembly<'_> {
             match candidates.as_slice() {
                 [] => {}
                 [column] => {
-                    let source = Source { column: *column, gain: 1.0, offset: 0.0, unit: None, scaled: false };
-                    uses.insert(role, Use { source, mapped: false });
+                    uses.insert(role, Use { source: Source::plain(*column), mapped: false });
                 }
-                // A second time column or temperature decides nothing; the first is as good.
-                [first, ..] if role == Role::Temperature => {
-                    let source = Source { column: *first, gain: 1.0, offset: 0.0, unit: None, scaled: false };
-                    uses.insert(role, Use { source, mapped: false });
+                // A second temperature, or the same time again, decides nothing; the first is as good.
+                [first, others @ ..]
+                    if role == Role::Temperature
+                        || role == Role::Time
+                            && others
+                                .iter()
+                                .all(|k| self.table.columns[*k].values == self.table.columns[*first].values) =>
+                {
+                    uses.insert(role, Use { source: Source::plain(*first), mapped: false });
                 }
                 several => {
                     let list: Vec<String> =

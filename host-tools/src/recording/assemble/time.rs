@@ -21,10 +21,10 @@ impl Assembly<'_> {
         if let Some(interval_s) = mapping.sample_time_s {
             return Ok(TimeAxis { start_s: 0.0, interval_s, jitter: 0.0 });
         }
-        let stated = time_axis::from_metadata(self.table).map_err(|(what, remedy)| self.whole(what, remedy))?;
+        let stated = time_axis::from_metadata(&self.table).map_err(|(what, remedy)| self.whole(what, remedy))?;
         if let Some(found) = uses.get(&Role::Time) {
             let every_row = vec![true; rows];
-            let (t, _) = self.si(Role::Time, found, &every_row)?;
+            let (t, _) = self.si(Role::Time, found, 1.0, &every_row, false)?;
             let mut axis = time_axis::check(&without_fill(t, usable))
                 .map_err(|f| self.at(f.row, Some(found.source.column), &f.what, f.remedy.clone()))?;
             if let Some(interval) = stated {
@@ -66,7 +66,8 @@ impl Assembly<'_> {
     }
 }
 
-/// Stamps in which those of unusable rows lie on the line between their neighbours, where it is they that break the order.
+/// Stamps in which those of unusable rows lie on the line between their neighbours, where it is they that break the
+/// order.
 fn without_fill(t: Vec<f64>, usable: &[bool]) -> Vec<f64> {
     let ordered = |t: &[f64]| t.windows(2).all(|w| w[1] > w[0]);
     if ordered(&t) || usable.iter().all(|usable| *usable) {
@@ -77,11 +78,12 @@ fn without_fill(t: Vec<f64>, usable: &[bool]) -> Vec<f64> {
     let interval = (end - start) / (last - first) as f64;
     let mut filled: Vec<f64> = t.iter().zip(usable).map(|(t, usable)| if *usable { *t } else { f64::NAN }).collect();
     gaps::bridge(&mut filled);
-    for k in 0..*first {
-        filled[k] = start - (first - k) as f64 * interval;
-    }
-    for k in last + 1..filled.len() {
-        filled[k] = end + (k - last) as f64 * interval;
+    for (k, t) in filled.iter_mut().enumerate() {
+        if k < *first {
+            *t = start - (first - k) as f64 * interval;
+        } else if k > *last {
+            *t = end + (k - last) as f64 * interval;
+        }
     }
     filled
 }

@@ -3,6 +3,7 @@
 use super::{Assembly, Use};
 use crate::error::Result;
 use crate::recording::Channel;
+use crate::recording::expression::Expression;
 use crate::recording::mapping::{self, Source};
 use crate::recording::names::{Bare, Role};
 use crate::recording::units::{Quantity, Unit};
@@ -10,8 +11,57 @@ use crate::recording::units::{Quantity, Unit};
 impl Assembly<'_> {
     /// The values of a column in SI units, and what they measure where the unit says so.
     ///
-    /// What an unusable row holds is no value: NaN.
-    pub(super) fn si(&mut self, role: Role, found: &Use, usable: &[bool]) -> Result<(Vec<f64>, Option<Quantity>)> {
+    /// What an unusable row holds is no value: NaN. A column that nothing else uses is moved, not copied.
+    pub(super) fn si(
+        &mut self,
+        role: Role,
+        found: &Use,
+        interval_s: f64,
+        usable: &[bool],
+        used_once: bool,
+    ) -> Result<(Vec<f64>, Option<Quantity>)> {
+        let (mut values, quantity) = match &found.source.expression {
+            Some(expression) => (self.computed(expression, usable.len(), interval_s)?, None),
+            None => self.of_one_column(role, found, used_once)?,
+        };
+        for (x, usable) in values.iter_mut().zip(usable) {
+            if !usable {
+                *x = f64::NAN;
+            }
+        }
+        if let Some(row) = values.iter().position(|x| x.is_infinite()) {
+            return Err(self.at(
+                row,
+                Some(found.source.column),
+                "the value is infinite",
+                "remove the row or leave the cell empty",
+            ));
+        }
+        Ok((values, quantity))
+    }
+
+    /// An expression of columns, each in SI by its own unit.
+    fn computed(&self, expression: &Expression, rows: usize, interval_s: f64) -> Result<Vec<f64>> {
+        let column = |k: usize, unit: Option<&str>| -> Result<Vec<f64>> {
+            let (column, header) = (&self.table.columns[k], &self.headers[k]);
+            let own = column.unit.as_deref().or(header.unit.as_deref()).and_then(Unit::parse);
+            let unit = match unit {
+                None => own,
+                Some(text) => Some(Unit::parse(text).ok_or_else(|| {
+                    self.whole(
+                        format!("'{text}' behind column '{}' is no known unit", column.name),
+                        "write a known unit, such as V, mA, rpm or deg, or a factor in its place",
+                    )
+                })?),
+            };
+            let (factor, shift) = unit.map_or((1.0, 0.0), |u| (u.factor, u.offset));
+            Ok(column.values.iter().map(|x| x * factor + shift).collect())
+        };
+        expression.values(&column, rows, interval_s)
+    }
+
+    /// The values of one column, by its unit, gain and offset.
+    fn of_one_column(&mut self, role: Role, found: &Use, used_once: bool) -> Result<(Vec<f64>, Option<Quantity>)> {
         let column = &self.table.columns[found.source.column];
         let header = &self.headers[found.source.column];
         let stated = found.source.unit.clone().or_else(|| column.unit.clone().filter(|u| !u.trim().is_empty()));
@@ -69,23 +119,13 @@ impl Assembly<'_> {
         };
         let Source { gain, offset, .. } = found.source;
         let (factor, shift) = unit.map_or((1.0, 0.0), |u| (u.factor, u.offset));
-        let mut values: Vec<f64> = if (gain, offset, factor, shift) == (1.0, 0.0, 1.0, 0.0) {
-            column.values.clone()
+        let mut values = if used_once {
+            std::mem::take(&mut self.table.columns[found.source.column].values)
         } else {
-            column.values.iter().map(|x| (x * gain + offset) * factor + shift).collect()
+            column.values.clone()
         };
-        for (x, usable) in values.iter_mut().zip(usable) {
-            if !usable {
-                *x = f64::NAN;
-            }
-        }
-        if let Some(row) = values.iter().position(|x| x.is_infinite()) {
-            return Err(self.at(
-                row,
-                Some(found.source.column),
-                "the value is infinite",
-                "remove the row or leave the cell empty",
-            ));
+        if (gain, offset, factor, shift) != (1.0, 0.0, 1.0, 0.0) {
+            values.iter_mut().for_each(|x| *x = (*x * gain + offset) * factor + shift);
         }
         // A time stamp or temperature without a unit, and a mapped column with a gain, tell nothing about the motion.
         Ok((values, unit.map(|u| u.quantity)))

@@ -11,6 +11,7 @@ use crate::error::{Error, Place, Result};
 use crate::recording::damage::too_large;
 use crate::recording::names::{self, Role};
 use crate::recording::table::{Column, MAX_VALUES, Table};
+use crate::recording::time_axis;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +30,8 @@ pub struct Body<'a> {
     lines: Vec<u32>,
     /// Whole seconds of the first time stamp.
     epoch: Option<i64>,
+    /// A time stamp holds a date.
+    dated: bool,
     values: usize,
 }
 
@@ -43,7 +46,7 @@ impl<'a> Body<'a> {
                     Cell::Missing => {}
                     Cell::Number(_) | Cell::Infinite => seen[k].0 += 1,
                     Cell::Stamp(..) => seen[k].1 += 1,
-                    Cell::Text => seen[k].2 += 1,
+                    Cell::Date | Cell::Text => seen[k].2 += 1,
                 }
             }
         }
@@ -61,7 +64,16 @@ impl<'a> Body<'a> {
                 }
             })
             .collect();
-        Self { path, columns: vec![Vec::new(); width], dialect, kinds, lines: Vec::new(), epoch: None, values: 0 }
+        Self {
+            path,
+            columns: vec![Vec::new(); width],
+            dialect,
+            kinds,
+            lines: Vec::new(),
+            epoch: None,
+            dated: false,
+            values: 0,
+        }
     }
 
     /// Reads to the end.
@@ -79,7 +91,14 @@ impl<'a> Body<'a> {
                 ctx.check()?;
             }
         }
-        self.finish()
+        let cut = !lines.ended();
+        let mut table = self.finish()?;
+        if let (true, Some(last)) = (cut, table.lines.last()) {
+            table.warnings.push(format!(
+                "line {last}, the last one, has no line end: if the file was cut off, its last value may be incomplete"
+            ));
+        }
+        Ok(table)
     }
 
     fn row(&mut self, number: u32, line: &str) -> Result<()> {
@@ -90,7 +109,7 @@ impl<'a> Body<'a> {
         let at = |column: usize| Place::at(self.path, number as usize, column);
         let width = self.columns.len();
         let cells = split(line, separator);
-        let trailing = cells.len() == width + 1 && cells[width].is_empty();
+        let trailing = cells.len() == width + 1 && (cells[width].is_empty() || self.dialect.remarks);
         if cells.len() != width && !trailing {
             return Err(Error::input(
                 at(cells.len().min(width) + usize::from(cells.len() > width)),
@@ -106,6 +125,7 @@ impl<'a> Body<'a> {
                 (_, Cell::Missing) => f64::NAN,
                 (Kind::Numbers, Cell::Number(x)) => x,
                 (Kind::Stamps, Cell::Stamp(seconds, part)) => {
+                    self.dated |= seconds.abs() > 2 * 86_400;
                     let epoch = *self.epoch.get_or_insert(seconds);
                     (seconds - epoch) as f64 + part
                 }
@@ -155,8 +175,7 @@ impl<'a> Body<'a> {
         let parts = self.columns.into_iter().zip(self.dialect.names).zip(self.dialect.units).zip(self.kinds);
         for (k, (((values, label), unit), kind)) in parts.enumerate() {
             if kind == Kind::Text {
-                table.warnings.push(format!("column '{label}' holds text and is left out"));
-                table.text_columns.push(label);
+                table.leave_out(label, "it holds text");
                 continue;
             }
             // A separator at the end of each line makes a column without name and content.
@@ -170,6 +189,10 @@ impl<'a> Body<'a> {
                 (false, 1) => label.clone(),
                 (false, n) => format!("{label}#{n}"),
             };
+            let mut values = values;
+            if kind == Kind::Stamps && !self.dated {
+                time_axis::over_midnight(&mut values);
+            }
             let is_time = kind == Kind::Stamps && (!has_time || names::header(&label).role == Some(Role::Time));
             let unit = if kind == Kind::Stamps { Some("s".into()) } else { unit };
             table.columns.push(Column { name, label, unit, values, is_time, position: k + 1, ..Column::default() });

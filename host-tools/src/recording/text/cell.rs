@@ -62,6 +62,8 @@ pub enum Cell {
     Infinite,
     /// Seconds since an arbitrary day, split so that microseconds survive.
     Stamp(i64, f64),
+    /// A day, without a time.
+    Date,
     /// Anything else.
     Text,
 }
@@ -91,7 +93,11 @@ pub fn cell(text: &str, decimal_comma: bool) -> Cell {
         "inf" | "+inf" | "-inf" | "infinity" | "+infinity" | "-infinity" => Cell::Infinite,
         "true" => Cell::Number(1.0),
         "false" => Cell::Number(0.0),
-        _ => stamp(text, decimal_comma).map_or(Cell::Text, |(s, f)| Cell::Stamp(s, f)),
+        _ => match stamp(text, decimal_comma) {
+            Some((seconds, part)) => Cell::Stamp(seconds, part),
+            None if day(text).is_some() => Cell::Date,
+            None => Cell::Text,
+        },
     }
 }
 
@@ -100,28 +106,20 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
     if !text.is_ascii() || text.len() > 40 {
         return None;
     }
+    let half = text.len().checked_sub(2).and_then(|at| text.get(at..));
+    let afternoon = half.and_then(|half| match half.to_ascii_uppercase().as_str() {
+        "AM" => Some(false),
+        "PM" => Some(true),
+        _ => None,
+    });
+    let text = if afternoon.is_some() { text[..text.len() - 2].trim_end() } else { text };
     let (date, time) = match text.split_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time.trim()),
         None => (None, text),
     };
     let days = match date {
         None => 0,
-        Some(date) => {
-            let (separator, backwards) = if date.contains('.') {
-                ('.', true)
-            } else if date.contains('/') {
-                ('/', false)
-            } else {
-                ('-', false)
-            };
-            let parts: Vec<i64> = date.split(separator).map(|p| p.parse().ok()).collect::<Option<_>>()?;
-            let [a, month, b] = parts[..] else { return None };
-            let (year, day) = if backwards { (b, a) } else { (a, b) };
-            if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1..=9999).contains(&year) {
-                return None;
-            }
-            days_from_civil(year, month, day)
-        }
+        Some(date) => day(date)?,
     };
     let (time, zone) = if let Some(time) = time.strip_suffix(['Z', 'z']) {
         (time, 0)
@@ -139,6 +137,11 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
     }
     let s = if decimal_comma || s.contains(',') { s.replacen(',', ".", 1) } else { s.to_owned() };
     let (h, m): (i64, i64) = (h.parse().ok()?, m.parse().ok()?);
+    let h = match afternoon {
+        Some(_) if !(1..=12).contains(&h) => return None,
+        Some(afternoon) => h % 12 + if afternoon { 12 } else { 0 },
+        None => h,
+    };
     let whole: i64 = s.split('.').next()?.parse().ok()?;
     let part: f64 = match s.split_once('.') {
         Some((_, digits)) if digits.chars().all(|c| c.is_ascii_digit()) => format!("0.{digits}").parse().ok()?,
@@ -149,6 +152,30 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
         return None;
     }
     Some((days * 86_400 + h * 3600 + m * 60 + whole - zone * 60, part))
+}
+
+/// `2026-03-01`, `01.03.2026`, `3/1/2026`: days since 1970.
+fn day(date: &str) -> Option<i64> {
+    let (separator, backwards) = if date.contains('.') {
+        ('.', true)
+    } else if date.contains('/') {
+        ('/', false)
+    } else {
+        ('-', false)
+    };
+    let parts: Vec<i64> = date.split(separator).map(|p| p.parse().ok()).collect::<Option<_>>()?;
+    let [a, month, b] = parts[..] else { return None };
+    // A year at the end: the month comes first after slashes, and the day otherwise or where it can be none.
+    let (year, month, day) = match (backwards, b > 31) {
+        (true, _) => (b, month, a),
+        (false, false) => (a, month, b),
+        (false, true) if separator == '/' && a <= 12 => (b, a, month),
+        (false, true) => (b, month, a),
+    };
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1..=9999).contains(&year) {
+        return None;
+    }
+    Some(days_from_civil(year, month, day))
 }
 
 /// Days since 1970-01-01 of the Gregorian calendar (the year is counted from March, so that the leap day comes last).
@@ -183,6 +210,9 @@ mod tests {
         assert_eq!(stamp("2026-03-01 09:00:00.25+01:00", false), Some((1_772_352_000, 0.25)));
         assert_eq!(stamp("01.03.2026 08:00:00,25", true), Some((1_772_352_000, 0.25)));
         assert_eq!(stamp("08:00:01.5", false), Some((28_801, 0.5)));
+        assert_eq!(stamp("3/1/2026 8:00:00 AM", false), Some((1_772_352_000, 0.0)));
+        assert_eq!(stamp("01-03-2026 08:00:00", false), Some((1_772_352_000, 0.0)));
+        assert_eq!(stamp("12:30:00 PM", false), Some((45_000, 0.0)));
         for bad in ["2026-13-01 00:00:00", "abc", "12:61:00", "1:2:3:4", ""] {
             assert_eq!(stamp(bad, false), None, "{bad}");
         }

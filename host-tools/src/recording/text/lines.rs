@@ -53,6 +53,8 @@ pub struct Lines<'a> {
     reader: Box<dyn BufRead>,
     number: u32,
     gzip: bool,
+    /// The last line that was read has an end.
+    ended: bool,
 }
 
 impl<'a> Lines<'a> {
@@ -66,7 +68,12 @@ impl<'a> Lines<'a> {
         if gzip {
             reader = Box::new(BufReader::with_capacity(1 << 16, flate2::bufread::MultiGzDecoder::new(reader)));
         }
-        Ok(Self { path, reader: decode_utf16(path, reader)?, number: 0, gzip })
+        Ok(Self { path, reader: decode_utf16(path, reader)?, number: 0, gzip, ended: true })
+    }
+
+    /// Whether the line that was read last has an end; the last one of a file that was cut off has none.
+    pub const fn ended(&self) -> bool {
+        self.ended
     }
 
     /// The next line without its end, with its number.
@@ -81,6 +88,7 @@ impl<'a> Lines<'a> {
             return Ok(None);
         }
         self.number += 1;
+        self.ended = bytes.last() == Some(&b'\n');
         if bytes.contains(&0) || (read as u64 == LONGEST_LINE && bytes.last() != Some(&b'\n')) {
             let what = if self.gzip { "the unpacked content is not text" } else { "the content is not text" };
             return Err(Error::input(
@@ -97,7 +105,8 @@ impl<'a> Lines<'a> {
         }
         let text = match String::from_utf8(bytes) {
             Ok(text) => text,
-            // Windows programs write "°" and "µ" as single bytes; Latin-1 maps every byte to the character of its number.
+            // Windows programs write "°" and "µ" as single bytes; Latin-1 maps every byte to the character of its
+            // number.
             Err(e) => e.into_bytes().iter().map(|&b| char::from(b)).collect(),
         };
         Ok(Some((self.number, text)))

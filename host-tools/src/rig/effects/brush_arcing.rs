@@ -1,6 +1,6 @@
-//! Arcs between brush and commutator: at random bar passages a drop of at least the minimum arc voltage, for part of the
-//! passage. 24 bars; the chance grows with the current, and the number of passages with the speed. In the mean a small drop,
-//! in the variance a band that follows |i ω|.
+//! Arcs between brush and commutator: at random bar passages a drop of at least the minimum arc voltage, for part of
+//! the passage. 24 bars; the chance grows with the current, and the number of passages with the speed. In the mean a
+//! small drop, in the variance a band that follows |i ω|.
 
 use super::Effect;
 use crate::rig::Sizes;

@@ -1,4 +1,5 @@
-//! A current channel that is late: a digital filter, a slow sensor, sampling in sequence. Linear between integration steps.
+//! A current channel that is late: a digital filter, a slow sensor, sampling in sequence. Linear between integration
+//! steps.
 
 use super::Effect;
 use crate::rig::Sizes;

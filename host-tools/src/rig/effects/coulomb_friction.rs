@@ -1,4 +1,5 @@
-//! Dry friction beyond that of the base model: a constant torque against the motion, the same that holds the rotor at rest.
+//! Dry friction beyond that of the base model: a constant torque against the motion, the same that holds the rotor at
+//! rest.
 
 use super::Effect;
 use crate::rig::Sizes;

@@ -1,6 +1,7 @@
 //! Eddy currents in the iron: the flux follows the current with a lag, τ dφ/dt = f(ξ) − φ.
 //!
-//! A solid-iron path of one time constant; 17 µs classical in 0.65 mm sheet, several times that with burrs and excess loss.
+//! A solid-iron path of one time constant; 17 µs classical in 0.65 mm sheet, several times that with burrs and excess
+//! loss.
 
 use super::Effect;
 use crate::rig::Sizes;

@@ -1,4 +1,5 @@
-//! Inertia of the air in the duct: half of the turbine's torque follows the flow q, τ dq/dt = ω − q, the other half the speed.
+//! Inertia of the air in the duct: half of the turbine's torque follows the flow q, τ dq/dt = ω − q, the other half the
+//! speed.
 
 use super::Effect;
 use crate::rig::Sizes;

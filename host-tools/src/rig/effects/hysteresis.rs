@@ -1,8 +1,8 @@
 //! Hysteresis of the iron: Prandtl–Ishlinskii, a sum of plays.
 //!
-//! ξ = (1/N) Σ y_k, y_k ← max(x − r_k, min(x + r_k, y_k)), radii spread evenly over 0 … 2 i_c: at large amplitude ξ lags by the
-//! coercive current i_c, at small amplitude the loop is Rayleigh's. Independent of rate. Source: Krasnosel'skii and
-//! Pokrovskii, Systems with Hysteresis, 1989.
+//! ξ = (1/N) Σ y_k, y_k ← max(x − r_k, min(x + r_k, y_k)), radii spread evenly over 0 … 2 i_c: at large amplitude ξ
+//! lags by the coercive current i_c, at small amplitude the loop is Rayleigh's. Independent of rate. Source:
+//! Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989.
 
 use super::Effect;
 use crate::rig::Sizes;
@@ -35,8 +35,8 @@ impl Plays {
     }
 }
 
-/// Where a play of radius r that was at y is dragged to by x. Comparisons instead of `clamp`, which checks its bounds, and
-/// `max`, which treats NaN: this is the innermost loop.
+/// Where a play of radius r that was at y is dragged to by x. Comparisons instead of `clamp`, which checks its bounds,
+/// and `max`, which treats NaN: this is the innermost loop.
 #[inline]
 fn play(y: f64, x: f64, r: f64) -> f64 {
     let (low, high) = (x - r, x + r);

@@ -1,5 +1,5 @@
-//! Iron loss of the armature as a torque (Jordan): hysteresis P_h ∝ f B^1.6 and eddy currents P_e ∝ (f B)², half each at
-//! nominal speed and current; B from the current.
+//! Iron loss of the armature as a torque (Jordan): hysteresis P_h ∝ f B^1.6 and eddy currents P_e ∝ (f B)², half each
+//! at nominal speed and current; B from the current.
 
 use super::Effect;
 use crate::rig::Sizes;

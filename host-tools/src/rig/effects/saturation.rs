@@ -1,9 +1,9 @@
 //! Saturation of the main flux, φ = x g(x).
 //!
-//! Generalised Froelich g = [1 + (|x|/x_s)^n]^(-1/n) with n = 2.6, the knee of real gapped iron, or Langevin
-//! g = 3 (coth y − 1/y)/y, y = x/a, softer. x_s and a follow from the flux lost at the nominal peak current, against the
-//! line through the origin. K and L_m are scaled so that the nameplate stays true. Valid for any
-//! current; remanence and hysteresis are effects of their own.
+//! Generalised Froelich g = [1 + (|x|/x_s)^n]^(-1/n) with n = 2.6, the knee of real gapped iron, or Langevin g = 3
+//! (coth y − 1/y)/y, y = x/a, softer. x_s and a follow from the flux lost at the nominal peak current, against the line
+//! through the origin. K and L_m are scaled so that the nameplate stays true. Valid for any current; remanence and
+//! hysteresis are effects of their own.
 
 use super::Effect;
 use crate::rig::Sizes;

@@ -1,5 +1,5 @@
-//! Damping by the coils that the brushes short: a loop that the main flux induces in. The shorter the short circuit lasts,
-//! the less current builds up: τ = τ_0/(1 + |ω|/ω_t), ω_t = 1000 rad/s.
+//! Damping by the coils that the brushes short: a loop that the main flux induces in. The shorter the short circuit
+//! lasts, the less current builds up: τ = τ_0/(1 + |ω|/ω_t), ω_t = 1000 rad/s.
 
 use super::Effect;
 use crate::rig::Sizes;

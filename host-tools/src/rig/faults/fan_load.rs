@@ -1,4 +1,5 @@
-//! Another load by the fan: less with a blocked duct (a radial fan that moves no air needs less torque), more without its hood.
+//! Another load by the fan: less with a blocked duct (a radial fan that moves no air needs less torque), more without
+//! its hood.
 
 use super::Fault;
 use crate::rig::Sizes;

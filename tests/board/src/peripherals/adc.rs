@@ -1,7 +1,8 @@
 //! ADC1 with its injected sequence (RM0440, section 21), and the settings common to ADC1 and ADC2.
 //!
-//! Regular conversions, watchdogs, oversampling and other resolutions than 12 bits are errors. Calibration and the start take the
-//! time that the manual states; a conversion takes its sampling time and 12.5 cycles of the converter's clock.
+//! Regular conversions, watchdogs, oversampling and other resolutions than 12 bits are errors. Calibration and the
+//! start take the time that the manual states; a conversion takes its sampling time and 12.5 cycles of the converter's
+//! clock.
 
 use super::{Answer, NEVER, bit};
 use crate::analog::Analog;
@@ -150,7 +151,8 @@ impl Adc {
         Ok((halves * u64::from(clocks.hclk_hz)).div_ceil(2 * hz))
     }
 
-    /// The timer's trigger output has risen: starts the injected sequence, if it waits for this trigger (section 21.4.18).
+    /// The timer's trigger output has risen: starts the injected sequence, if it waits for this trigger (section
+    /// 21.4.18).
     ///
     /// # Errors
     /// A setting that is not modelled, an input that is not connected.

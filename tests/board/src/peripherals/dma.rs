@@ -1,4 +1,5 @@
-//! DMA1 with the request multiplexer (RM0440, sections 12 and 13), for USART2: bytes, between memory and its data registers.
+//! DMA1 with the request multiplexer (RM0440, sections 12 and 13), for USART2: bytes, between memory and its data
+//! registers.
 
 use super::{Answer, bit};
 use crate::fault::Trouble;

@@ -1,8 +1,8 @@
-//! Flash memory in dual-bank mode (RM0440, section 3, devices of category 3): bank 1 holds the program and is only read; bank 2 can be erased by pages and
-//! programmed by double words, each with check bits.
+//! Flash memory in dual-bank mode (RM0440, section 3, devices of category 3): bank 1 holds the program and is only
+//! read; bank 2 can be erased by pages and programmed by double words, each with check bits.
 //!
-//! A double word that was cut while it was programmed or erased cannot be read: ECCD is set and a non-maskable interrupt raised
-//! (section 3.3.2). Times are the typical ones of data sheet DS12288.
+//! A double word that was cut while it was programmed or erased cannot be read: ECCD is set and a non-maskable
+//! interrupt raised (section 3.3.2). Times are the typical ones of data sheet DS12288.
 
 use std::collections::BTreeSet;
 
@@ -123,8 +123,8 @@ impl Flash {
         (bit(self.cr, 24) && self.sr & EOP != 0) || (bit(self.cr, 25) && self.sr & 0x2FA != 0)
     }
 
-    /// The power goes. What was being done is left half done, by chance: each double word concerned is as before, or as it was to
-    /// be, or cannot be read.
+    /// The power goes. What was being done is left half done, by chance: each double word concerned is as before, or as
+    /// it was to be, or cannot be read.
     pub fn cut(&mut self, mut chance: impl FnMut() -> u32) -> Contents {
         let mut leave = |contents: &mut Contents, at: usize, done: [u8; WORD]| match chance() % 3 {
             0 => {}

@@ -1,7 +1,7 @@
 //! The peripherals that the firmware uses, a file each. Registers are named in the terms of RM0440.
 //!
-//! A peripheral answers reads and writes at an offset within its registers, can be told that time has passed, and says when it
-//! wants to be told again.
+//! A peripheral answers reads and writes at an offset within its registers, can be told that time has passed, and says
+//! when it wants to be told again.
 
 pub mod adc;
 pub mod dbgmcu;

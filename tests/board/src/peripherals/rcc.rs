@@ -1,7 +1,7 @@
 //! Reset and clock control (RM0440, section 7).
 //!
-//! Oscillators and PLL are ready as soon as they are on. Clocks of peripherals have to be enabled before their registers are
-//! used; the machine asks [`Rcc::enabled`].
+//! Oscillators and PLL are ready as soon as they are on. Clocks of peripherals have to be enabled before their
+//! registers are used; the machine asks [`Rcc::enabled`].
 
 use super::{Answer, bit};
 use crate::fault::Trouble;

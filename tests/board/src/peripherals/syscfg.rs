@@ -1,5 +1,5 @@
-//! System configuration (RM0440, section 9): registers that keep what is written. The firmware uses no external interrupts
-//! (EXTI), so their lines lead nowhere, and EXTI itself is not modelled.
+//! System configuration (RM0440, section 9): registers that keep what is written. The firmware uses no external
+//! interrupts (EXTI), so their lines lead nowhere, and EXTI itself is not modelled.
 
 use super::Answer;
 use crate::fault::Trouble;

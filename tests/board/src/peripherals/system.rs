@@ -1,5 +1,5 @@
-//! The processor's own registers beside the interrupt controller's (ARMv7-M ARM, chapters B3 and C1): system control block,
-//! SysTick, cycle counter, floating-point context control.
+//! The processor's own registers beside the interrupt controller's (ARMv7-M ARM, chapters B3 and C1): system control
+//! block, SysTick, cycle counter, floating-point context control.
 
 use super::{Answer, NEVER, bit};
 use crate::exceptions::Exceptions;
@@ -90,7 +90,8 @@ impl System {
         self.cpacr >> 20 & 0b0101 == 0b0101
     }
 
-    /// An exception's frame has room for floating-point registers here. Says whether they have to be written there at once.
+    /// An exception's frame has room for floating-point registers here. Says whether they have to be written there at
+    /// once.
     pub fn reserve(&mut self, address: u32) -> bool {
         self.lazy = bit(self.fpccr, 30);
         self.fpcar = address;

@@ -1,7 +1,7 @@
 //! General-purpose timers (RM0440, sections 29 and 30: TIM2; 31: TIM15), counting up, with update and compare events.
 //!
-//! Prescaler and period take effect at the next update event, or at once if they are written while the counter stands still
-//! (ARR without ARPE always at once). Inputs, outputs, slave modes and one-pulse mode are errors.
+//! Prescaler and period take effect at the next update event, or at once if they are written while the counter stands
+//! still (ARR without ARPE always at once). Inputs, outputs, slave modes and one-pulse mode are errors.
 
 use super::{Answer, NEVER, bit};
 use crate::fault::Trouble;

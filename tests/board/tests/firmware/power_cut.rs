@@ -35,7 +35,8 @@ fn every_cut_leaves_the_old_or_the_new_block() {
         board.go_back(&begin).unwrap();
         let mut host = host.clone();
         host.send(&mut board, commit(&new));
-        // The erasure takes nearly all of the time: half of the cuts come in the last eighth, in which words are programmed.
+        // The erasure takes nearly all of the time: half of the cuts come in the last eighth, in which words are
+        // programmed.
         let share = if n % 2 == 0 { length } else { length / 8 };
         let at = from + length - share + u64::from(chance()) * share / (1 << 32);
         board.run_until(at).unwrap();

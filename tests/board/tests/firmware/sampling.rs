@@ -27,8 +27,8 @@ fn processor_seconds() -> f64 {
 }
 
 /// Telemetry runs, and parameters are written four times a second; each time two pages are erased at most. Cycles per
-/// instruction as given; 1.5 is a pessimistic figure for code without wait states, of which many instructions take one cycle, loads
-/// and taken branches two or three.
+/// instruction as given; 1.5 is a pessimistic figure for code without wait states, of which many instructions take one
+/// cycle, loads and taken branches two or three.
 fn samples_go_on(cycles_per_instruction: f64) {
     let mut host = Host::default();
     let mut board =

@@ -53,7 +53,8 @@ fn the_hosts_commands_work_on_it() {
     assert!(highest > Some(500), "{highest:?}");
 }
 
-/// A program that was killed in the middle of a recording leaves samples on the line, and more in the terminal's buffer.
+/// A program that was killed in the middle of a recording leaves samples on the line, and more in the terminal's
+/// buffer.
 #[test]
 fn what_a_killed_program_has_left_is_in_no_recording() {
     let board = start(&["--profile", "steady"]);
@@ -68,7 +69,8 @@ fn what_a_killed_program_has_left_is_in_no_recording() {
     assert_eq!((ended.capture.samples.len(), ended.capture.missing()), (5_000, 0));
 }
 
-/// At a hundredth of real time a write, 24 ms of the board's time, takes longer than all four attempts of half a second.
+/// At a hundredth of real time a write, 24 ms of the board's time, takes longer than all four attempts of half a
+/// second.
 #[test]
 fn time_outs_follow_the_boards_clock() {
     let folder = tempfile::tempdir().unwrap();

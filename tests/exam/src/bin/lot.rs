@@ -247,8 +247,8 @@ fn draw(folder: &Path, healthy: &[Vec<Glance>], seen: &[Seen], grown: &[Vec<f64>
     write("detectable.svg", &panels("Smallest detectable size of each fault by three models", names, &drawn, 2))
 }
 
-/// By how much faults that are there from the start raise the error of the current or the speed, whichever rises more, of the
-/// motor that the model was identified on.
+/// By how much faults that are there from the start raise the error of the current or the speed, whichever rises more,
+/// of the motor that the model was identified on.
 fn growth(of: &MotorType, stations: &[Station]) -> Result<Vec<Vec<f64>>> {
     let errors = |fault: Option<(&str, f64)>| -> Result<Vec<[f64; 2]>> {
         let recording = of.type_motor(fault)?;

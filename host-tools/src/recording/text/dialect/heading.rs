@@ -28,7 +28,8 @@ impl Heading {
     pub fn of(above: &[Line], layout: Layout) -> Option<Self> {
         let width = layout.width;
         let fits = |cells: &[String]| {
-            cells.len() == width || (cells.len() == width + 1 && cells.last().is_some_and(String::is_empty))
+            cells.len() == width
+                || (cells.len() == width + 1 && cells.last().is_some_and(|c| c.is_empty() || is_remark(c)))
         };
         let are_units =
             |cells: &[String]| fits(cells) && cells.iter().all(|c| is_unit(c)) && cells.iter().any(|c| !c.is_empty());
@@ -48,6 +49,11 @@ impl Heading {
     pub fn in_comment(names: Line, layout: Layout) -> Self {
         Self { names, units: vec![None; layout.width], lines: 0 }
     }
+}
+
+/// Whether a column holds remarks, which most rows leave out together with their separator.
+pub fn is_remark(name: &str) -> bool {
+    name.eq_ignore_ascii_case("comment")
 }
 
 fn is_unit(cell: &str) -> bool {
@@ -81,6 +87,7 @@ pub fn in_preamble(line: &str, layout: Layout) -> Option<(String, String)> {
     let cells = layout.split(line);
     let mut full = cells.iter().filter(|c| !c.is_empty());
     let (Some(key), Some(value)) = (full.next(), full.next()) else { return key_value(line) };
-    let unit = full.next().filter(|unit| unit.len() <= LONGEST_UNIT).map(|unit| format!(" {unit}")).unwrap_or_default();
+    let is_unit = |unit: &str| unit.len() <= LONGEST_UNIT && layout.cell(unit) == Cell::Text;
+    let unit = full.next().filter(|unit| is_unit(unit)).map(|unit| format!(" {unit}")).unwrap_or_default();
     Some((key.trim_end_matches([':', '=']).trim().to_owned(), format!("{value}{unit}")))
 }

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::Window;
 use crate::recording::text::cell::{Cell, Separator, cell, split};
 
-/// Lines of data by which the layout of a file is decided, unless the file is shorter than the lines that are looked at.
+/// Lines of data by which the layout of a file is decided, unless the file is shorter than the lines that are looked
+/// at.
 const SAMPLE: usize = 50;
 /// Lines from which on their last ones are certainly data.
 const CERTAINLY_DATA: usize = 60;
@@ -82,7 +83,10 @@ impl Layout {
     fn is_row(self, line: &str) -> bool {
         let cells = self.split(line);
         let kinds: Vec<Cell> = cells.iter().map(|c| self.cell(c)).collect();
-        let numbers = kinds.iter().filter(|c| matches!(c, Cell::Number(_) | Cell::Infinite | Cell::Stamp(..))).count();
+        let numbers = kinds
+            .iter()
+            .filter(|c| matches!(c, Cell::Number(_) | Cell::Infinite | Cell::Stamp(..) | Cell::Date))
+            .count();
         // A row of empty cells is a gap of a logger, not a header.
         kinds.first().is_some_and(|c| *c != Cell::Text)
             && 2 * numbers >= cells.iter().filter(|c| !c.is_empty()).count()

@@ -32,6 +32,8 @@ pub struct Dialect {
     pub header_line: u32,
     /// Index of the first row of data in the window.
     pub first_row: usize,
+    /// Rows may end in a remark, which the header announces.
+    pub remarks: bool,
 }
 
 impl Dialect {
@@ -69,15 +71,23 @@ impl Dialect {
             return Err(no_header(path, above.last(), window[first_row].0, layout.width));
         };
         let (header_line, mut names) = heading.names;
+        let mut units = heading.units;
+        // LabVIEW writes units on a line of their own, one for each column but the first.
+        let stated = preamble.iter().map(|&k| layout.split(&window[k].1)).find(|cells| cells[0] == "Y_Unit_Label");
+        for (unit, stated) in units.iter_mut().zip(stated.iter().flatten()).skip(1) {
+            *unit = unit.take().or_else(|| Some(stated.to_string()).filter(|stated| !stated.is_empty()));
+        }
+        let remarks = names.len() == layout.width + 1 && names.last().is_some_and(|name| heading::is_remark(name));
         names.resize(layout.width, String::new());
         Ok(Self {
             separator: layout.separator,
             decimal_comma: layout.decimal_comma,
             names,
-            units: heading.units,
+            units,
             metadata,
             header_line,
             first_row,
+            remarks,
         })
     }
 }

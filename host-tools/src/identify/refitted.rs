@@ -1,15 +1,16 @@
-//! Blocks of time held out by a fit of all others, where the linear step of [`blocks`](super::blocks) does not reach.
+//! Blocks of time held out by a fit of all others, where the linear step of
+//! [`cross_validation`](super::cross_validation) does not reach.
 //!
-//! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far for such a
-//! block, and would reject the right law; such blocks are left out by a refit of all others.
+//! An inrush has several times the current of everything else. The one-step leave-block-out update extrapolates too far
+//! for such a block, and would reject the right law; such blocks are left out by a refit of all others.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::blocks::{HeldOut, held_out, squares_of};
 use crate::context::Context;
 use crate::error::Result;
-use crate::identify::minimise::{Effort, Refined, Residuals, resume};
+use crate::identify::cross_validation::{held_out, squares_of};
+use crate::identify::minimise::{Effort, Fit, HeldOut, Residuals, resume};
 use crate::identify::space::Space;
 
 /// Squares on data held out over those of the fit beyond which blocks are looked at.
@@ -17,9 +18,9 @@ const FAR: f64 = 4.0;
 /// Share of the squares of a balance that such a block has.
 const MUCH: f64 = 0.1;
 
-/// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is many times the
-/// fit's.
-pub fn held_out_refitted(fit: &Refined, problem: &impl Residuals, blocks: &[usize], ctx: &Context) -> HeldOut {
+/// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is
+/// many times the fit's.
+pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], ctx: &Context) -> HeldOut {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
     let anew = |block: usize| (block, refitted(fit, problem, blocks, block, ctx));
@@ -46,13 +47,7 @@ fn far_off(held_out: &[[f64; 2]], inside: &[[f64; 2]]) -> Vec<usize> {
 }
 
 /// Squares of a block by the parameters that all others lead to.
-fn refitted(
-    fit: &Refined,
-    problem: &impl Residuals,
-    blocks: &[usize],
-    block: usize,
-    ctx: &Context,
-) -> Result<[f64; 2]> {
+fn refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], block: usize, ctx: &Context) -> Result<[f64; 2]> {
     let others = Others { problem, blocks, block };
     let mut start = fit.clone();
     others.clear(&mut start.residuals);
@@ -107,8 +102,8 @@ mod tests {
     use crate::identify::minimise::minimise;
     use crate::model::{Base, Kind};
 
-    /// A magnetisation curve by an arc tangent, `A atan(i/i_k)` with ln A and ln i_k as the first two coordinates, against one of
-    /// Froelich's form. The others do nothing.
+    /// A magnetisation curve by an arc tangent, `A atan(i/i_k)` with ln A and ln i_k as the first two coordinates,
+    /// against one of Froelich's form. The others do nothing.
     struct Curve {
         currents: Vec<f64>,
         groups: Vec<u8>,

@@ -1,20 +1,22 @@
 //! Errors on data held out, block by block of time.
 //!
-//! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact for a
-//! model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the parameters from all
-//! other blocks, `r_b + J_b d`. A parameter that rests at an end of its range stays there: the other blocks push it against it as
-//! well. A block of a staircase has an amplitude of its own, so that this is an error on another excitation.
+//! Each block in turn is left out: the change of the estimate is `d = (A − A_b)⁻¹ g_b` with A = JᵀJ and g = Jᵀr (exact
+//! for a model that is linear in its parameters, a Newton step otherwise), and the block's error is that of the
+//! parameters from all other blocks, `r_b + J_b d`. A parameter that rests at an end of its range stays there: the
+//! other blocks push it against it as well. A block of a staircase has an amplitude of its own, so that this is an
+//! error on another excitation.
 //!
-//! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974) 111–147.
+//! Source: M. Stone: Cross-validatory choice and assessment of statistical predictions, J. R. Stat. Soc. B 36 (1974)
+//! 111–147.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Binomial, ChiSquared, ContinuousCDF, DiscreteCDF};
 
-use crate::identify::intervals::correlation_time_s;
-use crate::identify::minimise::{PRIOR, Refined, log_error};
-use crate::identify::space::Entry;
+use super::intervals::correlation_time_s;
+use super::minimise::{Fit, HeldOut, PRIOR};
+use super::space::Entry;
 
 /// How many blocks the recordings are cut into, about.
 const BLOCKS: f64 = 32.0;
@@ -23,7 +25,8 @@ const SMALLEST_CURVATURE: f64 = 1e-6;
 /// Shortest block, s.
 const SHORTEST_S: f64 = 0.2;
 
-/// The block of each row, of recordings that begin at time zero: about [`BLOCKS`] in all, within a recording of equal length.
+/// The block of each row, of recordings that begin at time zero: about `BLOCKS` in all, within a recording of equal
+/// length.
 pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
     let mut lengths: BTreeMap<usize, f64> = BTreeMap::new();
     for (recording, t) in times {
@@ -45,17 +48,8 @@ pub fn blocks(times: &[(usize, f64)]) -> Vec<usize> {
     times.iter().map(block).collect()
 }
 
-/// Squared errors of the two groups in each block, on data held out, and the numbers of rows.
-#[derive(Debug, Clone)]
-pub struct HeldOut {
-    /// Sums of squares by block, in the units of the residuals.
-    pub squares: Vec<[f64; 2]>,
-    /// Rows by block.
-    pub rows: Vec<[f64; 2]>,
-}
-
 /// Leaves out each block in turn.
-pub fn held_out(fit: &Refined, groups: &[u8], blocks: &[usize]) -> HeldOut {
+pub fn held_out(fit: &Fit, groups: &[u8], blocks: &[usize]) -> HeldOut {
     let entries: Vec<&Entry> = fit.space.free().collect();
     let count = blocks.iter().max().map_or(0, |b| b + 1);
     let mut rows_of: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -102,28 +96,12 @@ pub fn squares_of(residuals: &DVector<f64>, unit: [f64; 2], groups: &[u8], block
     squares
 }
 
-impl HeldOut {
-    /// RMS of the two groups over all blocks.
-    pub fn rms(&self) -> [f64; 2] {
-        [0, 1].map(|g| {
-            let n: f64 = self.rows.iter().map(|r| r[g]).sum();
-            let s: f64 = self.squares.iter().map(|s| s[g]).sum();
-            if n > 0.0 { (s / n).sqrt() } else { f64::NAN }
-        })
-    }
-
-    /// The logarithm of the error on data held out: [`log_error`].
-    pub fn log_error(&self) -> f64 {
-        let rms = self.rms();
-        log_error(rms, rms.map(f64::is_finite))
-    }
-}
-
-/// p-value of an effect by the fall of the held-out error: `2 Σ n ln(RMS before/RMS after)` over both balances against χ² with
-/// as many degrees of freedom as the effect has parameters, where n is the number of independent rows: the rows over the
-/// integrated correlation time of what is left. Where other structure that is still unexplained makes the rows few, the sign
-/// test over the blocks counts instead: how many of them are predicted better? (The smaller of the two, doubled.)
-pub fn p_value(before: &HeldOut, after: &HeldOut, fit: &Refined, groups: &[u8], parameters: usize) -> f64 {
+/// p-value of an effect by the fall of the held-out error: `2 Σ n ln(RMS before/RMS after)` over both balances against
+/// χ² with as many degrees of freedom as the effect has parameters, where n is the number of independent rows: the rows
+/// over the integrated correlation time of what is left. Where other structure that is still unexplained makes the rows
+/// few, the sign test over the blocks counts instead: how many of them are predicted better? (The smaller of the two,
+/// doubled.)
+pub fn p_value(before: &HeldOut, after: &HeldOut, fit: &Fit, groups: &[u8], parameters: usize) -> f64 {
     let (worse, better) = (before.rms(), after.rms());
     let statistic: f64 = (0..2)
         .filter(|g| worse[*g].is_finite() && better[*g].is_finite())
@@ -155,22 +133,26 @@ fn sign_test(before: &HeldOut, after: &HeldOut) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use greyrig::motor::BaseParameter;
+
     use super::*;
     use crate::identify::space::{Freedom, Space};
     use crate::model::{Base, Kind};
 
     /// A fit of R and L to two blocks of two rows, of which the second alone tells L.
-    fn fit(inductance: f64) -> Refined {
+    fn fit(inductance: f64) -> Fit {
         let mut space = Space::new(Kind::PmDc, Base::Full, &[]);
-        space.hold(&["K", "J", "mu0", "mu1", "mu2"], Freedom::Pinned);
-        space.start("L", inductance);
+        space.hold([BaseParameter::K, BaseParameter::J], Freedom::Pinned);
+        space.hold(BaseParameter::FRICTIONS, Freedom::Pinned);
+        space.start(BaseParameter::L, inductance);
         let jacobian = DMatrix::from_row_slice(4, 2, &[1.0, 0.0, 1.0, 0.0, 1.0, 2.0, 1.0, 2.0]);
-        Refined {
+        Fit {
             space,
             jacobian,
             residuals: DVector::from_vec(vec![-0.3, -0.3, 0.3, 0.3]),
             rms: [1.0; 2],
             ended: true,
+            known_held_out: std::sync::OnceLock::new(),
         }
     }
 
@@ -206,7 +188,7 @@ mod tests {
 
     #[test]
     fn what_rests_at_a_limit_does_not_move_with_a_block_that_is_left_out() {
-        let second = |fit: &Refined| held_out(fit, &[0; 4], &[0, 0, 1, 1]).squares[1][0];
+        let second = |fit: &Fit| held_out(fit, &[0; 4], &[0, 0, 1, 1]).squares[1][0];
         // R alone: by the first block it is 0.3 more, which adds to each row of the second.
         let alone = 2.0 * (0.3f64 + 0.3).powi(2);
         // The curvature that keeps every parameter in place is a millionth.
@@ -230,8 +212,9 @@ mod tests {
         assert_eq!(sign_test(&before, &before), 1.0);
     }
 
-    /// A fall of the RMS by 1 % over 100 independent rows: 2·100·ln(1/0.99) = 2.010 against χ². The tables have P(χ² > 2.706) = 0.1
-    /// for one degree of freedom and P(χ² > 4.605) = 0.1 for two, between which 2.010 lies at 0.156 and 0.366.
+    /// A fall of the RMS by 1 % over 100 independent rows: 2·100·ln(1/0.99) = 2.010 against χ². The tables have P(χ² >
+    /// 2.706) = 0.1 for one degree of freedom and P(χ² > 4.605) = 0.1 for two, between which 2.010 lies at 0.156 and
+    /// 0.366.
     #[test]
     fn a_fall_of_the_error_is_judged_by_independent_rows() {
         let mut fit = fit(1.0);

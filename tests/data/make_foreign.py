@@ -1,0 +1,176 @@
+"""Small recordings as other programs write them, into foreign/, for tests/host/foreign.rs.
+
+u = 12 sin 5t + 1 V, i = cos 3t A, w = 100 sin 4t rad/s; 40 samples at 1 kHz.
+Needs numpy, scipy, h5py, pandas, tables, xarray, netCDF4, pyarrow, asammdf and npTDMS.
+"""
+
+import os
+import struct
+import zlib
+from decimal import Decimal
+
+import h5py
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import scipy.io
+import xarray as xr
+from asammdf import MDF, Signal
+from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+HERE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "foreign")
+N = 40
+t = np.arange(N) * 1e-3
+u = 12 * np.sin(5 * t) + 1
+i = np.cos(3 * t)
+w = 100 * np.sin(4 * t)
+
+
+def at(name):
+    return os.path.join(HERE, name)
+
+
+def mdf():
+    m = MDF(version="4.10")
+    for name, x, unit in (("u", u, "V"), ("i", i, "A"), ("w", w, "rad/s")):
+        m.append([Signal(x, t, name=name, unit=unit)])
+    m.save(at("mdf_group_per_channel.mf4"), overwrite=True)
+    m = MDF(version="4.10")
+    m.append([Signal(u.astype("f2"), t, name="u", unit="V"), Signal(i, t, name="i", unit="A"), Signal(w, t, name="w")])
+    m.save(at("mdf_half.mf4"), overwrite=True)
+    # The length of a record, which follows the number of cycles and eight bytes of flags, is made 288.
+    raw = bytearray(open(at("mdf_half.mf4"), "rb").read())
+    cg = raw.find(b"##CG")
+    links = struct.unpack_from("<Q", raw, cg + 16)[0]
+    struct.pack_into("<I", raw, cg + 24 + 8 * links + 24, 288)
+    open(at("mdf_wrong_record_length.mf4"), "wb").write(raw)
+
+
+def parquet():
+    def write(name, columns, **options):
+        pq.write_table(pa.table(columns), at(name), **options)
+
+    decimal = lambda x, scale: pa.array([Decimal(int(round(v * 10**scale))).scaleb(-scale) for v in x])
+    write("decimals.parquet", {"t": t, "u": decimal(u, 3), "i": decimal(i, 4), "w": w}, store_decimal_as_integer=True)
+    write("decimals_as_bytes.parquet", {"t": t, "u": decimal(u, 3), "i": i, "w": w})
+    us = (t * 1e6).round().astype("i8")
+    write("time64.parquet", {"t": pa.array(us, pa.time64("us")), "u": u, "i": i, "w": w})
+    write("midnight.parquet", {"t": pa.array((us + 86_399_990_000) % 86_400_000_000, pa.time64("us")), "u": u, "i": i})
+    write("duration.parquet", {"t": pa.array(us, pa.duration("us")), "u": u, "i": i, "w": w})
+    stamps = pa.array(us * 1000 + 1_700_000_000_000_000_000, pa.timestamp("ns"))
+    write("int96.parquet", {"t": stamps, "u": u, "i": i, "w": w}, use_deprecated_int96_timestamps=True)
+    write("half.parquet", {"t": t, "u": u.astype("f2"), "i": i})
+    write("checksum.parquet", {"t": t, "u": u, "i": i, "w": w}, write_page_checksum=True, compression="none", use_dictionary=False)
+
+
+def hdf5():
+    def file(name):
+        return h5py.File(at(name), "w", libver="latest")
+
+    with file("scale_factor.h5") as f:
+        f["t"] = t
+        for name, x, scale, unit in (("u", u, 1e-3, "V"), ("i", i, 1e-4, "A"), ("w", w, 1e-2, "rad/s")):
+            f[name] = np.round(x / scale).astype("i4")
+            f[name].attrs["scale_factor"] = scale
+            f[name].attrs["units"] = unit
+    with file("fill_value.h5") as f:
+        f["t"] = t
+        f["u"] = np.where(np.arange(N) == 5, -999.0, u)
+        f["u"].attrs["_FillValue"] = -999.0
+        f.create_dataset("i", data=np.where(np.arange(N) == 9, 1e36, i), fillvalue=1e36)
+        f["w"] = w
+    with file("compound.h5") as f:
+        f["log"] = np.rec.fromarrays([t, u, i, w.astype("f4")], names="t,u,i,w")
+    with file("not_all_is_known.h5") as f:
+        for name, x in (("t", t), ("u", u), ("i", i), ("w", w)):
+            f[name] = x
+        f.create_dataset("notes", data=np.arange(100.0), compression="lzf")
+    with file("fletcher.h5") as f:
+        f["t"], f["i"], f["w"] = t, i, w
+        f.create_dataset("u", data=u, chunks=(N,), fletcher32=True)
+    raw = bytearray(open(at("fletcher.h5"), "rb").read())
+    raw[raw.find(u[7].tobytes()) + 3] ^= 1
+    open(at("bad_fletcher.h5"), "wb").write(raw)
+    frame = pd.DataFrame({"t": t, "u": u, "i": i, "w": w})
+    for name, layout in (("pandas_table.h5", "table"), ("pandas_fixed.h5", "fixed")):
+        if os.path.exists(at(name)):
+            os.remove(at(name))
+        frame.to_hdf(at(name), key="run", format=layout, index=False, complevel=9, complib="zlib")
+    set_ = xr.Dataset({"u": ("t", u), "i": ("t", i), "w": ("t", w)}, coords={"t": t})
+    packed = {"u": {"dtype": "i2", "scale_factor": 1e-3, "_FillValue": -32768}}
+    set_.to_netcdf(at("packed.nc"), engine="netcdf4", encoding=packed)
+    set_.to_netcdf(at("classic.nc"), engine="scipy", format="NETCDF3_64BIT")
+
+
+def matlab():
+    signal = np.zeros((1, 3), dtype=[("values", "O"), ("dimensions", "O"), ("label", "O")])
+    for k, (name, x) in enumerate((("u", u), ("i", i), ("w", w))):
+        signal[0, k] = (x.reshape(-1, 1), 1.0, name)
+    scipy.io.savemat(at("simulink.mat"), {"out": {"time": t.reshape(-1, 1), "signals": signal, "blockName": "rig/scope"}})
+    scipy.io.savemat(at("complex.mat"), {"t": t, "u": u, "i": i + 1j, "w": w})
+    empty = np.zeros((0, 0), dtype=[("a", "O"), ("b", "O")])
+    scipy.io.savemat(at("empty_struct.mat"), {"t": t, "u": u, "i": i, "w": w, "notes": empty})
+    # An object as MATLAB stores it: class 17, name, type system, class, and a reference to its own storage.
+    name = lambda s: struct.pack("<II", 1, len(s)) + s + b"\0" * (-len(s) % 8)
+    reference = struct.pack("<IIII", 6, 8, 13, 0) + struct.pack("<IIii", 5, 8, 1, 1) + struct.pack("<II", 1, 0)
+    reference += struct.pack("<III", 6, 4, 3707764736) + b"\0" * 4
+    reference = struct.pack("<II", 14, len(reference)) + reference
+    body = struct.pack("<IIII", 6, 8, 17, 0) + name(b"remark") + name(b"MCOS") + name(b"string") + reference
+    raw = open(at("empty_struct.mat"), "rb").read()
+    open(at("object.mat"), "wb").write(raw + struct.pack("<II", 14, len(body)) + body)
+
+
+def numpy():
+    np.savez(at("half.npz"), t=t, u=u.astype("f2"), i=i, w=w)
+    table = np.rec.fromarrays([t, u, i, w], names="t,u,i,w")
+    np.savez(at("structured.npz"), log=table)
+    np.savez(at("checksum.npz"), t=t, u=u, i=i, w=w)
+    raw = bytearray(open(at("checksum.npz"), "rb").read())
+    raw[raw.find(u[7].tobytes()) + 3] ^= 1
+    open(at("bad_checksum.npz"), "wb").write(raw)
+    os.remove(at("checksum.npz"))
+
+
+def tdms():
+    wave = {"wf_increment": 1e-3, "wf_start_offset": 0.0}
+    raw = lambda x: np.round(x * 1000).astype("i2")
+    scale = {"NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 0.001, "NI_Scale[0]_Linear_Y_Intercept": 0.0}
+    scale["NI_Scaling_Status"] = "unscaled"
+    count = {"NI_Number_Of_Scales": 1}
+    with TdmsWriter(at("scale_on_group.tdms")) as f:
+        channels = [ChannelObject("g", n, raw(x), wave) for n, x in (("u", u), ("i", i))]
+        f.write_segment([RootObject(), GroupObject("g", {**scale, **count}), *channels])
+    with TdmsWriter(at("scale_uncounted.tdms")) as f:
+        channels = [ChannelObject("g", n, raw(x), {**wave, **scale}) for n, x in (("u", u), ("i", i))]
+        f.write_segment([RootObject(), GroupObject("g"), *channels])
+    polynomial = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Polynomial", "NI_Scaling_Status": "unscaled"}
+    polynomial |= {"NI_Scale[0]_Polynomial_Coefficients_Size": 3}
+    polynomial |= {f"NI_Scale[0]_Polynomial_Coefficients[{k}]": c for k, c in enumerate((1.0, 0.0, 2.0))}
+    with TdmsWriter(at("polynomial.tdms")) as f:
+        f.write_segment([RootObject(), GroupObject("g"), ChannelObject("g", "u", np.arange(N) * 1.0, {**wave, **polynomial})])
+    with TdmsWriter(at("later_start.tdms")) as f:
+        later = ChannelObject("g", "i", np.cos(3 * (t + 0.01)), {**wave, "wf_start_offset": 0.01})
+        f.write_segment([RootObject(), GroupObject("g"), ChannelObject("g", "u", u, wave), later])
+
+
+def wav():
+    floats = np.column_stack([u, i]).astype("<f8").tobytes()
+    fmt = struct.pack("<HHIIHH", 3, 2, 1000, 16000, 16, 64)
+    chunk = lambda name, body: name + struct.pack("<I", len(body)) + body
+    body = b"WAVE" + chunk(b"fmt ", fmt) + chunk(b"data", floats)
+    open(at("float64.wav"), "wb").write(chunk(b"RIFF", body))
+    open(at("cut_off.wav"), "wb").write(chunk(b"RIFF", body)[:-100])
+    codes = np.column_stack([u, i]) / 20 * 32767
+    codes = np.round(codes).astype("<i2").tobytes()
+    fmt = struct.pack("<HHIIHH", 1, 2, 1000, 4000, 4, 16)
+    large = struct.pack("<QQQI", 0, len(codes), N, 0)
+    everywhere = struct.pack("<I", 0xFFFFFFFF)
+    body = b"WAVE" + chunk(b"ds64", large) + chunk(b"fmt ", fmt) + b"data" + everywhere + codes
+    open(at("rf64.wav"), "wb").write(b"RF64" + everywhere + body)
+
+
+if __name__ == "__main__":
+    os.makedirs(HERE, exist_ok=True)
+    for make in (mdf, parquet, hdf5, matlab, numpy, tdms, wav):
+        make()

@@ -1,0 +1,185 @@
+//! Any rate: what is sampled slowly beside the motor, against a reference of its own.
+//!
+//! The reference integrates `L di/dt = u − R i − K ω` and `J dω/dt = K i − μ0 s − c ω|ω|` by the classical Runge–Kutta
+//! method, in steps of a twentieth of L/R or a fiftieth of the interval, along the voltage as it truly goes between the
+//! samples.
+
+use std::collections::BTreeMap;
+
+use greyrig::motor::BaseParameter;
+use greyrig_host::between::Course;
+use greyrig_host::compare::compare;
+use greyrig_host::context::Context;
+use greyrig_host::diagnose::{Options, VerdictKind, diagnose};
+use greyrig_host::filtering::Filter;
+use greyrig_host::identify::{Settings, identify};
+use greyrig_host::model::{Base, Kind, Model, Parameter, Provenance, SCHEMA, Status, unit};
+use greyrig_host::recording::{Channel, Motion, Recording};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Noise of current, A, and speed, rad/s.
+const NOISE: [f64; 2] = [0.02, 0.3];
+
+/// A magnet motor and what hides in it.
+#[derive(Debug, Clone, Copy)]
+struct Truth {
+    r: f64,
+    l: f64,
+    k: f64,
+    j: f64,
+    mu0: f64,
+    load: f64,
+    brushes: f64,
+    offset: f64,
+}
+
+const MOTOR: Truth = Truth { r: 0.68, l: 2e-4, k: 0.0297, j: 5e-5, mu0: 0.03, load: 0.0, brushes: 0.0, offset: 0.0 };
+
+impl Truth {
+    fn rates(&self, u: f64, [i, w]: [f64; 2]) -> [f64; 2] {
+        // As steep as a step of the reference can follow.
+        let sign = |x: f64, within: f64| (x / within).clamp(-1.0, 1.0);
+        let friction = self.mu0 * sign(w, 0.05) + self.load * w * w.abs();
+        [(u - self.r * i - self.k * w - self.brushes * sign(i, 0.05)) / self.l, (self.k * i - friction) / self.j]
+    }
+
+    /// Current and speed after a time along a voltage.
+    fn run(&self, from: [f64; 2], seconds: f64, u: impl Fn(f64) -> f64) -> [f64; 2] {
+        // The slope of the friction near rest, μ0/(0.05 rad/s)/J, is the fastest there is: 2.8/RATE is where
+        // Runge–Kutta blows up.
+        let fastest = (self.r / self.l).max(self.mu0 / 0.05 / self.j) + self.brushes / 0.05 / self.l;
+        let steps = (seconds * fastest * 2.0).max(50.0).ceil() as usize;
+        let h = seconds / steps as f64;
+        let add = |x: [f64; 2], k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
+        (0..steps).fold(from, |x, n| {
+            let t = n as f64 * h;
+            let k1 = self.rates(u(t), x);
+            let k2 = self.rates(u(t + 0.5 * h), add(x, k1, 0.5 * h));
+            let k3 = self.rates(u(t + 0.5 * h), add(x, k2, 0.5 * h));
+            let k4 = self.rates(u(t + h), add(x, k3, h));
+            [0, 1].map(|s| x[s] + h / 6.0 * (k1[s] + 2.0 * k2[s] + 2.0 * k3[s] + k4[s]))
+        })
+    }
+}
+
+/// ±8.5 V and less in steps of a second, as the samples show it.
+fn steps(n: usize, interval_s: f64) -> f64 {
+    let second = ((n as f64 - 0.5) * interval_s).floor() as usize;
+    if n == 0 { 0.0 } else { [8.5, -8.5, 5.0, -8.5, 8.5, 3.5, -5.0, 8.5][second % 8] }
+}
+
+/// A recording and what the reference is off by, fed the same samples: noise of current and speed over their RMS.
+fn recorded(truth: Truth, interval_s: f64, seconds: f64, course: Course) -> (Recording, [f64; 2]) {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let count = (seconds / interval_s) as usize;
+    let mut state = [0.0; 2];
+    let mut channels: [Vec<f64>; 3] = Default::default();
+    let mut sums = [[0.0; 2]; 2];
+    for n in 0..count {
+        let (before, after) = (steps(n.max(1) - 1, interval_s), steps(n, interval_s));
+        if n > 0 {
+            state = truth.run(state, interval_s, |t| match course {
+                Course::Linear => before + (after - before) * t / interval_s,
+                Course::Held => before,
+                _ => after,
+            });
+        }
+        let noise = NOISE.map(|sigma| sigma * normal());
+        for s in 0..2 {
+            sums[s][0] += noise[s] * noise[s];
+            sums[s][1] += state[s] * state[s];
+        }
+        channels[0].push(after);
+        channels[1].push(state[0] + truth.offset + noise[0]);
+        channels[2].push(state[1] + noise[1]);
+    }
+    let [u, i, w] = channels;
+    let recording = Recording::builder(interval_s)
+        .path(format!("{course:?} every {interval_s} s"))
+        .channel(Channel::Voltage, u)
+        .channel(Channel::Current, i)
+        .channel(Channel::Speed, w)
+        .build()
+        .unwrap();
+    (recording, sums.map(|[noise, signal]| (noise / signal).sqrt()))
+}
+
+fn model(truth: &Truth) -> Model {
+    let values = [("R", truth.r), ("L", truth.l), ("K", truth.k), ("J", truth.j), ("mu0", truth.mu0), ("mu1", 0.0)];
+    let parameter = |(name, value): (&str, f64)| {
+        let symbol = BaseParameter::of_name(name).unwrap();
+        let unit = unit(symbol.unit(Kind::PmDc.flux_law()), Motion::Rotary).to_owned();
+        (name.to_owned(), Parameter { value, unit, ci95: None, status: Status::Fixed })
+    };
+    Model {
+        schema: SCHEMA,
+        kind: Kind::PmDc,
+        base: Base::DryViscous,
+        motion: Motion::Rotary,
+        motor: None,
+        accepted: None,
+        filter: Filter::default(),
+        parameters: BTreeMap::from_iter(values.map(parameter)),
+        effects: Vec::new(),
+        terms: Vec::new(),
+        correction: None,
+        detector: None,
+        provenance: Provenance::default(),
+    }
+}
+
+#[test]
+fn the_true_model_is_no_farther_off_than_the_reference() {
+    for interval_s in [1e-3, 5e-3, 2e-2] {
+        for l in [4e-5, 2e-4, 2e-3] {
+            for course in [Course::Linear, Course::Held, Course::Mean] {
+                let truth = Truth { l, ..MOTOR };
+                let (recording, reference) = recorded(truth, interval_s, 8.0, course);
+                let found = compare(&model(&truth), &[recording], &Context::quiet()).unwrap();
+                let off = [found.esr.current.unwrap(), found.esr.speed.unwrap()];
+                let told = found.input;
+                for s in 0..2 {
+                    // What the issue of a rate asks for; the filter takes from noise what the reference keeps.
+                    assert!(
+                        off[s] < 1.5 * reference[s],
+                        "{course:?}, {interval_s} s, L/R {:.2e} s, told {told:?}: {off:?}, reference {reference:?}",
+                        l / truth.r
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_inductance_is_out_of_reach_of_slow_samples() {
+    for (interval_s, course) in
+        [(2e-3, Course::Linear), (1e-2, Course::Mean), (1e-2, Course::Held), (2e-2, Course::Mean)]
+    {
+        let (recording, _) = recorded(MOTOR, interval_s, 16.0, course);
+        let found = identify(&[recording], &Settings::new(Kind::PmDc), &Context::quiet()).unwrap();
+        let l = found.parameters.iter().find(|p| p.name == "L").unwrap();
+        // Held, and so usable.
+        assert!(!l.identifiable && l.ci95.is_none() && l.value.is_some(), "{course:?} {interval_s}: {l:?}");
+        assert!(found.notes.iter().any(|n| n.contains("the interval is longer than L/R")), "{:?}", found.notes);
+        assert!(found.model.filter.cutoff_hz <= 0.5 / interval_s, "{}", found.model.filter.cutoff_hz);
+    }
+}
+
+fn named(truth: Truth, interval_s: f64, course: Course) -> (VerdictKind, Vec<String>) {
+    let (recording, _) = recorded(truth, interval_s, 16.0, course);
+    let options = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
+    let verdict = diagnose(&[recording], &options, &Context::quiet()).unwrap().verdict;
+    (verdict.kind, verdict.effects.iter().map(ToString::to_string).collect())
+}
+
+#[test]
+fn a_healthy_motor_in_slow_samples_is_acquitted() {
+    for (interval_s, course) in [(1e-2, Course::Mean), (2e-3, Course::Linear)] {
+        let (kind, effects) = named(MOTOR, interval_s, course);
+        assert!(kind == VerdictKind::None, "{interval_s} s, {course:?}: {kind:?} {effects:?}");
+    }
+}
