@@ -1,19 +1,15 @@
 //! The processor: Unicorn executes instructions; exceptions, sleep and virtual time are added here.
 //!
 //! - **Time.** A hook at the begin of each block counts its instructions and stops the emulator when a peripheral is
-//!   due and an
-//! exception follows. Interrupts are therefore taken between blocks, a few instructions late at most. Nothing else may
-//! stop it: an emulator that is stopped by an access to a device executes the instruction once more.
+//!   due and an exception follows. Interrupts are therefore taken between blocks, a few instructions late at most.
+//!   Nothing else may stop it: an emulator that is stopped by an access to a device executes the instruction once more.
 //! - **Entry and return** follow ARMv7-M ARM, sections B1.5.6 to B1.5.8; both forget exclusive accesses. Floating-point
-//!   registers are stacked
-//! lazily, where the handler's first block with such an instruction begins, unless FPCCR.LSPEN = 0. A block with one
-//! while CPACR keeps the FPU off ends the run.
+//!   registers are stacked lazily, where the handler's first block with such an instruction begins, unless
+//!   FPCCR.LSPEN = 0. A block with one while CPACR keeps the FPU off ends the run.
 //! - **Return** is a jump to 0xFFFF_FFxx. The emulator notices some by itself; for the others a page is mapped there,
-//!   at which the
-//!   hook stops.
+//!   at which the hook stops.
 //! - **Sleep.** The emulator reports WFE as an invalid instruction with the program counter behind it, and halts at
-//!   WFI. The
-//!   event register is set by SEV (seen when its block begins), by entry and return, and by SEVONPEND.
+//!   WFI. The event register is set by SEV (seen when its block begins), by entry and return, and by SEVONPEND.
 
 use std::cell::RefCell;
 use std::rc::Rc;

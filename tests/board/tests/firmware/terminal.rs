@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use greyrig::link::message::Request;
 use greyrig_host::context::Context;
 use greyrig_host::device::clock::Clock;
 use greyrig_host::device::{Connection, Port, capture, update};
