@@ -106,6 +106,13 @@ pub const fn visible(kind: Kind) -> &'static [Sort] {
     }
 }
 
+/// One of the effects that leave something to see, of any size, as an argument of `simulate --effect`; none that is a
+/// finding about the data.
+pub fn any_visible(kind: Kind, random: &mut ChaCha8Rng) -> String {
+    let sorts: Vec<&'static Sort> = visible(kind).iter().filter(|s| s.id != EffectId::AdcClipping).collect();
+    draw(random, &sorts, &[]).1
+}
+
 /// Effects of a magnet motor that nothing in voltage, current and speed below the filter can show.
 const INVISIBLE_WITH_MAGNETS: &[Sort] = &[
     sort(EffectId::SupplyImpedance, 0.05, 0.5),

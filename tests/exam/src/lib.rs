@@ -6,6 +6,7 @@ pub mod cases;
 pub mod export;
 pub mod lot;
 pub mod recovery;
+pub mod rig;
 pub mod roc;
 pub mod score;
 pub mod share;

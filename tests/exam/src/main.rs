@@ -9,11 +9,13 @@ use clap::Parser;
 use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::recovery::{self, Recovery};
+use greyrig_exam::rig::{self, KINDS, Kind};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_exam::{balances, export};
 use greyrig_host::diagnose::VerdictKind;
-use greyrig_host::model::{Kind, catalogue};
+use greyrig_host::model::{self, catalogue};
+use greyrig_host::recording::Channel;
 use rayon::prelude::*;
 
 /// Prints a line. Where nobody reads any further (`| head`) there is nothing left to ask.
@@ -82,6 +84,10 @@ fn main() -> ExitCode {
     if let Some(motors) = args.alone {
         return alone(motors);
     }
+    let of_data: Vec<&Kind> = KINDS.iter().filter(|k| args.only.is_empty() || args.only.iter().any(|o| k.is_asked(o))).collect();
+    for kind in of_data {
+        data(kind, args.numbers(), args.verbose);
+    }
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
         for excitation in Excitation::ALL {
             let suffix = excitation.name();
@@ -119,9 +125,26 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
+/// Asks `check` about recordings with one kind of damage.
+fn data(kind: &Kind, seeds: Vec<u64>, verbose: bool) {
+    let answers: Vec<_> = seeds.into_par_iter().map(|seed| rig::ask(kind, seed)).collect();
+    let (answers, refused): (Vec<_>, Vec<_>) = answers.into_iter().partition(Result::is_ok);
+    let answers: Vec<rig::Answer> = answers.into_iter().filter_map(Result::ok).collect();
+    let beside = answers.iter().filter(|a| a.false_alarms(kind) > 0).count();
+    say!("rig-{}: named {}, {beside} with a false alarm", kind.name, Share::of(&answers, |a| a.named));
+    refused.into_iter().filter_map(Result::err).for_each(|error| eprintln!("{error}"));
+    if verbose {
+        for answer in answers.iter().filter(|a| !a.named || a.false_alarms(kind) > 0) {
+            let codes: Vec<String> =
+                answer.findings.iter().map(|f| format!("{}({})", f.code, f.channel.map_or("", Channel::column))).collect();
+            say!("    {} {} {}: {}", if answer.named { "+" } else { "-" }, answer.title, answer.damage, codes.join(" "));
+        }
+    }
+}
+
 /// Prints what each profile reveals by itself.
 fn alone(motors: u64) -> ExitCode {
-    for kind in [Kind::Universal, Kind::PmDc] {
+    for kind in [model::Kind::Universal, model::Kind::PmDc] {
         let done = AtomicUsize::new(0);
         let tick = || {
             let n = done.fetch_add(1, Ordering::Relaxed);
