@@ -50,6 +50,15 @@ const MOST: usize = 40_000;
 
 /// The windows of a recording in which every sample counts and the supply is closed.
 pub fn windows(s: &Signals<'_>, seconds: f64) -> Vec<Window> {
+    windows_where(s, seconds, |n| s.is_valid(n) && !s.is_open(n))
+}
+
+/// The windows in which every sample counts, the supply open or not.
+pub fn windows_of_all(s: &Signals<'_>, seconds: f64) -> Vec<Window> {
+    windows_where(s, seconds, |n| s.is_valid(n))
+}
+
+fn windows_where(s: &Signals<'_>, seconds: f64, usable: impl Fn(usize) -> bool) -> Vec<Window> {
     let length = s.window(seconds);
     let n = s.len();
     if n < length {
@@ -60,7 +69,7 @@ pub fn windows(s: &Signals<'_>, seconds: f64) -> Vec<Window> {
     let rate = TAU / (length as f64 * length as f64 * s.interval_s);
     let psi: Vec<f64> = (0..length).map(|k| -rate * (TAU * (k as f64 + 0.5) / length as f64).sin()).collect();
     let hop = (length / 2).max(n / MOST);
-    let bad: Vec<bool> = (0..n).map(|k| !s.is_valid(k) || s.is_open(k)).collect();
+    let bad: Vec<bool> = (0..n).map(|k| !usable(k)).collect();
     let mut next_bad = vec![n; n + 1];
     for k in (0..n).rev() {
         next_bad[k] = if bad[k] { k } else { next_bad[k + 1] };

@@ -20,20 +20,28 @@ pub mod balance;
 pub mod criteria;
 pub mod regression;
 
+mod colour;
+mod differences;
 mod evidence;
+mod interpolated;
 mod kind;
+mod lost;
 mod mismatch;
 mod range;
 mod rectified;
+mod rest;
 mod sampling;
 mod scale;
+mod sensor;
 mod sets;
 mod sign;
 mod signals;
+mod smoothed;
 mod spikes;
 mod standstill;
 mod steps;
 mod supply;
+mod timing;
 
 pub use sets::same;
 
@@ -71,6 +79,12 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     let before = found.len();
     range::look(s, found);
     steps::look(s, found);
+    sensor::look(s, found);
+    interpolated::look(s, found);
+    smoothed::look(s, kind, found);
+    lost::look(s, found);
+    colour::look(s, found);
+    rest::look(s, found);
     sampling::look(s, e, kind, found);
     standstill::look(s, e, kind, found);
     supply::look(s, e, kind, found);
@@ -82,7 +96,11 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     if let Some(asked) = asked {
         kind::look(s, e, asked, found);
     }
-    sign::look(s, e, kind, found);
+    timing::look(s, e, kind, found);
+    // A channel that is late goes with the others as another sign would.
+    if !found[before..].iter().any(|f| matches!(f.code, Code::ChannelShift | Code::ClockSkew)) {
+        sign::look(s, e, kind, found);
+    }
     rectified::look(s, e, kind, found);
     mismatch::look(s, e, kind, found);
     scale::look(s, e, kind, found);

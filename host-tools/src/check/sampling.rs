@@ -31,7 +31,9 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         return;
     }
     let constant_s = fit.b[2] / fit.b[1];
-    if fit.t[2] < T_INFORM || constant_s < LATE * s.interval_s {
+    // The largest that the data allow: three standard errors.
+    let most_s = constant_s.abs() * (1.0 + 3.0 / fit.t[2].abs().max(1e-3));
+    if constant_s < LATE * s.interval_s && most_s < 2.0 * LATE * s.interval_s {
         let told = if fit.t[2] < T_INFORM { String::new() } else { format!(" (about {} ms)", short(1e3 * constant_s)) };
         found.push(
             s.finding(

@@ -44,6 +44,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     if let Some(finding) = angle_against_speed(s) {
         found.push(finding);
     }
+    let said = |f: &DataFinding| f.recording == s.path() && f.code == Code::UnitSuspect;
+    if found.iter().any(said) {
+        return;
+    }
     let built = match e.told.unwrap_or(kind) {
         Kind::PmDc => MAGNET,
         Kind::Universal => UNIVERSAL,

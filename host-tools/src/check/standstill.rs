@@ -78,12 +78,12 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         found.push(s.finding(code, Severity::Stop, text).on(Channel::Current));
     }
     if let Some(u) = &voltage
-        && signals::largest(u) == 0.0
+        && (signals::largest(u) == 0.0 || is_noise(u))
         && !open
         && (moves || current.as_ref().is_some_and(|i| signals::largest(i) > 0.0))
         && !(kind == Kind::PmDc && braked(&windows))
     {
-        let text = "the voltage is 0 throughout while the motor runs: it was not measured";
+        let text = "the voltage rests at 0 while the motor runs: it was not measured";
         found.push(s.finding(Code::ChannelDead, Severity::Stop, text).on(Channel::Voltage));
     }
     let idle = |of: fn(&Window) -> f64| {
@@ -103,6 +103,16 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         let text = format!("{} samples are too few to tell anything from", s.len());
         found.push(s.finding(Code::TooShort, Severity::Warning, text).value(s.len() as f64 * s.interval_s, "s"));
     }
+}
+
+/// Whether a channel holds nothing but white noise about zero.
+fn is_noise(samples: &[f64]) -> bool {
+    let n = samples.len() as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    let spread = variance(samples.iter().copied());
+    let beside: f64 = samples.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>() / n;
+    // Of white noise the correlation scatters by 1/√n.
+    beside.abs() < 5.0 / n.sqrt() * spread && signals::largest(samples) < MOST_OF_NOISE * spread.sqrt()
 }
 
 /// Whether the terminals are shorted: the current brakes.

@@ -50,17 +50,19 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
             );
         }
         let renewed: Vec<f64> = values.iter().copied().step_by(held.unwrap_or(1)).collect();
-        if let Some(finding) = coarse(s, channel, &renewed, high - low) {
+        if let Some(finding) = coarse(s, channel, &renewed, high - low, held.is_some()) {
             found.push(finding);
         }
         if let Some(finding) = stuck(s, channel, &values, low, high) {
+            // What it makes of a carry is no outlier.
+            found.retain(|f| f.recording != s.path() || f.channel != Some(channel) || f.code != Code::Outliers);
             found.push(finding);
         }
     }
 }
 
 /// Steps that noise does not resolve.
-fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Option<DataFinding> {
+fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64, held: bool) -> Option<DataFinding> {
     let step = clipping::quantum(values, 1e-6 * range);
     let steps = range / step;
     let fine = if channel == Channel::Speed { FINE_SPEED } else { FINE };
@@ -77,6 +79,8 @@ fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Opti
     }
     let stretches = values.len() / STRETCH;
     let by_steps = narrow as f64 >= NO_NOISE * turning.max(1) as f64 || turning * 20 < stretches;
+    // A count is renewed once a window, and is a whole number of steps.
+    let by_steps = by_steps || (held && channel == Channel::Speed && values.iter().all(|x| is_whole(x / step)));
     if !by_steps || resting == stretches {
         return None;
     }
@@ -97,6 +101,11 @@ fn coarse(s: &Signals<'_>, channel: Channel, values: &[f64], range: f64) -> Opti
         )
     };
     Some(s.finding(code, Severity::Info, text).on(channel).value(step, unit))
+}
+
+/// To what the digits of a text file round.
+fn is_whole(x: f64) -> bool {
+    (x - x.round()).abs() < 0.02
 }
 
 /// Range about the straight line of least squares, or about none where that is less.
@@ -151,15 +160,25 @@ fn stuck(s: &Signals<'_>, channel: Channel, values: &[f64], low: f64, high: f64)
     }
     for bit in 1..12_u32 {
         let (half, period) = (1_usize << bit, 2_usize << bit);
-        if seen.len() < 6 * period {
+        if seen.len() < 3 * period {
             break;
         }
         let mut residues = vec![false; period];
         seen.iter().enumerate().filter(|(_, seen)| **seen).for_each(|(code, _)| residues[code % period] = true);
         let empty = (0..period).any(|from| (0..half).all(|k| !residues[(from + k) % period]));
-        // Each period that the channel has visited would have shown the other half with a chance of one in two.
+        // Gaps between codes that were seen: by chance one of half a period's length is as rare as those of a quarter,
+        // to the power of two.
+        let mut gaps: Vec<usize> = Vec::new();
+        let mut last = 0;
+        for (code, _) in seen.iter().enumerate().filter(|(_, seen)| **seen) {
+            gaps.push(code - last);
+            last = code;
+        }
+        let wide = gaps.iter().filter(|gap| **gap > half).count();
+        let middling = gaps.iter().filter(|gap| (half / 4 + 1..=half).contains(*gap)).count();
+        let stuck = wide >= 3 && middling * 4 <= wide;
         let visited = seen.chunks(period).filter(|chunk| chunk.iter().any(|seen| *seen)).count();
-        if empty && 0.5_f64.powi(visited as i32) * (period as f64) < CHANCE {
+        if empty && (stuck || 0.5_f64.powi(visited as i32) * (period as f64) < CHANCE) {
             let text = format!(
                 "bit {bit} of the converter of {} never changes: steps of {} {} are missing throughout",
                 signals::name(channel),

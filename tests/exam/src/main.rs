@@ -84,7 +84,8 @@ fn main() -> ExitCode {
     if let Some(motors) = args.alone {
         return alone(motors);
     }
-    let of_data: Vec<&Kind> = KINDS.iter().filter(|k| args.only.is_empty() || args.only.iter().any(|o| k.is_asked(o))).collect();
+    let of_data: Vec<&Kind> =
+        KINDS.iter().filter(|k| args.only.is_empty() || args.only.iter().any(|o| k.is_asked(o))).collect();
     for kind in of_data {
         data(kind, args.numbers(), args.verbose);
     }
@@ -135,9 +136,18 @@ fn data(kind: &Kind, seeds: Vec<u64>, verbose: bool) {
     refused.into_iter().filter_map(Result::err).for_each(|error| eprintln!("{error}"));
     if verbose {
         for answer in answers.iter().filter(|a| !a.named || a.false_alarms(kind) > 0) {
-            let codes: Vec<String> =
-                answer.findings.iter().map(|f| format!("{}({})", f.code, f.channel.map_or("", Channel::column))).collect();
-            say!("    {} {} {}: {}", if answer.named { "+" } else { "-" }, answer.title, answer.damage, codes.join(" "));
+            let codes: Vec<String> = answer
+                .findings
+                .iter()
+                .map(|f| format!("{}({})", f.code, f.channel.map_or("", Channel::column)))
+                .collect();
+            say!(
+                "    {} {} {}: {}",
+                if answer.named { "+" } else { "-" },
+                answer.title,
+                answer.damage,
+                codes.join(" ")
+            );
         }
     }
 }

@@ -110,11 +110,16 @@ pub fn counted(speed: &[f64], interval_s: f64, pulses: f64, window: usize) -> Ve
 pub fn by_period(speed: &[f64], interval_s: f64, pulses: f64) -> Vec<f64> {
     let step = TAU / pulses;
     let turned = angle(speed, interval_s);
-    let (mut last, mut shown) = (None::<f64>, 0.0);
+    let (mut last, mut shown, mut direction) = (None::<f64>, 0.0, 0.0);
     let mut out = vec![0.0];
     for n in 1..speed.len() {
         let (a, b) = (turned[n - 1] / step, turned[n] / step);
         if a.floor() != b.floor() {
+            // A counter that sees the direction begins anew where it changes.
+            if (b - a) * direction < 0.0 {
+                last = None;
+            }
+            direction = b - a;
             let edge = if b > a { b.floor() } else { a.floor() };
             let instant = (n as f64 - 1.0 + (edge - a) / (b - a)) * interval_s;
             if let Some(before) = last {
@@ -174,7 +179,7 @@ pub fn through_text(run: &Recording, stamps_s: &[f64], name: &str) -> Result<Rec
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     let path = folder.join(name);
     write(run, stamps_s, &path).expect("a temporary file");
-    let read = load(&path, &Mapping::default());
+    let read = load(&path, &Mapping::default(), &greyrig_host::context::Context::default());
     std::fs::remove_file(&path).expect("it was written");
     read
 }

@@ -42,11 +42,7 @@ impl Kind {
     }
 }
 
-const fn kind(
-    name: &'static str,
-    codes: &'static [Code],
-    damage: fn(&Sound, &mut Random) -> Option<Damaged>,
-) -> Kind {
+const fn kind(name: &'static str, codes: &'static [Code], damage: fn(&Sound, &mut Random) -> Option<Damaged>) -> Kind {
     Kind { name, codes, besides: &[], kind_is_told: true, shows: driven, damage }
 }
 
@@ -182,7 +178,9 @@ pub const KINDS: &[Kind] = &[
         let lot = Motor::sample_from_population(&Motor::nominal(s.motor), 0.1, s.seed + 1);
         let profiles: Vec<&str> = ["dc-steps", "dc-ramp", "phase-angle", "ramp", "staircase"]
             .into_iter()
-            .filter(|p| *p != s.profile && PROFILES.iter().any(|q| q.id == *p && (q.pm_dc || s.motor == MotorKind::Universal)))
+            .filter(|p| {
+                *p != s.profile && PROFILES.iter().any(|q| q.id == *p && (q.pm_dc || s.motor == MotorKind::Universal))
+            })
             .collect();
         let setup = Setup::new(s.motor).motor(lot).profile(random.one_of(&profiles)).ok()?.seconds(7.0);
         let other = setup.seed(s.seed + 1).run().ok()?.recording;
@@ -206,7 +204,11 @@ pub const KINDS: &[Kind] = &[
             let share = random.between(0.2, 0.8);
             let late: Vec<f64> = of(&s.recording, U).iter().map(|_| share * (random.between(0.0, 1.0) - 0.5)).collect();
             let moved = damage::rebuilt(&s.recording, h, |x| {
-                if x.is_empty() { Vec::new() } else { (0..x.len()).map(|n| damage::at(x, n as f64 + late[n])).collect() }
+                if x.is_empty() {
+                    Vec::new()
+                } else {
+                    (0..x.len()).map(|n| damage::at(x, n as f64 + late[n])).collect()
+                }
             });
             let stamps: Vec<f64> = late.iter().enumerate().map(|(n, late)| (n as f64 + late + 1.0) * h).collect();
             read(damage::through_text(&moved, &stamps, &format!("jitter-{}.csv", s.seed)), format!("{share:.2}"))
@@ -301,7 +303,10 @@ pub const KINDS: &[Kind] = &[
     Kind {
         shows: |motor, profile| motor == MotorKind::Universal && driven(motor, profile),
         codes: &[Code::OneSided, Code::Clipped],
-        ..kind("unipolar-w", &[], |s, _| one(each(&s.recording, W, |_, x| x.max(0.0)), W, ""))
+        ..kind("unipolar-w", &[], |s, _| {
+            let cut = of(&s.recording, W).iter().filter(|w| **w < 0.0).count();
+            (cut > 200).then(|| one(each(&s.recording, W, |_, x| x.max(0.0)), W, "")).flatten()
+        })
     },
     kind("overrange", &[Code::Overrange], |s, random| {
         let code = random.one_of(&[9.9e37, -9.9e37, 1e30]);
@@ -339,7 +344,11 @@ pub const KINDS: &[Kind] = &[
         let channel = random.one_of(&[I, W]);
         let x = of(&s.recording, channel);
         let step = (largest(x) / random.log_between(20.0, 100.0)).max(4.0 * damage::noise(x));
-        one(each(&s.recording, channel, |_, x| (x / step).round() * step), channel, format!("{:.0} steps", largest(x) / step))
+        one(
+            each(&s.recording, channel, |_, x| (x / step).round() * step),
+            channel,
+            format!("{:.0} steps", largest(x) / step),
+        )
     }),
     kind("counts", &[Code::EncoderCounts], |s, random| {
         let h = s.recording.sample_time_s();
@@ -387,7 +396,11 @@ pub const KINDS: &[Kind] = &[
     kind("averaged", &[Code::MovingAverage], |s, random| {
         let window = 4 + random.below(60);
         let channel = random.one_of(&[I, W]);
-        one(damage::change(&s.recording, channel, |x| *x = damage::mean_of_last(x, window)), channel, format!("{window}"))
+        one(
+            damage::change(&s.recording, channel, |x| *x = damage::mean_of_last(x, window)),
+            channel,
+            format!("{window}"),
+        )
     }),
     kind("silent", &[Code::SilentBelow], |s, random| {
         let w = of(&s.recording, W);
@@ -398,7 +411,11 @@ pub const KINDS: &[Kind] = &[
         if below < 40 || edges < 2 || below * 20 < w.len() {
             return None;
         }
-        one(each(&s.recording, W, |_, x| if x.abs() < least { 0.0 } else { x }), W, format!("{:.2}", least / largest(w)))
+        one(
+            each(&s.recording, W, |_, x| if x.abs() < least { 0.0 } else { x }),
+            W,
+            format!("{:.2}", least / largest(w)),
+        )
     }),
     Kind {
         shows: magnet,
@@ -417,7 +434,11 @@ pub const KINDS: &[Kind] = &[
             let height = random.log_between(0.02, 0.1) * damage::rms(x);
             let phase = random.between(0.0, 6.28);
             let step = std::f64::consts::TAU * hz * s.recording.sample_time_s();
-            one(each(&s.recording, channel, |n, x| x + height * (step * n as f64 + phase).sin()), channel, format!("{hz} Hz"))
+            one(
+                each(&s.recording, channel, |n, x| x + height * (step * n as f64 + phase).sin()),
+                channel,
+                format!("{hz} Hz"),
+            )
         })
     },
     Kind {
@@ -437,8 +458,14 @@ pub const KINDS: &[Kind] = &[
             let most = random.sign() * random.log_between(0.02, 0.2) * largest(x);
             // Rest has to be there to be seen.
             let (u, w) = (of(&s.recording, U), of(&s.recording, W));
-            let rest = (0..x.len()).filter(|n| u[*n].abs() < 0.01 * largest(u) && w[*n].abs() < 0.01 * largest(w)).count();
-            (rest as f64 * s.recording.sample_time_s() > 0.1).then(|| one(each(&s.recording, I, |_, x| x + most), I, "")).flatten()
+            let length = (0.3 / s.recording.sample_time_s()) as usize;
+            let still = |n: usize| u[n].abs() < 0.02 * largest(u) && w[n].abs() < 0.02 * largest(w);
+            let (mut run, mut longest) = (0, 0);
+            for n in 0..x.len() {
+                run = if still(n) { run + 1 } else { 0 };
+                longest = longest.max(run);
+            }
+            (longest > length).then(|| one(each(&s.recording, I, |_, x| x + most), I, "")).flatten()
         })
     },
     kind("pink", &[Code::ColouredNoise], |s, random| {
@@ -457,16 +484,19 @@ pub const KINDS: &[Kind] = &[
             whole(builder.build().ok()?, "")
         })
     },
-    kind("no-current", &[Code::NoCurrent, Code::ChannelDead], |s, random| {
-        let [ni, nw] = [I, W].map(|c| damage::noise(of(&s.recording, c)));
-        let still = each(&s.recording, I, |_, _| ni * random.gaussian());
-        whole(each(&still, W, |_, _| nw * random.gaussian()), "")
-    }),
+    Kind {
+        besides: &[Code::Standstill],
+        ..kind("no-current", &[Code::NoCurrent, Code::ChannelDead], |s, random| {
+            let [ni, nw] = [I, W].map(|c| damage::noise(of(&s.recording, c)));
+            let still = each(&s.recording, I, |_, _| ni * random.gaussian());
+            whole(each(&still, W, |_, _| nw * random.gaussian()), "")
+        })
+    },
     kind("short", &[Code::TooShort], |s, random| whole(s.recording.part(0..20 + random.below(29)), "")),
     Kind { kind_is_told: true, ..kind("wrong-kind", &[Code::WrongKind], |s, _| whole(s.recording.clone(), "")) },
     kind("another-motor", &[Code::DifferentMotors], |s, random| {
         let factor = random.one_of(&[0.2, 0.4, 2.5, 5.0]);
-        let other = times(&times(&s.recording, W, factor), I, 1.0 / factor).named("other.csv");
+        let other = times(&s.recording, W, factor).named("other.csv");
         Some(Damaged { recordings: vec![s.recording.clone(), other], channels: None, what: format!("{factor}") })
     }),
     Kind {

@@ -113,9 +113,11 @@ pub fn ask(kind: &Kind, seed: u64) -> Result<Answer> {
         let sound = Sound::new(seed, kind.shows, &mut random)?;
         let Some(damaged) = (kind.damage)(&sound, &mut random) else { continue };
         let asked = kind.kind_is_told.then_some(sound.motor);
-        let findings = check(&damaged.recordings, if kind.name == "wrong-kind" { Some(other(sound.motor)) } else { asked });
+        let findings =
+            check(&damaged.recordings, if kind.name == "wrong-kind" { Some(other(sound.motor)) } else { asked });
         let right = |f: &DataFinding| {
-            kind.codes.contains(&f.code) && damaged.channels.as_ref().is_none_or(|c| f.channel.is_none_or(|f| c.contains(&f)))
+            kind.codes.contains(&f.code)
+                && damaged.channels.as_ref().is_none_or(|c| f.channel.is_none_or(|f| c.contains(&f)))
         };
         let named = findings.iter().any(right);
         return Ok(Answer { title: sound.title(), damage: damaged.what, named, findings });

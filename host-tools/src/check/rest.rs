@@ -1,0 +1,79 @@
+//! What a channel shows while nothing happens: an offset, and one that wanders.
+
+use super::balance::{self, Window};
+use super::criteria::T_SIGN;
+use super::signals::{self, Signals, short};
+use crate::recording::Channel;
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+
+/// Window of rest, s: five periods of 50 Hz.
+const WINDOW_S: f64 = 0.1;
+/// Share of a channel's largest magnitude within which it rests.
+const RESTS: f64 = 0.01;
+/// The same for the change of a channel that rests elsewhere.
+const STILL: f64 = 2e-3;
+/// An offset below this share of the largest magnitude matters to nothing.
+const MATTERS: f64 = 0.005;
+/// Fewest windows of rest.
+const FEWEST: usize = 2;
+
+/// What to look for.
+pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
+    let all = balance::windows_of_all(s, WINDOW_S);
+    let largest = |of: fn(&Window) -> f64| all.iter().map(|x| of(x).abs()).fold(0.0, f64::max);
+    let peaks = [largest(|x| x.u), largest(|x| x.i), largest(|x| x.w)];
+    let quiet = |x: &Window, channel: Channel| {
+        let others: [(bool, f64, f64); 2] = match channel {
+            Channel::Current => [(s.voltage.is_some(), x.u, peaks[0]), (s.speed.is_some(), x.w, peaks[2])],
+            _ => [(s.voltage.is_some(), x.u, peaks[0]), (s.current.is_some(), x.i, peaks[1])],
+        };
+        others.iter().all(|(there, value, peak)| *there && value.abs() <= RESTS * peak)
+    };
+    for channel in [Channel::Current, Channel::Speed] {
+        let Some(values) = s.recording().channel(channel) else { continue };
+        let peak = signals::largest(values);
+        let of = |x: &Window| if channel == Channel::Current { x.i } else { x.w };
+        let change = |x: &Window| if channel == Channel::Current { x.di } else { x.dw };
+        let rests: Vec<&Window> = all
+            .iter()
+            .filter(|x| quiet(x, channel) || (channel == Channel::Current && s.is_open(x.at)))
+            .filter(|x| change(x).abs() * WINDOW_S < STILL * peak.max(f64::MIN_POSITIVE) || channel == Channel::Current)
+            .collect();
+        if rests.len() < FEWEST {
+            continue;
+        }
+        let n = rests.len() as f64;
+        let mean = rests.iter().map(|x| of(x)).sum::<f64>() / n;
+        let scatter = (rests.iter().map(|x| (of(x) - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+        let (first, last) = (rests[0], rests[rests.len() - 1]);
+        let wanders = of(last) - of(first);
+        // What windows beside one another differ by is noise.
+        let steps: Vec<f64> = rests.windows(2).map(|w| (of(w[1]) - of(w[0])).abs()).collect();
+        let noise = crate::noise::median(steps);
+        if wanders.abs() > T_SIGN * noise && wanders.abs() > MATTERS * peak {
+            let text = format!(
+                "{} at rest goes from {} to {} {}: it drifts",
+                signals::name(channel),
+                short(of(first)),
+                short(of(last)),
+                s.unit(channel)
+            );
+            found.push(
+                s.finding(Code::Drift, Severity::Info, text)
+                    .on(channel)
+                    .between(s.time_s(first.at), s.time_s(last.at))
+                    .value(wanders, s.unit(channel))
+                    .handled(Handled::Modelled),
+            );
+        } else if mean.abs() > T_SIGN * scatter / n.sqrt() && mean.abs() > MATTERS * peak {
+            let text = format!("{} at rest is {} {}", signals::name(channel), short(mean), s.unit(channel));
+            found.push(
+                s.finding(Code::OffsetAtRest, Severity::Info, text)
+                    .on(channel)
+                    .between(s.time_s(first.at), s.time_s(last.at))
+                    .value(mean, s.unit(channel))
+                    .handled(Handled::Modelled),
+            );
+        }
+    }
+}

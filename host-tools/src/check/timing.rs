@@ -1,0 +1,221 @@
+//! One channel later than the others, or on a clock of its own.
+//!
+//! The balance of the voltage holds at one instant. With current or speed taken from t + a + b t, the a and b for which
+//! it holds best are that channel's shift and the skew of its clock. A lag of the motor or of a sensor's filter shows
+//! the same; it is an effect, and this finding says only that it is there.
+
+use std::f64::consts::TAU;
+
+use super::criteria::ELECTRICAL_WINDOW_S;
+use super::evidence::{Evidence, variance};
+use super::regression::{self, Fit};
+use super::signals::{self, Signals, short};
+use crate::model::Kind;
+use crate::recording::Channel;
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+
+/// Windows that the balance is taken over, at most.
+const WINDOWS: usize = 1200;
+/// Largest shift that is looked for, s.
+const LARGEST_S: f64 = 0.15;
+/// Largest skew that is looked for.
+const LARGEST_SKEW: f64 = 0.02;
+/// Shifts that are tried first, as parts of the largest, and skews.
+const PARTS: [f64; 14] = [0.006, 0.01, 0.016, 0.025, 0.04, 0.06, 0.09, 0.14, 0.2, 0.3, 0.42, 0.58, 0.78, 1.0];
+/// How many times less the balance has to leave: from 40 windows on the ratio of likelihoods is 10^9 and more.
+const BETTER: f64 = 1.6;
+/// The same for a skew beside a shift.
+const BETTER_YET: f64 = 1.25;
+/// Least shift that is one, s and samples.
+const LEAST_S: f64 = 1e-3;
+const LEAST_SAMPLES: f64 = 1.0;
+/// Steps of the search by thirds.
+const THIRDS: usize = 18;
+
+/// How many times less the balance has to leave for a clock to be blamed: less a drift of a channel makes, too.
+const BLAMED: f64 = 3.0;
+
+/// A channel's time: it is taken from t + shift + skew t, t from the first sample.
+#[derive(Clone, Copy)]
+struct Clock {
+    shift_s: f64,
+    skew: f64,
+}
+
+const RIGHT: Clock = Clock { shift_s: 0.0, skew: 0.0 };
+
+/// What to look for.
+pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
+    let kind = e.told.unwrap_or(kind);
+    let all = s.voltage.is_some() && s.recording().channel(Channel::Current).is_some() && s.speed.is_some();
+    let moves = e.voltage(kind).is_some();
+    let mean_square = e.short.iter().map(|x| x.u * x.u).sum::<f64>() / e.short.len().max(1) as f64;
+    if !all || !moves || variance(e.short.iter().map(|x| x.u)) < 0.05 * mean_square {
+        return;
+    }
+    let balance = Balance::new(s, kind);
+    let Some(as_it_is) = balance.left(Channel::Current, RIGHT) else { return };
+    let mut best: Option<(Channel, Clock, f64)> = None;
+    for channel in [Channel::Current, s.speed_channel] {
+        let (clock, left) = balance.search(channel);
+        if best.is_none_or(|(_, _, least)| left < least) {
+            best = Some((channel, clock, left));
+        }
+    }
+    let Some((channel, clock, left)) = best else { return };
+    let over_s = clock.skew * s.len() as f64 * s.interval_s;
+    let least = LEAST_S.max(LEAST_SAMPLES * s.interval_s);
+    if left * BETTER > as_it_is || clock.shift_s.abs().max(over_s.abs()) < least {
+        return;
+    }
+    // Signs that no motor has are another matter.
+    if !balance.fit(channel, clock).is_some_and(|f| f.b[1] > 0.0 && f.b[3] > 0.0) {
+        return;
+    }
+    let name = signals::name(channel);
+    let without = balance.best_shift(channel, 0.0).1;
+    let stepped = found.iter().any(|f| f.recording == s.path() && f.channel == Some(channel));
+    if without > BETTER_YET * left && over_s.abs() > least {
+        if stepped || as_it_is < BLAMED * left {
+            return;
+        }
+        let text = format!(
+            "the clock of {name} runs {} ppm {} than that of the voltage: {} ms over the recording",
+            short(1e6 * clock.skew.abs()),
+            if clock.skew > 0.0 { "slower" } else { "faster" },
+            short(1e3 * over_s.abs())
+        );
+        found.push(s.finding(Code::ClockSkew, Severity::Warning, text).on(channel).value(clock.skew, ""));
+    } else {
+        let text = format!(
+            "{name} is {} ms {} than the voltage says",
+            short(1e3 * clock.shift_s.abs()),
+            if clock.shift_s > 0.0 { "later" } else { "earlier" }
+        );
+        let finding = s.finding(Code::ChannelShift, Severity::Info, text).on(channel).value(clock.shift_s, "s");
+        found.push(finding.handled(Handled::Modelled));
+    }
+}
+
+/// The balance of the voltage with one channel on another clock.
+struct Balance<'a> {
+    voltage: &'a [f64],
+    current: &'a [f64],
+    speed: &'a [f64],
+    interval_s: f64,
+    kind: Kind,
+    length: usize,
+    /// First samples of the windows.
+    windows: Vec<usize>,
+    phi: Vec<f64>,
+    psi: Vec<f64>,
+}
+
+impl<'a> Balance<'a> {
+    fn new(s: &'a Signals<'_>, kind: Kind) -> Self {
+        let length = s.window(ELECTRICAL_WINDOW_S);
+        let n = s.len();
+        let margin = ((LARGEST_S / s.interval_s) as usize).min(n / 8);
+        let last = n.saturating_sub(margin + length);
+        let hop = (last.saturating_sub(margin) / WINDOWS).max(length / 2).max(1);
+        let usable = |from: usize| {
+            [from, from + length / 2, from + length - 1].into_iter().all(|k| s.is_valid(k) && !s.is_open(k))
+        };
+        let rate = TAU / (length as f64 * length as f64 * s.interval_s);
+        let angle = |k: usize| TAU * (k as f64 + 0.5) / length as f64;
+        Self {
+            voltage: s.voltage.unwrap_or_default(),
+            current: s.current.unwrap_or_default(),
+            speed: s.speed.as_deref().unwrap_or_default(),
+            interval_s: s.interval_s,
+            kind,
+            length,
+            windows: (margin..last).step_by(hop).filter(|from| usable(*from)).collect(),
+            phi: (0..length).map(|k| (1.0 - angle(k).cos()) / length as f64).collect(),
+            psi: (0..length).map(|k| -rate * angle(k).sin()).collect(),
+        }
+    }
+
+    /// Variance of the voltage that is left, V².
+    fn left(&self, channel: Channel, clock: Clock) -> Option<f64> {
+        self.fit(channel, clock).map(|f| f.variance)
+    }
+
+    /// u on 1, i, di/dt and the motion, with one channel on a clock.
+    fn fit(&self, channel: Channel, clock: Clock) -> Option<Fit<4>> {
+        let (other_i, other_w) = match channel {
+            Channel::Current => (clock, RIGHT),
+            _ => (RIGHT, clock),
+        };
+        let taken = |x: &[f64], n: usize, clock: Clock| {
+            let position = n as f64 + clock.shift_s / self.interval_s + clock.skew * n as f64;
+            let position = position.clamp(0.0, (x.len() - 1) as f64);
+            let k = (position as usize).min(x.len().saturating_sub(2));
+            x[k] + (position - k as f64) * (x[k + 1] - x[k])
+        };
+        let rows = self.windows.iter().map(|&from| {
+            let [mut u, mut i, mut di, mut motion] = [0.0; 4];
+            for k in 0..self.length {
+                let (a, d) = (self.phi[k], self.psi[k]);
+                let current = taken(self.current, from + k, other_i);
+                let speed = taken(self.speed, from + k, other_w);
+                u += a * self.voltage[from + k];
+                i += a * current;
+                di += d * current;
+                motion += a * if self.kind == Kind::PmDc { speed } else { current * speed };
+            }
+            ([1.0, i, di, motion], u)
+        });
+        regression::fit(rows)
+    }
+
+    /// The clock of a channel that leaves least.
+    fn search(&self, channel: Channel) -> (Clock, f64) {
+        let (shift_s, left) = self.best_shift(channel, 0.0);
+        let (skew, by_skew) = self.best_skew(channel, 0.0);
+        let (mut clock, mut least) =
+            if by_skew < left { (Clock { shift_s: 0.0, skew }, by_skew) } else { (Clock { shift_s, skew: 0.0 }, left) };
+        for _ in 0..2 {
+            let (shift_s, left) =
+                self.fine(clock.shift_s, 0.02 * LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, ..clock }));
+            if left < least {
+                (clock.shift_s, least) = (shift_s, left);
+            }
+            let (skew, left) =
+                self.fine(clock.skew, 0.02 * LARGEST_SKEW, |skew| self.left(channel, Clock { skew, ..clock }));
+            if left < least {
+                (clock.skew, least) = (skew, left);
+            }
+        }
+        (clock, least)
+    }
+
+    fn best_shift(&self, channel: Channel, skew: f64) -> (f64, f64) {
+        self.best(LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, skew }))
+    }
+
+    fn best_skew(&self, channel: Channel, shift_s: f64) -> (f64, f64) {
+        self.best(LARGEST_SKEW, |skew| self.left(channel, Clock { shift_s, skew }))
+    }
+
+    /// The least over parts of a largest value on either side, then finely.
+    fn best(&self, largest: f64, of: impl Fn(f64) -> Option<f64>) -> (f64, f64) {
+        let at = |x: f64| (x, of(x).unwrap_or(f64::INFINITY));
+        let tried = PARTS.iter().flat_map(|part| [-part * largest, part * largest]).chain([0.0]);
+        let (x, _) = tried.map(at).fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+        let around = (0.3 * x.abs()).max(PARTS[0] * largest);
+        self.fine(x, around, of)
+    }
+
+    /// The least within a distance, by thirds.
+    fn fine(&self, x: f64, around: f64, of: impl Fn(f64) -> Option<f64>) -> (f64, f64) {
+        let at = |x: f64| of(x).unwrap_or(f64::INFINITY);
+        let (mut low, mut high) = (x - around, x + around);
+        for _ in 0..THIRDS {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            if at(a) < at(b) { high = b } else { low = a }
+        }
+        let middle = 0.5 * (low + high);
+        (middle, at(middle))
+    }
+}
