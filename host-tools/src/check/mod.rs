@@ -21,6 +21,7 @@ pub mod criteria;
 pub mod regression;
 
 mod evidence;
+mod gaps;
 mod kind;
 mod mismatch;
 mod range;
@@ -45,7 +46,7 @@ use signals::Signals;
 
 /// Questions recordings of one motor type. `asked` is the kind of motor that they will be taken for; none: any.
 pub fn check(recordings: &[Recording], asked: Option<Kind>) -> Vec<DataFinding> {
-    let mut found: Vec<DataFinding> = Vec::new();
+    let mut found: Vec<DataFinding> = recordings.iter().flat_map(gaps::look).collect();
     let mut signals: Vec<Signals<'_>> = recordings.iter().map(Signals::new).collect();
     signals.iter_mut().for_each(|s| spikes::look(s, &mut found));
     let evidence: Vec<Evidence> = signals.iter().map(Evidence::new).collect();
