@@ -21,7 +21,11 @@ pub fn apart<'a>(recordings: &'a [Recording], filter: &Filter) -> Cow<'a, [Recor
         let mut segments = recording.segments();
         let mut ranges = recording.between_gaps().into_iter();
         segments.retain(|_| ranges.next().is_some_and(|range| !short.contains(&range)));
-        if segments.is_empty() { recording.segments().into_iter().max_by_key(Recording::len).into_iter().collect() } else { segments }
+        if segments.is_empty() {
+            recording.segments().into_iter().max_by_key(Recording::len).into_iter().collect()
+        } else {
+            segments
+        }
     };
     Cow::Owned(recordings.iter().flat_map(of).collect())
 }

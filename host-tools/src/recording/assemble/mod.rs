@@ -107,10 +107,15 @@ impl Assembly<'_> {
                 _ => {}
             }
             self.tell_gaps(found.source.column, &values, &usable)?;
+            if found.source.expression.is_some() {
+                // It may hold a rate of change.
+                placement.borders().into_iter().for_each(|n| values[n] = f64::NAN);
+            }
             channels.insert(channel, values);
         }
         let motion = self.motion(&motion_seen)?;
-        let flags = self.states(&uses, rows).map(|flags| if flags.is_empty() { flags } else { placement.gather(flags, false) });
+        let flags =
+            self.states(&uses, rows).map(|flags| if flags.is_empty() { flags } else { placement.gather(flags, false) });
         let [rotor_locked, supply_open] = flags;
         let measured: Vec<Channel> = channels.keys().copied().collect();
         self.at_rows(&placement, &mut channels);
@@ -145,7 +150,11 @@ impl Assembly<'_> {
         })?;
         for channel in measured {
             let values = recording.channel(channel).unwrap_or_default();
-            for clipped in clipping::find(channel, values) {
+            for mut clipped in clipping::find(channel, values) {
+                clipped.samples.retain(|n| !recording.gaps().iter().any(|gap| gap.contains(n)));
+                if clipped.samples.is_empty() {
+                    continue;
+                }
                 self.warnings.push(format!(
                     "{} is clipped at {} {}: {} samples are masked",
                     channel.column(),

@@ -146,8 +146,7 @@ impl Assembly<'_> {
                 *values = placement.gather(std::mem::take(values), f64::NAN);
             }
         }
-        let interpolated =
-            format!("interpolated to a uniform interval, with an error of at most {:.2} %", 100.0 * largest);
+        let interpolated = format!("interpolated to a uniform interval, usually to {:.2} % or better", 100.0 * largest);
         if placement.wanders() {
             let strays_s = placement.strays_s();
             let text = format!(
@@ -172,7 +171,9 @@ impl Assembly<'_> {
                 Handled::None,
             ),
             Taken::Untold => (
-                format!("{scatter}; the samples do not tell whether they were taken then, and uniform ones are assumed"),
+                format!(
+                    "{scatter}; the samples do not tell whether they were taken then, and uniform ones are assumed"
+                ),
                 Handled::None,
             ),
         };

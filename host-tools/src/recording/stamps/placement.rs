@@ -67,6 +67,12 @@ impl Placement {
         self.beside.as_ref().is_none_or(|b| b.scatter.is_none() && !b.wanders)
     }
 
+    /// The samples before and behind each gap: what is told by their neighbours is not known there.
+    pub fn borders(&self) -> Vec<usize> {
+        let stretches = self.beside.as_ref().map_or(&[][..], |b| &b.stretches);
+        stretches.windows(2).flat_map(|w| [w[0].end - 1, w[1].start]).collect()
+    }
+
     /// Values of the samples on the rows, unchanged; `missing` in a gap.
     pub fn gather<T: Copy>(&self, values: Vec<T>, missing: T) -> Vec<T> {
         let Some(beside) = &self.beside else { return values };

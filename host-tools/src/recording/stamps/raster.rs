@@ -52,7 +52,9 @@ impl Raster {
             if wanders && !is_slow(&means) {
                 return None;
             }
-            smooth.extend(segment.clone().zip(&means).map(|(n, m)| self.row_of(n) as f64 + if wanders { *m } else { level }));
+            smooth.extend(
+                segment.clone().zip(&means).map(|(n, m)| self.row_of(n) as f64 + if wanders { *m } else { level }),
+            );
         }
         Some(smooth)
     }
@@ -97,8 +99,7 @@ fn is_slow(means: &[f64]) -> bool {
         return false;
     }
     let at = |b: usize| b * (means.len() - 1) / blocks;
-    let rates: Vec<f64> =
-        (0..blocks).map(|b| (means[at(b + 1)] - means[at(b)]) / (at(b + 1) - at(b)) as f64).collect();
+    let rates: Vec<f64> = (0..blocks).map(|b| (means[at(b + 1)] - means[at(b)]) / (at(b + 1) - at(b)) as f64).collect();
     let (low, high) = rates.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
     let steepest = rates.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
     let range = high - low;

@@ -11,6 +11,9 @@ use crate::recording::time_axis::{self, Fault, TimeAxis};
 const MOST_GAPS: usize = 100;
 /// Share of the rows that may be missing.
 const MOST_MISSING: f64 = 1.0 / 3.0;
+/// Segments among which most may be [`SHORT`], in samples: where more are, it is the rate that has changed.
+const MOST_SHORT: usize = 8;
+const SHORT: usize = 16;
 /// RMS scatter of stamps, in intervals, that matters: less moves a signal that turns by 0.3 rad from sample to sample
 /// (a twentieth of the sampling rate) by 0.15 % of its amplitude, no more than a 10-bit converter tells.
 const LEAST_SCATTER: f64 = 0.005;
@@ -43,6 +46,10 @@ fn placed(t: &[f64], raster: &Raster) -> Option<Placement> {
     let between = |pair: &[Range<usize>]| on_row(pair[0].end - 1) + 1..on_row(pair[1].start);
     let gaps: Vec<Range<usize>> = raster.segments.windows(2).map(between).filter(|gap| !gap.is_empty()).collect();
     let missing: usize = gaps.iter().map(ExactSizeIterator::len).sum();
+    let short = raster.segments.iter().filter(|segment| segment.len() < SHORT).count();
+    if raster.segments.len() > MOST_SHORT && 2 * short > raster.segments.len() {
+        return None;
+    }
     if gaps.len() > MOST_GAPS || missing as f64 > MOST_MISSING * rows as f64 {
         return None;
     }
@@ -58,8 +65,7 @@ fn placed(t: &[f64], raster: &Raster) -> Option<Placement> {
     gaps.iter().for_each(|gap| samples[gap.clone()].fill(None));
     let squares: f64 = stamps.iter().zip(&smooth).map(|(a, b)| (a - b).powi(2)).sum();
     let scatter = (squares / t.len() as f64).sqrt();
-    let matters = scatter > LEAST_SCATTER
-        && !resolution::explains_about(t, &smooth, raster.start_s, raster.interval_s);
+    let matters = scatter > LEAST_SCATTER && !resolution::explains_about(t, &smooth, raster.start_s, raster.interval_s);
     let axis = TimeAxis { start_s: raster.start_s, interval_s: raster.interval_s, jitter: raster.jitter(t) };
     let stretches = raster.segments.clone();
     if gaps.is_empty() && !matters && !wanders {
@@ -103,9 +109,12 @@ mod tests {
 
     #[test]
     fn too_many_gaps_are_none() {
-        // Half of the rows in pairs.
-        let t: Vec<f64> = (0..4000).filter(|n| n % 4 < 2).map(|n| 1e-3 * n as f64).collect();
+        // Two hundred, of a row each.
+        let t: Vec<f64> = (0..8000).filter(|n| n % 40 < 39).map(|n| 1e-3 * f64::from(n)).collect();
         assert!(read(&t).is_err());
+        // A tenth of the run at half the rate.
+        let t: Vec<f64> = (0..1000).chain((1000..1200).step_by(2)).map(|n| 1e-3 * f64::from(n)).collect();
+        assert!(read(&t).is_err(), "two rates");
         // One half missing in one gap.
         let t: Vec<f64> = (0..4000).filter(|n| !(1000..3000).contains(n)).map(|n| 1e-3 * n as f64).collect();
         assert!(read(&t).expect_err("a gap").what.contains("2000 samples are missing"));

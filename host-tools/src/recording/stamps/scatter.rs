@@ -8,19 +8,15 @@
 //!
 //! The slope dx/dn is taken twice, over one and over three samples to either side: their noises are independent of each
 //! other and of e, so that β = Σ w g e s₃ / Σ w g² s₁ s₃ is biased neither by noise nor by its size (instrumental
-//! variables, e.g. T. Söderström, P. Stoica: System Identification, 1989, ch. 8). The weights w are the inverse squares
-//! of the usual e of a block; samples at which e is [`WILD`] times as large (edges) are left out.
+//! variables, e.g. T. Söderström, P. Stoica: System Identification, 1989, ch. 8). The weights w are the inverse mean
+//! squares of e around each sample, so that edges, where no cubic fits, count for nothing.
 
 use super::placement::Placement;
-use crate::noise::median;
-
 /// Log-likelihood ratio from which samples have decided: odds of e¹⁰ = 22,000 to one.
 pub const DECIDED: f64 = 10.0;
-/// Samples whose usual height is taken together.
-const BLOCK: usize = 64;
-/// Heights that are those of edges.
-const WILD: f64 = 10.0;
-/// Samples to either side that are looked at.
+/// Samples to either side whose heights give a sample its weight.
+const AROUND: usize = 8;
+/// Samples to either side over which the slope is taken.
 const REACH: usize = 3;
 
 /// What the samples say.
@@ -74,28 +70,24 @@ fn add(sums: &mut Sums, x: &[f64], late: &[f64]) {
     if x.len() <= 2 * REACH {
         return;
     }
-    let inside: Vec<usize> = (REACH..x.len() - REACH).collect();
-    for block in inside.chunks(BLOCK) {
-        let heights: Vec<f64> = block.iter().map(|n| height(x, *n)).collect();
-        let sizes: Vec<f64> = heights.iter().map(|e| e.abs()).filter(|e| e.is_finite()).collect();
-        let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-        // Coarse steps leave most heights at zero.
-        let usual = Some(median(sizes)).filter(|e| *e > 0.0).unwrap_or(mean);
-        if usual <= 0.0 {
+    let inside = REACH..x.len() - REACH;
+    let heights: Vec<f64> = inside.clone().map(|n| height(x, n)).collect();
+    let mut squares = vec![0.0];
+    for e in &heights {
+        squares.push(squares[squares.len() - 1] + if e.is_finite() { e * e } else { 0.0 });
+    }
+    for (k, (n, e)) in inside.zip(&heights).enumerate() {
+        let (from, to) = (k.saturating_sub(AROUND), (k + AROUND + 1).min(heights.len()));
+        let usual = ((squares[to] - squares[from]) / (to - from) as f64).max(0.0).sqrt();
+        let (e, g) = (e / usual, height(late, n));
+        let [near, far] = [1, REACH].map(|k| (x[n + k] - x[n - k]) / (2 * k) as f64 / usual);
+        if ![e, near, far].iter().all(|x| x.is_finite()) {
             continue;
         }
-        for (n, e) in block.iter().zip(heights) {
-            let (e, g) = (e / usual, height(late, *n));
-            let [near, far] = [1, REACH].map(|k| (x[n + k] - x[n - k]) / (2 * k) as f64 / usual);
-            let whole = e.is_finite() && near.is_finite() && far.is_finite();
-            if !whole || e.abs() > WILD {
-                continue;
-            }
-            let (told, weight) = (g * near, g * far);
-            sums.product += weight * e;
-            sums.square += weight * told;
-            let squared = weight * weight;
-            [e * e, e * told, told * told].into_iter().zip(&mut sums.errors).for_each(|(x, sum)| *sum += squared * x);
-        }
+        let (told, weight) = (g * near, g * far);
+        sums.product += weight * e;
+        sums.square += weight * told;
+        let squared = weight * weight;
+        [e * e, e * told, told * told].into_iter().zip(&mut sums.errors).for_each(|(x, sum)| *sum += squared * x);
     }
 }
