@@ -130,6 +130,11 @@ mod tests {
             assert!(placed.gaps.is_empty() && placed.scatter_s().is_none() && placed.rows == t.len(), "{rate} Hz");
             assert_eq!(placed.coarse_s.is_some(), rate > digits, "{rate} Hz");
         }
+        // Seconds since 1970 at 100 kHz, and single precision at 10 kHz.
+        let t: Vec<f64> = (0..30_000).map(|n| 1.772_352e9 + 1e-5 * f64::from(n)).collect();
+        assert!(read(&t).expect("rounded").scatter_s().is_none());
+        let t: Vec<f64> = (0..300_000).map(|n| f64::from((1e-4 * f64::from(n)) as f32)).collect();
+        assert!(read(&t).expect("rounded").scatter_s().is_none());
     }
 
     #[test]

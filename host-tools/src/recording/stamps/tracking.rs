@@ -26,8 +26,14 @@ pub fn raster(t: &[f64]) -> Option<Raster> {
     }
     let span = SPAN.min(t.len() / FEWEST).max(1);
     let rough = median(t.windows(span + 1).map(|w| (w[span] - w[0]) / span as f64).collect());
+    // Samples that follow one without a gap that no scatter makes.
+    let run = |from: usize, interval: f64| {
+        let all = &t[from..(from + FOLLOWING).min(t.len())];
+        let gap = all.windows(2).position(|w| w[1] - w[0] > (1.0 + SURELY) * interval);
+        &all[..gap.map_or(all.len(), |k| k + 1)]
+    };
     let begin = |from: usize, interval: f64| {
-        let first = &t[from..(from + FOLLOWING).min(t.len())];
+        let first = run(from, interval);
         median(first.iter().enumerate().map(|(k, t)| t - k as f64 * interval).collect())
     };
     let mut interval = rough;
@@ -38,7 +44,7 @@ pub fn raster(t: &[f64]) -> Option<Raster> {
         let late = (t[n] - due) / interval;
         let mut missing = late.round().max(0.0);
         if missing > 0.0 && late < SURELY {
-            let following = &t[n..(n + FOLLOWING).min(t.len())];
+            let following = run(n, interval);
             let all = median(following.iter().enumerate().map(|(k, t)| (t - due) / interval - k as f64).collect());
             missing = if all > 0.5 { all.round().max(1.0) } else { 0.0 };
         }
