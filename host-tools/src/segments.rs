@@ -1,5 +1,5 @@
-//! Recordings with gaps, taken apart: what the motor did in a gap is not known, so that the model begins anew behind it,
-//! from a state of its own.
+//! Recordings with gaps, taken apart: what the motor did in a gap is not known, so that the model begins anew behind
+//! it, from a state of its own.
 
 use std::borrow::Cow;
 use std::ops::Range;

@@ -14,8 +14,8 @@ const MOST_WANDER: f64 = 0.2;
 const MOST_IN_A_BLOCK: f64 = 0.34;
 /// Wandering as a share of the rate that is too little to be looked at so closely.
 const LITTLE_WANDER: f64 = 0.005;
-/// Stamps that stray further from a straight line than by these, in rows and as a share of the run, come from a rate that
-/// wanders: as in the check of uniform stamps.
+/// Stamps that stray further from a straight line than by these, in rows and as a share of the run, come from a rate
+/// that wanders: as in the check of uniform stamps.
 const WANDER: (f64, f64) = (1.0, 1e-4);
 /// Smooth deviations from the raster that are none, in rows.
 const ON_THE_LINE: f64 = 0.25;

@@ -1,7 +1,7 @@
 //! Counting rows along stamps that scatter.
 //!
-//! A second-order tracking loop predicts when the next sample is due. A stamp that is late by more than half an interval
-//! tells of missing rows, if those that follow it are late as well.
+//! A second-order tracking loop predicts when the next sample is due. A stamp that is late by more than half an
+//! interval tells of missing rows, if those that follow it are late as well.
 
 use super::raster::Raster;
 use crate::noise::median;
