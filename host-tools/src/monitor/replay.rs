@@ -53,8 +53,8 @@ impl Replay {
     }
 }
 
-/// Runs a recording through the tick and a detector; each part of one with gaps anew, and an alarm of one of them is one
-/// of the whole.
+/// Runs a recording through the tick and a detector; each part of one with gaps anew, and an alarm of one of them is
+/// one of the whole.
 ///
 /// # Errors
 /// A recording without voltage, current and speed, or a model that cannot be run at its sampling rate; an interrupt.
