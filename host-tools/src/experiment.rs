@@ -1,5 +1,7 @@
 //! A recording as the model meets it: what drives the model, what is observed, what is imposed, which samples count.
 
+use std::path::PathBuf;
+
 use greyrig::butterworth::{self, Cascade, Coefficients};
 use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Snapshot, State, Stepper};
 use greyrig::scalar::Scalar;
@@ -9,7 +11,7 @@ use crate::between::{self, Between};
 use crate::counts;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
-use crate::filtering::Filter;
+use crate::filtering::{FEWEST_SETTLINGS, Filter};
 use crate::mains;
 use crate::noise;
 use crate::recording::{Channel, Recording};
@@ -70,6 +72,8 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
 pub struct Experiment {
     /// The file, as the user named it.
     pub name: String,
+    /// Whether it is a part of a recording with gaps, and of which file.
+    pub part_of: Option<PathBuf>,
     /// Sampling interval, s.
     pub interval_s: f64,
     /// What drives the model.
@@ -113,9 +117,6 @@ const AT_REST: f64 = 4.0;
 /// Averaging time for the speed at the first sample, s: a mains period at 50 Hz.
 const START_AVERAGE_S: f64 = 0.02;
 
-/// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
-const LARGEST_CUTOFF_RATIO: f64 = 0.25;
-
 /// Rate of the motor times the step of the model, as in the core's choice of sub-steps, and so many of these at most in
 /// an interval that is not cut into pieces.
 const LARGEST_RATE_STEP: f64 = 0.75;
@@ -136,7 +137,7 @@ impl Experiment {
     /// # Errors
     /// Neither voltage nor torque, nothing to compare with, or too short for the filter to settle.
     pub fn new(recording: &Recording, filter: &Filter) -> Result<Self> {
-        let name = recording.path().display().to_string();
+        let name = recording.name();
         let bad = |what: &str, remedy: &str| Error::input(Place::file(recording.path()), what, remedy);
         let interval_s = recording.sample_time_s();
         let aligned = |channel: Channel, key: &str| {
@@ -175,17 +176,12 @@ impl Experiment {
                 "name the column with --map i_a=COLUMN or --map omega_rad_s=COLUMN",
             ));
         }
-        let rate = 1.0 / interval_s;
-        let settings = butterworth::Settings {
-            order: filter.order,
-            cutoff_hz: filter.cutoff_hz.min(LARGEST_CUTOFF_RATIO * rate),
-            sample_rate_hz: rate,
-        };
+        let settings = filter.at(interval_s);
         let settling = settings
             .settling_samples()
             .map_err(|e| bad(&format!("the filter does not fit this sampling rate: {e}"), "choose another --cutoff"))?
             as usize;
-        if recording.len() < 4 * settling {
+        if recording.len() < FEWEST_SETTLINGS * settling {
             return Err(bad(
                 &format!(
                     "{} samples ({:.3} s) are too few: the filter alone takes {settling} to settle",
@@ -204,6 +200,7 @@ impl Experiment {
             counted: settled(recording.valid(), settling),
             filter: settings,
             name,
+            part_of: recording.part_of().map(|_| recording.path().to_owned()),
             interval_s,
             drive,
             input,
@@ -340,6 +337,7 @@ impl Experiment {
         let flags = |flags: &[bool]| flags.iter().copied().step_by(factor).collect::<Vec<bool>>();
         Self {
             name: self.name.clone(),
+            part_of: self.part_of.clone(),
             interval_s: self.interval_s * factor as f64,
             drive: self.drive,
             input: average(&self.input),
@@ -479,6 +477,7 @@ impl Experiment {
         let flags = |flags: &[bool]| flags.iter().copied().skip(from).collect::<Vec<bool>>();
         Self {
             name: self.name.clone(),
+            part_of: self.part_of.clone(),
             input: self.input[from..].to_vec(),
             edges: self.edges.iter().filter(|e| e.n > from).map(|e| Edge { n: e.n - from, ..*e }).collect(),
             instants: self.instants.iter().filter(|(n, _)| *n > from).map(|(n, share)| (n - from, *share)).collect(),
@@ -500,6 +499,7 @@ impl Experiment {
         let flags = |flags: &[bool]| flags.iter().copied().take(samples).collect::<Vec<bool>>();
         Self {
             name: self.name.clone(),
+            part_of: self.part_of.clone(),
             input: self.input[..samples].to_vec(),
             edges: self.edges.iter().copied().filter(|e| e.n < samples).collect(),
             instants: self.instants.iter().copied().filter(|(n, _)| *n < samples).collect(),

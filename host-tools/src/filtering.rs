@@ -6,6 +6,12 @@ use serde::{Deserialize, Serialize};
 /// A speed below this share of the largest does not tell the direction of motion.
 const STANDSTILL_SHARE: f64 = 0.005;
 
+/// Highest cut-off as a fraction of the sampling rate that a slow recording is filtered with.
+const LARGEST_CUTOFF_RATIO: f64 = 0.25;
+
+/// Settling times of the filter that a recording has to last.
+pub const FEWEST_SETTLINGS: usize = 4;
+
 /// The filter that measured and modelled signals go through before they are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -20,6 +26,15 @@ impl Default for Filter {
     fn default() -> Self {
         let usual = butterworth::Settings::default();
         Self { order: usual.order, cutoff_hz: usual.cutoff_hz }
+    }
+}
+
+impl Filter {
+    /// The same at a sampling interval, s, with a cut-off that it can carry.
+    pub fn at(&self, interval_s: f64) -> Settings {
+        let rate = 1.0 / interval_s;
+        let cutoff_hz = self.cutoff_hz.min(LARGEST_CUTOFF_RATIO * rate);
+        Settings { order: self.order, cutoff_hz, sample_rate_hz: rate }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
 use crate::model::Model;
 use crate::recording::Recording;
+use crate::segments;
 
 /// Names of the inputs.
 pub const INPUTS: [&str; 3] = ["u_v", "modelled i_a", "modelled omega_rad_s"];
@@ -48,7 +49,7 @@ fn rows(
     let motor = model
         .motor::<f32>()
         .map_err(|e| Error::usage(format!("the model cannot be run: {e}"), "check its parameters"))?;
-    for recording in recordings {
+    for recording in segments::apart(recordings, &model.filter).iter() {
         let e = Experiment::new(recording, &model.filter)?;
         let (Drive::Voltage, Some(current)) = (e.drive, e.current.as_ref()) else {
             return Err(Error::usage(

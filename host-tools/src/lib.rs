@@ -35,5 +35,6 @@ pub mod recording;
 pub mod repeats;
 pub mod report;
 pub mod rig;
+pub mod segments;
 pub mod serve;
 pub mod term;

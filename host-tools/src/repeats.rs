@@ -22,9 +22,15 @@ pub fn of_experiments(experiments: &[Experiment]) -> Vec<[usize; 2]> {
 /// held and opened alike, whatever the phase of the mains was.
 pub fn are_alike(one: &Experiment, other: &Experiment) -> bool {
     one.drive == other.drive
+        && !are_of_one_file(one, other)
         && (one.interval_s / other.interval_s - 1.0).abs() < 1e-6
         && samples_of_window(one) == samples_of_window(other)
         && is_same(&course(one), &course(other))
+}
+
+/// Whether both are parts of the same recording, which has gaps: what they share is no excitation that was repeated.
+fn are_of_one_file(one: &Experiment, other: &Experiment) -> bool {
+    one.part_of.is_some() && one.part_of == other.part_of
 }
 
 /// Whether it is the same sample by sample, the phase of the mains included: then two errors can be compared sample by
@@ -112,6 +118,11 @@ mod tests {
         assert_eq!(changed(&|e| e.open = (0..e.len()).map(|n| n > e.len() / 2).collect()), 0);
         assert_eq!(changed(&|e| e.locked = vec![true; e.len()]), 0);
         assert_eq!(changed(&|e| e.input.truncate(e.input.len() / 2)), 0, "half of it");
+        let mut parts = [one.clone(), recorded(Kind::PmDc, "dc-steps", 2)];
+        parts.iter_mut().for_each(|e| e.part_of = Some("run.csv".into()));
+        assert_eq!(of_experiments(&parts).len(), 0, "parts of one file");
+        parts[1].part_of = Some("other.csv".into());
+        assert_eq!(of_experiments(&parts).len(), 1, "parts of two files");
     }
 
     #[test]

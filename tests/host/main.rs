@@ -27,6 +27,7 @@ mod recording_mutation;
 mod report;
 mod rig;
 mod serve;
+mod stamps;
 mod swallowed;
 mod synthetic_comparison;
 mod train;

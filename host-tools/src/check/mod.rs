@@ -23,6 +23,7 @@ pub mod regression;
 mod colour;
 mod differences;
 mod evidence;
+mod gaps;
 mod interpolated;
 mod kind;
 mod lost;
@@ -53,7 +54,7 @@ use signals::Signals;
 
 /// Questions recordings of one motor type. `asked` is the kind of motor that they will be taken for; none: any.
 pub fn check(recordings: &[Recording], asked: Option<Kind>) -> Vec<DataFinding> {
-    let mut found: Vec<DataFinding> = Vec::new();
+    let mut found: Vec<DataFinding> = recordings.iter().flat_map(gaps::look).collect();
     let mut signals: Vec<Signals<'_>> = recordings.iter().map(Signals::new).collect();
     signals.iter_mut().for_each(|s| spikes::look(s, &mut found));
     let evidence: Vec<Evidence> = signals.iter().map(Evidence::new).collect();

@@ -19,6 +19,7 @@ use crate::filtering::directions;
 use crate::model::Model;
 use crate::prediction::{self, Sums};
 use crate::recording::Recording;
+use crate::segments;
 
 /// An error, or a signal, within this factor of the noise floor is noise.
 const AT_THE_FLOOR: f64 = 1.3;
@@ -45,6 +46,7 @@ pub fn compare_along(
 }
 
 fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx: &Context) -> Result<Comparison> {
+    let recordings = &*segments::apart(recordings, &model.filter);
     let mut experiments: Vec<Experiment> =
         recordings.iter().map(|r| Ok(Experiment::new(r, &model.filter)?.with_edges_placed())).collect::<Result<_>>()?;
     for (e, recording) in experiments.iter().zip(recordings) {
@@ -67,7 +69,7 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
         .zip(recordings)
         .map(|(e, recording)| traces::traces(&motor, correction.as_ref(), &precise, e, recording.start_s()))
         .collect::<Result<_>>()?;
-    let parts: Vec<Part> = experiments
+    let mut parts: Vec<Part> = experiments
         .par_iter()
         .zip(&free_runs)
         .enumerate()
@@ -81,6 +83,9 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
             Ok(Part { errors: errors(own), floor, structured, one_step })
         })
         .collect::<Result<_>>()?;
+    let floors = parts.iter().map(|part| part.floor.clone()).collect();
+    let floors = noise_floor::of_files(&experiments, floors);
+    parts.iter_mut().zip(floors).for_each(|(part, floor)| part.floor = floor);
 
     let per_recording: Vec<RecordingComparison> = parts
         .iter()

@@ -78,6 +78,18 @@ pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
     Floor { source: (rms.current.is_some() || rms.speed.is_some()).then_some(source), rms }
 }
 
+/// Floors of parts of recordings with gaps that are too short to show one: that of the longest part of the same file
+/// that shows it.
+pub fn of_files(experiments: &[Experiment], floors: Vec<Floor>) -> Vec<Floor> {
+    let of_file = |k: usize| {
+        let same = |j: &usize| experiments[*j].part_of == experiments[k].part_of && floors[*j].source.is_some();
+        let others = (0..experiments.len()).filter(same);
+        others.max_by_key(|j| experiments[*j].len()).map(|j| floors[j].clone())
+    };
+    let own = |k: usize| (experiments[k].part_of.is_some() && floors[k].source.is_none()).then(|| of_file(k)).flatten();
+    (0..floors.len()).map(|k| own(k).unwrap_or_else(|| floors[k].clone())).collect()
+}
+
 /// Noise of voltage, current and speed while nothing happens.
 fn idle(e: &Experiment) -> Option<[Option<f64>; 3]> {
     let peak = e.input.iter().fold(0.0f64, |m, u| m.max(u.abs()));

@@ -33,6 +33,7 @@ use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Filter;
 use crate::recording::Recording;
+use crate::segments;
 use flux::FluxAtPeak;
 use space::Freedom;
 
@@ -80,7 +81,7 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
     Ok(outcome.into_identification(recordings, settings, filter, flux, notes))
 }
 
-/// Prepares recordings of one motor type.
+/// Prepares recordings of one motor type; of one with gaps, its parts.
 ///
 /// # Errors
 /// No recording, recordings of different types, or one that cannot be used.
@@ -101,5 +102,5 @@ pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experime
             "identify each motor type by itself",
         ));
     }
-    recordings.iter().map(|r| Ok(Experiment::new(r, filter)?.with_edges_placed())).collect()
+    segments::apart(recordings, filter).iter().map(|r| Ok(Experiment::new(r, filter)?.with_edges_placed())).collect()
 }

@@ -10,6 +10,7 @@ use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
 use crate::model::Model;
 use crate::recording::Recording;
+use crate::segments;
 
 /// Samples after which it is looked whether the work is to stop.
 const LOOK_EVERY: usize = 1 << 16;
@@ -52,11 +53,33 @@ impl Replay {
     }
 }
 
-/// Runs a recording through the tick and a detector.
+/// Runs a recording through the tick and a detector; each part of one with gaps anew, and an alarm of one of them is
+/// one of the whole.
 ///
 /// # Errors
 /// A recording without voltage, current and speed, or a model that cannot be run at its sampling rate; an interrupt.
 pub fn replay(
+    model: &Model,
+    recording: &Recording,
+    settings: &dyn Fn(f64) -> detector::Settings,
+    ctx: &Context,
+) -> Result<Replay> {
+    let whole = std::slice::from_ref(recording);
+    let mut all = Replay { rows: Vec::new(), verdict: Verdict::CannotJudge, temperature: None };
+    for part in segments::apart(whole, &model.filter).iter() {
+        let run = of_one(model, part, settings, ctx)?;
+        all.rows.extend(run.rows);
+        all.verdict = match (all.verdict, run.verdict) {
+            (Verdict::Fail, _) | (_, Verdict::Fail) => Verdict::Fail,
+            (Verdict::Pass, _) | (_, Verdict::Pass) => Verdict::Pass,
+            _ => Verdict::CannotJudge,
+        };
+        all.temperature = all.temperature.into_iter().chain(run.temperature).reduce(f64::max);
+    }
+    Ok(all)
+}
+
+fn of_one(
     model: &Model,
     recording: &Recording,
     settings: &dyn Fn(f64) -> detector::Settings,

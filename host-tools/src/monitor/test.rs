@@ -124,7 +124,10 @@ pub fn judge(
     let mut alarms = alarms(&run.rows);
     let (mut suspects, mut own) = (Vec::new(), BTreeMap::new());
     if whole {
-        if let Some(first) = alarms.first() {
+        // A cause that is put into a recording with gaps would begin anew behind each.
+        if recording.gaps().is_empty()
+            && let Some(first) = alarms.first()
+        {
             suspects = suspect::suspects(model, detector, recording, &run, first.t_s, ctx)?;
             if alarms.iter().any(|a| !a.suspect.is_empty()) {
                 suspects.retain(|s| s.kind != Kind::Electrical.name() && s.explains > BESIDE_SPARKS);

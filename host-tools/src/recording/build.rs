@@ -1,8 +1,10 @@
 //! Building a recording: what it promises is checked here.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
+use super::finding::DataFinding;
 use super::{Channel, Extra, Motion, Recording, SourceColumn, gaps};
 
 /// Why values are no recording.
@@ -70,6 +72,8 @@ pub struct Builder {
     extras: Vec<Extra>,
     metadata: BTreeMap<String, String>,
     warnings: Vec<String>,
+    findings: Vec<DataFinding>,
+    gaps: Vec<Range<usize>>,
     sources: BTreeMap<&'static str, SourceColumn>,
 }
 
@@ -156,6 +160,20 @@ impl Builder {
         self
     }
 
+    /// What was found about these data while they were read.
+    #[must_use]
+    pub fn findings(mut self, findings: Vec<DataFinding>) -> Self {
+        self.findings = findings;
+        self
+    }
+
+    /// Stretches of samples that nobody recorded, in their order: no value of their rows is taken.
+    #[must_use]
+    pub fn gaps(mut self, gaps: Vec<Range<usize>>) -> Self {
+        self.gaps = gaps;
+        self
+    }
+
     /// The column that a target of `--map` was taken from.
     #[must_use]
     pub fn source(mut self, target: &'static str, column: SourceColumn) -> Self {
@@ -188,6 +206,10 @@ impl Builder {
         if valid.is_empty() {
             valid = vec![true; len];
         }
+        if let Some(gap) = self.gaps.iter().find(|gap| gap.end > len) {
+            return Err(InvalidRecording::NoSuchSample { sample: gap.end - 1, len });
+        }
+        self.gaps.iter().for_each(|gap| valid[gap.clone()].fill(false));
         let masked_rows: Vec<usize> = (0..len).filter(|&k| !valid[k]).collect();
         let (mut channels, mut missing) = (BTreeMap::new(), Vec::new());
         for (channel, values) in self.channels {
@@ -217,6 +239,9 @@ impl Builder {
             extras,
             metadata: self.metadata,
             warnings: self.warnings,
+            findings: self.findings,
+            gaps: self.gaps,
+            part: None,
             sources: self.sources,
         };
         missing.iter().for_each(|(channel, samples)| recording.note_missing(*channel, samples));

@@ -1,5 +1,7 @@
 //! Samples that are missing.
 
+use std::ops::Range;
+
 /// Replaces each NaN by the straight line between the finite values around it, and by the nearest one at an end. What
 /// it has replaced, or nothing where there is no finite value at all.
 pub(super) fn bridge(values: &mut [f64]) -> Option<Vec<usize>> {
@@ -39,9 +41,21 @@ pub(super) fn hold<T: Copy>(values: &mut [T], masked: &[usize]) {
     }
 }
 
+/// Stretches of samples as a part of them has them.
+pub(super) fn within(gaps: &[Range<usize>], part: &Range<usize>) -> Vec<Range<usize>> {
+    let inside = |gap: &Range<usize>| gap.start.max(part.start)..gap.end.min(part.end);
+    let all = gaps.iter().map(inside).filter(|gap| !gap.is_empty());
+    all.map(|gap| gap.start - part.start..gap.end - part.start).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_has_what_lies_in_it_of_a_gap() {
+        assert_eq!(within(&[2..4, 6..9, 12..13], &(3..8)), [0..1, 3..5]);
+    }
 
     #[test]
     fn a_line_bridges_a_gap_and_the_nearest_value_an_end() {

@@ -19,8 +19,10 @@ mod build;
 mod channel;
 mod damage;
 mod gaps;
+mod part;
 mod read;
 mod source;
+mod stamps;
 mod write;
 
 #[cfg(feature = "arrow")]
@@ -36,14 +38,18 @@ mod text;
 mod wav;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 pub use build::{Builder, InvalidRecording};
 pub use channel::{Channel, Motion};
 pub use mapping::{MapArgs, Mapping};
+pub use part::Part;
 pub use read::{is_decoding, load, load_all};
 pub use source::SourceColumn;
 pub use write::write;
+
+use finding::DataFinding;
 
 /// A further column that is carried along, in the units of its file.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,6 +97,11 @@ pub struct Recording {
     extras: Vec<Extra>,
     metadata: BTreeMap<String, String>,
     warnings: Vec<String>,
+    findings: Vec<DataFinding>,
+    /// Stretches of samples that nobody recorded, in their order.
+    gaps: Vec<Range<usize>>,
+    /// Which one it is among those between the gaps of a recording.
+    part: Option<Part>,
     /// By target of `--map`.
     sources: BTreeMap<&'static str, SourceColumn>,
 }
@@ -199,6 +210,43 @@ impl Recording {
         &self.warnings
     }
 
+    /// What was found about these data while they were read.
+    pub fn findings(&self) -> &[DataFinding] {
+        &self.findings
+    }
+
+    /// Stretches of samples that nobody recorded, in their order: their rows are masked, and what the motor did
+    /// meanwhile is not known.
+    pub fn gaps(&self) -> &[Range<usize>] {
+        &self.gaps
+    }
+
+    /// Which one it is among those between the gaps of a recording; none: it is whole.
+    pub fn part_of(&self) -> Option<Part> {
+        self.part
+    }
+
+    /// Its file as the user named it, with the number of a part: `run.csv (2 of 3)`.
+    pub fn name(&self) -> String {
+        let path = self.path.display();
+        self.part.map_or_else(|| path.to_string(), |part| format!("{path} ({part})"))
+    }
+
+    /// The stretches between its gaps, each a recording of its own.
+    pub fn segments(&self) -> Vec<Self> {
+        let ranges = self.between_gaps();
+        let of = ranges.len();
+        let numbered = |(k, range)| Self { part: Some(Part { number: k + 1, of }), ..self.part(range) };
+        ranges.into_iter().enumerate().map(numbered).collect()
+    }
+
+    /// Samples between its gaps.
+    pub fn between_gaps(&self) -> Vec<Range<usize>> {
+        let begins = [0].into_iter().chain(self.gaps.iter().map(|gap| gap.end));
+        let ends = self.gaps.iter().map(|gap| gap.start).chain([self.len()]);
+        begins.zip(ends).map(|(from, to)| from..to).filter(|range| !range.is_empty()).collect()
+    }
+
     /// The column that a target of `--map` was taken from; one of its own name where none is known.
     pub fn source(&self, target: &str) -> SourceColumn {
         self.sources.get(target).cloned().unwrap_or_else(|| SourceColumn::new(target))
@@ -208,6 +256,7 @@ impl Recording {
     #[must_use]
     pub fn named(mut self, path: impl Into<PathBuf>) -> Self {
         self.path = path.into();
+        self.findings.iter_mut().for_each(|found| found.recording.clone_from(&self.path));
         self
     }
 
@@ -290,7 +339,7 @@ impl Recording {
 
     /// A stretch of samples as a recording of its own.
     #[must_use]
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn part(&self, range: Range<usize>) -> Self {
         let flags = |flags: &[bool]| if flags.is_empty() { Vec::new() } else { flags[range.clone()].to_vec() };
         let inside = |samples: &[usize]| -> Vec<usize> {
             samples.iter().filter(|k| range.contains(k)).map(|k| k - range.start).collect()
@@ -314,6 +363,9 @@ impl Recording {
             motion: self.motion,
             metadata: self.metadata.clone(),
             warnings: self.warnings.clone(),
+            findings: self.findings.clone(),
+            gaps: gaps::within(&self.gaps, &range),
+            part: self.part,
             sources: self.sources.clone(),
         }
     }

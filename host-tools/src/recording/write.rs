@@ -66,7 +66,8 @@ fn columns(recording: &Recording) -> Columns {
         }
     }
     let flags = |mask: &[bool]| mask.iter().map(|&b| f64::from(u8::from(b))).collect::<Vec<_>>();
-    if !recording.masked_rows().is_empty() {
+    let recorded = recorded(recording);
+    if recording.masked_rows().iter().any(|k| recorded[*k]) {
         let mut valid = vec![1.0; n];
         recording.masked_rows().iter().for_each(|&k| valid[k] = 0.0);
         columns.push((Role::Valid.column().into(), valid, None));
@@ -83,7 +84,20 @@ fn columns(recording: &Recording) -> Columns {
         }
         columns.push((name, extra.values.clone(), None));
     }
+    if !recording.gaps().is_empty() {
+        for (_, values, _) in &mut columns {
+            let mut recorded = recorded.iter();
+            values.retain(|_| recorded.next().is_some_and(|recorded| *recorded));
+        }
+    }
     columns
+}
+
+/// Rows that somebody recorded: a gap stays one in the file.
+fn recorded(recording: &Recording) -> Vec<bool> {
+    let mut recorded = vec![true; recording.len()];
+    recording.gaps().iter().for_each(|gap| recorded[gap.clone()].fill(false));
+    recorded
 }
 
 /// The metadata that go into the file: the recording's own, the exact sampling interval and the kind of motion.

@@ -54,8 +54,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
         seed: case.seed,
         motor: case.excitation.kind(),
         effects: case.effects.clone(),
-        // Clipping is a finding about the data, and never named.
-        truth: case.truth.iter().copied().filter(|id| *id != "adc_clipping").collect(),
+        truth: case.truth.clone(),
         kind: d.verdict.kind,
         named: d.verdict.effects.clone(),
         before: pair(d.esr_before),

@@ -47,6 +47,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "counts",
             "filtering",
             "recording",
+            "segments",
             "held_out",
             "model",
             "check",

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{Assembly, Use};
 use crate::recording::mapping;
 use crate::recording::names::{self, Role};
+use crate::recording::stamps::Placement;
 use crate::recording::table::Column;
 use crate::recording::time_axis::TimeAxis;
 use crate::recording::units::{Quantity, Unit};
@@ -16,14 +17,15 @@ impl Assembly<'_> {
         &mut self,
         raster: usize,
         uses: &BTreeMap<Role, Use>,
-        axis: TimeAxis,
+        placement: &Placement,
         usable: &[bool],
         measured: &[Channel],
     ) -> Vec<Extra> {
+        let usable_rows = placement.gather(usable.to_vec(), false);
         // What stands in an expression is carried along beside it.
         let used: Vec<usize> =
             uses.values().filter(|u| u.source.expression.is_none()).map(|u| u.source.column).collect();
-        let rows = usable.len();
+        let (axis, rows) = (placement.axis, placement.rows);
         let (mut warnings, mut extras) = (Vec::new(), Vec::new());
         for (k, column) in self.table.columns.iter().enumerate() {
             let temperature = uses.get(&Role::Temperature).filter(|u| u.source.column == k);
@@ -79,8 +81,12 @@ impl Assembly<'_> {
                 }
                 name = Role::Temperature.column().into();
             }
+            let usable = if column.raster == raster { usable } else { &usable_rows };
             let hold = values.iter().zip(usable).filter(|(x, usable)| **usable && !x.is_finite()).count();
             values.iter_mut().zip(usable).filter(|(_, usable)| !**usable).for_each(|(x, _)| *x = f64::NAN);
+            if column.raster == raster {
+                values = placement.gather(values, f64::NAN);
+            }
             if !hold_over_gaps(&mut values) {
                 warnings.push(format!("column '{}' is left out: it holds no finite value", column.name));
                 continue;

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use crate::error::{Error, Place, Result};
 use crate::recording::expression;
+use crate::recording::finding::DataFinding;
 use crate::recording::mapping::{Mapping, Source};
 use crate::recording::names::{self, Header, Role};
 use crate::recording::table::Table;
@@ -30,6 +31,7 @@ struct Assembly<'a> {
     table: Table,
     headers: Vec<Header>,
     warnings: Vec<String>,
+    findings: Vec<DataFinding>,
 }
 
 /// Turns a table into a recording.
@@ -40,7 +42,7 @@ pub fn assemble(path: &Path, mut table: Table, mapping: &Mapping, sha256: String
     let mut headers = table.columns.iter().map(|c| names::header(&c.label)).collect();
     rasters::merge(&mut table, &mut headers);
     let warnings = std::mem::take(&mut table.warnings);
-    Assembly { path, table, headers, warnings }.run(mapping, sha256)
+    Assembly { path, table, headers, warnings, findings: Vec::new() }.run(mapping, sha256)
 }
 
 impl Assembly<'_> {
@@ -69,6 +71,7 @@ impl Assembly<'_> {
         let raster = self.main_raster(&mapped);
         self.align(raster);
         let uses = self.choose(raster, mapped)?;
+        self.leave_out_doubled(raster, &uses);
         let rows = self.rows(raster);
         if rows == 0 {
             return Err(self.whole("there are no samples", "record at least two samples"));
@@ -80,7 +83,8 @@ impl Assembly<'_> {
             return Err(self.nothing_recognised());
         }
         let usable = self.marks(&uses, Role::Valid).unwrap_or_else(|| vec![true; rows]);
-        let axis = self.time(raster, rows, &uses, &usable, mapping)?;
+        let placement = self.time(raster, rows, &uses, &usable, mapping)?;
+        let axis = placement.axis;
         let mut motion_seen: Vec<(Channel, Motion)> = Vec::new();
         let mut channels = BTreeMap::new();
         for channel in Channel::ALL {
@@ -103,12 +107,20 @@ impl Assembly<'_> {
                 _ => {}
             }
             self.tell_gaps(found.source.column, &values, &usable)?;
+            if found.source.expression.is_some() {
+                // It may hold a rate of change.
+                placement.borders().into_iter().for_each(|n| values[n] = f64::NAN);
+            }
             channels.insert(channel, values);
         }
         let motion = self.motion(&motion_seen)?;
-        let [rotor_locked, supply_open] = self.states(&uses, rows);
+        let flags =
+            self.states(&uses, rows).map(|flags| if flags.is_empty() { flags } else { placement.gather(flags, false) });
+        let [rotor_locked, supply_open] = flags;
         let measured: Vec<Channel> = channels.keys().copied().collect();
-        let extras = self.extras(raster, &uses, axis, &usable, &measured);
+        self.at_rows(&placement, &mut channels);
+        let extras = self.extras(raster, &uses, &placement, &usable, &measured);
+        let usable = placement.gather(usable, false);
         if axis.interval_s > 0.1 && mapping.sample_time_s.is_none() {
             self.warnings.push(format!(
                 "the sampling interval is {} s; if the time is in ms, write --map 't_s={}[ms]'",
@@ -125,6 +137,8 @@ impl Assembly<'_> {
             .start_s(axis.start_s)
             .motion(motion)
             .valid(usable)
+            .gaps(placement.gaps)
+            .findings(std::mem::take(&mut self.findings))
             .rotor_locked(rotor_locked)
             .supply_open(supply_open)
             .metadata(metadata);
@@ -136,7 +150,11 @@ impl Assembly<'_> {
         })?;
         for channel in measured {
             let values = recording.channel(channel).unwrap_or_default();
-            for clipped in clipping::find(channel, values) {
+            for mut clipped in clipping::find(channel, values) {
+                clipped.samples.retain(|n| !recording.gaps().iter().any(|gap| gap.contains(n)));
+                if clipped.samples.is_empty() {
+                    continue;
+                }
                 self.warnings.push(format!(
                     "{} is clipped at {} {}: {} samples are masked",
                     channel.column(),
