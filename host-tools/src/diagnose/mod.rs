@@ -116,6 +116,19 @@ impl Options {
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{context::Context, diagnose::{Options, diagnose}, identify::Settings, model::Kind, rig::Setup};
+///
+/// // Brushes that take a voltage, of which the model does not know.
+/// let recording = Setup::new(Kind::PmDc).effect("brush_drop")?.seconds(6.0).seed(1).run()?.recording;
+/// let options = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
+/// let verdict = diagnose(&[recording], &options, &Context::quiet())?.verdict;
+/// println!("{:?} {:?}: {}", verdict.kind, verdict.effects, verdict.text);
+/// assert!(!verdict.effects.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(recordings: &[Recording], options: &Options, ctx: &Context) -> Result<Diagnosis> {
     diagnose_telling(recordings, options, ctx, &|_| ())
 }
