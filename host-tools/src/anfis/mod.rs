@@ -197,17 +197,6 @@ pub struct Trained {
 ///
 /// # Errors
 /// Settings that make no sense for the data; data that cannot be read; an interrupt.
-///
-/// # Examples
-/// ```
-/// use greyrig_host::{anfis::{Method, Settings, Table, train}, context::Context};
-///
-/// // y = x² on 50 places.
-/// let table = Table::collect(1, (0..50).map(|n| f64::from(n) / 49.0).map(|x| ([x], x * x)))?;
-/// let trained = train(&table, None, &Settings::new(Method::Varpro, 3, 20), &Context::quiet())?;
-/// assert!(trained.rmse_trn < 1e-3);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 pub fn train(table: &Table, check: Option<&Table>, settings: &Settings, ctx: &Context) -> Result<Trained> {
     train_until(table, check, settings, ctx, &mut |_| ControlFlow::Continue(()))
 }

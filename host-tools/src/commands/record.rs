@@ -95,7 +95,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let out = match &cut {
         None => {
             recording::write(&recording, &args.out, args.force, &terminal.context())
-                .inspect_err(|_| keep_elsewhere(&recording, &args.out, &terminal.context()))?;
+                .map_err(|error| keep_elsewhere(&recording, &args.out, error, &terminal.context()))?;
             args.out.clone()
         }
         Some(_) => keep(&recording, &args.out, "incomplete", &terminal.context())?,
@@ -188,15 +188,24 @@ fn keep(recording: &Recording, out: &Path, word: &str, ctx: &Context) -> Result<
 }
 
 /// A recording that cannot be written where it was to go, on a full disk say, goes to the folder of temporary files.
-fn keep_elsewhere(recording: &Recording, out: &Path, ctx: &Context) {
-    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return };
-    let folders = [out.with_file_name(""), std::env::temp_dir()];
-    if let Some(path) = folders.iter().find_map(|folder| keep(recording, &folder.join(name), "unsaved", ctx).ok()) {
-        eprintln!("greyrig: the recording is in {}", path.display());
+/// Tells the `error` that kept it from there, or the wish to stop.
+fn keep_elsewhere(recording: &Recording, out: &Path, error: Error, ctx: &Context) -> Error {
+    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return error };
+    for folder in [out.with_file_name(""), std::env::temp_dir()] {
+        match keep(recording, &folder.join(name), "unsaved", ctx) {
+            Ok(path) => {
+                eprintln!("greyrig: the recording is in {}", path.display());
+                break;
+            }
+            Err(stop @ Error::Interrupted) => return stop,
+            Err(_) => {}
+        }
     }
+    error
 }
 
-/// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
+/// How the microcontroller is after the recording, which is there already: a link that has gone is no matter, nor is
+/// the wish to stop.
 fn status(port: &Port, ctx: &Context) -> Option<Status> {
     let (mut connection, _) = Connection::open(port, ctx).ok()?;
     connection.status().ok()
@@ -243,7 +252,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.csv");
         std::fs::write(&out, "another").unwrap();
-        keep_elsewhere(&some_recording(), &out, &Context::quiet());
+        let keep =
+            |ctx: &Context| keep_elsewhere(&some_recording(), &out, Error::usage("taken", "choose another"), ctx);
+        let stopped = Context::quiet();
+        stopped.cancel_flag().cancel();
+        assert!(matches!(keep(&stopped), Error::Interrupted));
+        assert!(!folder.path().join("run.unsaved.csv").exists());
+        assert!(matches!(keep(&Context::quiet()), Error::Usage { .. }), "why it is not where it was to go");
         assert!(folder.path().join("run.unsaved.csv").is_file());
         assert_eq!(std::fs::read_to_string(&out).unwrap(), "another");
     }

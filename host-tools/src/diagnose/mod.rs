@@ -39,7 +39,7 @@ use greyrig::effects::{EffectId, MAX_EFFECTS};
 
 use crate::compare::PerSignal;
 use crate::context::Context;
-use crate::error::{Error, Insufficient, Result};
+use crate::error::{Error, Insufficient, Result, if_possible};
 use crate::experiment::Experiment;
 use crate::identify::minimise::Fit;
 use crate::identify::{self, Settings, identifiability, slow_sampling};
@@ -180,7 +180,10 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         return Ok(insufficient(&Insufficient::NeitherSide));
     };
     let base = climb.fit(&space)?;
-    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space, ctx).ok() } else { None };
+    let free_run = match climb.is_of_whole_motor() {
+        true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
+        false => None,
+    };
     let Searched { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
