@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use greyrig::faults::TABLE;
 use greyrig::link::message::Status;
-use greyrig::parameters::{SAMPLE_RATE_HZ, section};
+use greyrig::parameters::section;
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
-use crate::device::{self, Connection, Port, recorded};
+use crate::device::{self, Connection, Port, RIG, recorded};
 use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
 use crate::recording::{self, Recording};
@@ -57,8 +57,8 @@ pub struct Args {
 /// # Errors
 /// Trouble with the link; a file that cannot be written.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
-    let count = args.seconds * f64::from(SAMPLE_RATE_HZ);
-    if !(2.0..=LONGEST_S * f64::from(SAMPLE_RATE_HZ)).contains(&count) {
+    let count = args.seconds * f64::from(RIG.sample_rate_hz);
+    if !(2.0..=LONGEST_S * f64::from(RIG.sample_rate_hz)).contains(&count) {
         return Err(Error::usage(
             format!("a recording of {} s cannot be", args.seconds),
             format!("choose --seconds between 0.0002 and {LONGEST_S}"),
@@ -141,7 +141,7 @@ struct Cut {
 impl Cut {
     /// What keeps a recording of `count` samples from being complete, if anything does.
     fn of(capture: &Capture, count: usize, early: Option<device::Error>) -> Option<Self> {
-        let seconds = |samples: usize| samples as f64 / f64::from(SAMPLE_RATE_HZ);
+        let seconds = |samples: usize| samples as f64 / f64::from(RIG.sample_rate_hz);
         if let Some(error) = early.map(Error::from) {
             let told = format!("{} s of {} s were recorded", seconds(capture.samples.len()), seconds(count));
             let exit_code = error.exit_code();
