@@ -1,9 +1,9 @@
 //! The core of the rig: the model that the microcontroller, the emulator and the host tool share, bit for bit.
 //!
-//! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]), the model
-//! with its effects ([`motor`], [`effects`]), the filter ([`butterworth`]), the learned correction ([`anfis`],
-//! [`hybrid`]), and one tick of 100 µs that does it all ([`tick`]: the page to read first). What is left over goes to
-//! the [`detector`].
+//! The modules are in the order in which a sample passes through them: counts of the converter ([`units`]; what has to
+//! be known of the board is in [`hardware`]), the model with its effects ([`motor`], [`effects`]), the filter
+//! ([`butterworth`]), the learned correction ([`anfis`], [`hybrid`]), and one tick of 100 µs that does it all
+//! ([`tick`]: the page to read first). What is left over goes to the [`detector`].
 //!
 //! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
 //! ([`link`]), what can go wrong ([`faults`]), and the application that both boards run ([`app`]).
@@ -19,6 +19,8 @@
 #![forbid(unsafe_code)]
 
 pub mod scalar;
+
+pub mod hardware;
 
 pub mod units;
 

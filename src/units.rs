@@ -2,8 +2,7 @@
 
 use core::fmt;
 
-/// Full scale of the 12-bit converter, counts.
-pub const FULL_SCALE: u16 = 4095;
+use crate::hardware::NUCLEO_G474RE;
 
 /// Voltage, V.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
@@ -50,9 +49,9 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A channel whose whole range of counts spans `from..=to`.
-    pub fn spanning(from: f32, to: f32) -> Self {
-        let per_count = (to - from) / f32::from(FULL_SCALE);
+    /// A channel whose whole range of counts, up to the `full_scale` of its converter, spans `from..=to`.
+    pub fn spanning(from: f32, to: f32, full_scale: u16) -> Self {
+        let per_count = (to - from) / f32::from(full_scale);
         Self { zero: -from / per_count, per_count }
     }
 
@@ -76,14 +75,9 @@ pub struct CalibrationSettings {
 }
 
 impl Default for CalibrationSettings {
-    /// ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so that a direct start is seen) and 0
-    /// to 5,000 rad/s (nominal 3,455).
+    /// The usual ranges on [`NUCLEO_G474RE`].
     fn default() -> Self {
-        Self {
-            voltage: Scale::spanning(-400.0, 400.0),
-            current: Scale::spanning(-40.0, 40.0),
-            speed: Scale::spanning(0.0, 5000.0),
-        }
+        Self::usual(NUCLEO_G474RE.full_scale)
     }
 }
 
@@ -104,6 +98,16 @@ impl core::error::Error for CalibrationError {}
 pub struct Calibration(CalibrationSettings);
 
 impl CalibrationSettings {
+    /// The usual ranges on a converter: ±400 V (peak of 230 V mains is 325 V), ±40 A (four times the nominal peak, so
+    /// that a direct start is seen) and 0 to 5,000 rad/s (nominal 3,455).
+    pub fn usual(full_scale: u16) -> Self {
+        Self {
+            voltage: Scale::spanning(-400.0, 400.0, full_scale),
+            current: Scale::spanning(-40.0, 40.0, full_scale),
+            speed: Scale::spanning(0.0, 5000.0, full_scale),
+        }
+    }
+
     /// Validates the settings.
     ///
     /// # Errors

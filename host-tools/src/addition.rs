@@ -80,6 +80,21 @@ pub fn stage(
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{addition::add_to, context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
+/// use greyrig::effects::EffectId;
+/// use greyrig_host::compare::compare;
+///
+/// let recordings = [Setup::new(Kind::PmDc).effect("brush_drop")?.seconds(6.0).seed(1).run()?.recording];
+/// let ctx = Context::quiet();
+/// let without = identify(&recordings, &Settings::new(Kind::PmDc), &ctx)?.model;
+/// let with = add_to(&without, &[], &recordings, &[EffectId::BrushDrop], &ctx)?.identification.model;
+/// let [before, after] = [compare(&without, &recordings, &ctx)?.esr, compare(&with, &recordings, &ctx)?.esr];
+/// assert!(before.falls_to(&after));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn add_to(
     model: &Model,
     terms: &[Formula],

@@ -5,9 +5,10 @@
 //! can tell whether a recording has every sample in its place. For tests of the link and the application; it says
 //! nothing about the model.
 
+use crate::hardware::NUCLEO_G474RE;
 use crate::motor::{Constraints, FluxLaw, Motor, ParameterError, Parameters, Stepper};
 use crate::scalar::Scalar;
-use crate::units::{CalibrationSettings, Counts, FULL_SCALE, Scale};
+use crate::units::{CalibrationSettings, Counts, Scale};
 
 /// A vacuum-cleaner motor of 1.4 kW.
 pub const MOTOR: Parameters<f32> = Parameters {
@@ -147,5 +148,5 @@ impl Bench {
 /// The nearest count, within the converter's range.
 fn to_counts(scale: &Scale, quantity: f32) -> u16 {
     let counts = Scalar::round(quantity / scale.per_count + scale.zero);
-    counts.clamp(0.0, f32::from(FULL_SCALE)) as u16
+    counts.clamp(0.0, f32::from(NUCLEO_G474RE.full_scale)) as u16
 }

@@ -8,22 +8,22 @@
 //!                    └─ queue of judged periods ───┘
 //! ```
 //! [`sampler`] is what the interrupt does with a sample, [`server`] what the thread does with bytes, [`serve`] the
-//! thread's loop. A board gives [`Hardware`], calls [`Sampler::sample`] once per sample, and has no logic of its own.
+//! thread's loop. A board implements [`Board`], calls [`Sampler::sample`] once per sample, and has no logic of its own.
 //!
 //! # Contract of the interrupt
-//! [`Sampler::sample`] has to be called once for every sample, in order, and to be done before the next one is due, 100
-//! µs later. If it is not, the converter overwrites a sample, the filters see a shorter time than has passed, and the
-//! residual is wrong for some milliseconds. The board then says how many samples nobody took: they keep their numbers,
-//! a recording marks them, and [`Fault::TickOverrun`](crate::faults::Fault::TickOverrun) counts the event.
+//! [`Sampler::sample`] has to be called once for every sample, in order, and to be done before the next one is due: 100
+//! µs later at 10 kHz. If it is not, the converter overwrites a sample, the filters see a shorter time than has passed,
+//! and the residual is wrong for some milliseconds. The board then says how many samples nobody took: they keep their
+//! numbers, a recording marks them, and [`Fault::TickOverrun`](crate::faults::Fault::TickOverrun) counts the event.
 //!
 //! # Safe mode
 //! Without a valid block the model does not run and nothing is reported about the motor; raw samples can still be
 //! recorded, which is how a rig gets its first parameters.
 
 pub mod bench;
+mod board;
 mod fresh;
 pub mod grid;
-mod hardware;
 mod judged;
 pub mod plausibility;
 mod raw;
@@ -34,7 +34,7 @@ pub mod server;
 mod shared;
 pub mod telemetry;
 
-pub use hardware::Hardware;
+pub use board::Board;
 pub use raw::Raw;
 pub use sampler::Sampler;
 pub use serve::{receive_all, send_waiting, serve};
@@ -42,8 +42,8 @@ pub use server::{Outgoing, Server};
 pub use shared::Shared;
 pub use telemetry::Window;
 
-/// Raw samples that wait for the link: 51 ms, longer than a page of flash takes to be erased (data sheet DS12288: 22
-/// ms).
+/// Raw samples that wait for the link: 51 ms at 10 kHz, longer than a page of flash takes to be erased (STM32G474, data
+/// sheet DS12288: 22 ms).
 pub const RAW_QUEUE: usize = 512;
 /// Reports that wait for the link.
 pub const REPORT_QUEUE: usize = 8;

@@ -9,12 +9,11 @@
 //! The lower end of a channel that begins at zero (a speed without a sign) is standstill, not clipping.
 
 use crate::faults::Fault;
-use crate::units::{Calibration, Counts, FULL_SCALE};
+use crate::hardware::Hardware;
+use crate::units::{Calibration, Counts};
 
-/// Samples after which a current that has not moved is frozen: ten periods of the mains at 50 Hz.
-pub const FROZEN_SAMPLES: u16 = 2_000;
-/// A tenth of the range, counts.
-pub const TENTH: u16 = FULL_SCALE / 10;
+/// In this part of a second, 0.2 s, a current that has not moved is frozen: ten periods of the mains at 50 Hz.
+const FROZEN_PART: u32 = 5;
 /// An end of the range stands for zero if the quantity there is less than so many counts.
 const ZERO_COUNTS: f32 = 8.0;
 
@@ -26,6 +25,10 @@ pub struct Watch {
     /// Where the next speed is no jump.
     near: Range,
     rest: Rest,
+    /// A tenth of the range, counts.
+    tenth: u32,
+    /// Samples after which a current that has not moved is frozen.
+    frozen: u32,
 }
 
 /// Counts from the lowest on, as many as the span is wide. (In words: halves would have to be cut off again and again.)
@@ -37,16 +40,16 @@ struct Range {
 
 impl Range {
     /// Without the ends of the converter's range that mean clipping.
-    fn between([lower_clips, upper_clips]: [bool; 2]) -> Self {
+    fn between([lower_clips, upper_clips]: [bool; 2], full_scale: u16) -> Self {
         let lowest = u32::from(lower_clips);
-        let highest = if upper_clips { FULL_SCALE - 1 } else { u16::MAX };
+        let highest = if upper_clips { full_scale - 1 } else { u16::MAX };
         Self { lowest, span: u32::from(highest) - lowest }
     }
 
-    /// Not further than a tenth of the range from a count.
+    /// Not further from a count than so many.
     #[inline(always)]
-    fn around(count: u16) -> Self {
-        Self { lowest: u32::from(count).wrapping_sub(TENTH.into()), span: 2 * u32::from(TENTH) }
+    fn around(count: u16, reach: u32) -> Self {
+        Self { lowest: u32::from(count).wrapping_sub(reach), span: 2 * reach }
     }
 
     /// By one comparison: what lies below the lowest wraps around.
@@ -75,20 +78,23 @@ impl Rest {
 
 impl Watch {
     /// For channels of this calibration; without one, both ends of every channel but the lower one of the speed clip.
-    pub fn new(calibration: Option<&Calibration>) -> Self {
+    pub fn new(calibration: Option<&Calibration>, hardware: &Hardware) -> Self {
+        let full_scale = hardware.full_scale;
         let usual = [[true; 2], [true; 2], [false, true]];
         let clips = calibration.map_or(usual, |calibration| {
             calibration.scales().map(|scale| {
-                [0, FULL_SCALE].map(|end| {
+                [0, full_scale].map(|end| {
                     let counts_from_zero = f32::from(end) - scale.zero;
                     !(-ZERO_COUNTS..=ZERO_COUNTS).contains(&counts_from_zero)
                 })
             })
         });
         Self {
-            unclipped: clips.map(Range::between),
+            unclipped: clips.map(|clips| Range::between(clips, full_scale)),
             near: Range { lowest: 0, span: u32::MAX },
             rest: Rest::new(Counts::default()),
+            tenth: u32::from(full_scale / 10),
+            frozen: hardware.sample_rate_hz / FROZEN_PART,
         }
     }
 
@@ -108,7 +114,7 @@ impl Watch {
         if !self.near.contains(counts.speed) {
             raise(Fault::SpeedJump);
         }
-        self.near = Range::around(counts.speed);
+        self.near = Range::around(counts.speed, self.tenth);
         // One either way.
         if u32::from(counts.current).wrapping_add(1).wrapping_sub(self.rest.current) > 2 {
             self.rest = Rest::new(counts);
@@ -118,8 +124,8 @@ impl Watch {
         rest.lowest_voltage = rest.lowest_voltage.min(counts.voltage.into());
         rest.highest_voltage = rest.highest_voltage.max(counts.voltage.into());
         rest.samples += 1;
-        if rest.samples >= FROZEN_SAMPLES.into() {
-            if rest.highest_voltage - rest.lowest_voltage > TENTH.into() {
+        if rest.samples >= self.frozen {
+            if rest.highest_voltage - rest.lowest_voltage > self.tenth {
                 raise(Fault::CurrentFrozen);
             }
             *rest = Rest { samples: 0, ..Rest::new(counts) };

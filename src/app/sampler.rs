@@ -8,6 +8,7 @@ use super::shared::Shared;
 use super::telemetry::Window;
 use crate::detector::{Detector, Progress, Verdict};
 use crate::faults::Fault;
+use crate::hardware::Hardware;
 use crate::motor::Constraints;
 use crate::parameters::Active;
 use crate::tick::Output;
@@ -50,8 +51,8 @@ enum Telling {
 
 impl<'a> Sampler<'a> {
     /// With parameters, or in safe mode without.
-    pub fn new(active: Option<Active>, shared: &'a Shared) -> Self {
-        let watch = Watch::new(active.as_ref().map(|active| &active.calibration));
+    pub fn new(active: Option<Active>, shared: &'a Shared, hardware: &Hardware) -> Self {
+        let watch = Watch::new(active.as_ref().map(|active| &active.calibration), hardware);
         let (fresh, test) = (active.clone(), Test { number: shared.test(), ..Test::default() });
         Self { shared, number: 0, window: Window::default(), test, watch, active, fresh }
     }

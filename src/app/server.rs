@@ -1,6 +1,8 @@
 //! What the thread does with bytes from the host, and what it has to send unasked.
 
-use super::hardware::Hardware;
+use embedded_storage::nor_flash::NorFlash;
+
+use super::board::Board;
 use super::raw::Raw;
 use super::shared::Shared;
 use crate::faults::Fault;
@@ -8,9 +10,9 @@ use crate::link::frame::{self, MAX_FRAME, Receiver};
 use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
 use crate::link::message::{Samples, Status};
 use crate::link::packing;
-use crate::parameters::block::{Header, MAX_PAYLOAD, payload_crc};
+use crate::parameters::block::{Header, MAX_BLOCK, MAX_PAYLOAD, payload_crc};
 use crate::parameters::store::{Slot, Store};
-use crate::parameters::{Active, FINGERPRINT, SAMPLE_RATE_HZ, section};
+use crate::parameters::{Active, Error, FINGERPRINT, Settings, section};
 use crate::units::Counts;
 
 /// Version of the firmware.
@@ -61,7 +63,7 @@ impl Outgoing {
 
 impl<'a> Server<'a> {
     /// Reads the parameters from flash. Without usable ones, the second is none and the fault is raised.
-    pub fn start(hardware: &mut impl Hardware, shared: &'a Shared) -> (Self, Option<Active>) {
+    pub fn start<B: Board>(board: &mut B, shared: &'a Shared) -> (Self, Option<Active>) {
         let mut desk = Desk {
             shared,
             payload: [0; MAX_PAYLOAD],
@@ -71,17 +73,17 @@ impl<'a> Server<'a> {
             waiting: [0; MAX_PAYLOAD],
             next: None,
         };
-        let active = desk.load(hardware);
+        let active = desk.load(board);
         (Self { receiver: Receiver::new(), desk }, active)
     }
 
     /// Takes a byte from the host; at the end of a request gives the frame of the answer.
-    pub fn receive<H: Hardware>(&mut self, byte: u8, hardware: &mut H) -> Option<Outgoing> {
+    pub fn receive<B: Board>(&mut self, byte: u8, board: &mut B) -> Option<Outgoing> {
         let Self { receiver, desk } = self;
         let fault = match receiver.push(byte)? {
             Err(_) => Fault::BadFrame,
             Ok(body) => match postcard::take_from_bytes::<Asked>(body) {
-                Ok((Asked { number, request }, [])) => return desk.answer(number, request, hardware),
+                Ok((Asked { number, request }, [])) => return desk.answer(number, request, board),
                 _ => Fault::BadRequest,
             },
         };
@@ -103,15 +105,31 @@ impl<'a> Server<'a> {
     }
 }
 
+/// The slots of a board.
+fn store<B: Board>(board: &mut B) -> Store<&mut B::Flash> {
+    const {
+        let size = B::HARDWARE.slots.size;
+        assert!(size >= MAX_BLOCK && size.is_multiple_of(B::Flash::ERASE_SIZE), "a slot is whole pages");
+        assert!(B::HARDWARE.full_scale < 1 << packing::BITS, "the link has no room for such counts");
+    }
+    Store::new(board.flash(), B::STORE, B::HARDWARE.slots.size)
+}
+
+/// The parameters of a payload, if a board can run with them.
+fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
+    let settings = section::decode(payload)?;
+    if settings.suits(&B::HARDWARE) { Ok(settings) } else { Err(Error::SampleRate) }
+}
+
 impl Desk<'_> {
-    fn load<H: Hardware>(&mut self, hardware: &mut H) -> Option<Active> {
-        let Some((slot, header)) = Store::new(hardware.flash(), H::STORE).load(&mut self.payload) else {
+    fn load<B: Board>(&mut self, board: &mut B) -> Option<Active> {
+        let Some((slot, header)) = store(board).load(&mut self.payload) else {
             self.shared.raise(Fault::NotConfigured);
             return None;
         };
         self.in_force = Some(self.described(slot, header));
         let payload = self.payload.get(..usize::from(header.length))?;
-        match section::decode(payload).and_then(|settings| settings.build()) {
+        match decode::<B>(payload).and_then(|settings| settings.build()) {
             Ok(active) => {
                 self.mode = Mode::Running;
                 self.judges = active.detector.is_some();
@@ -129,16 +147,16 @@ impl Desk<'_> {
         InForce { slot: slot as u8, sequence, length, crc }
     }
 
-    fn answer<H: Hardware>(&mut self, number: u8, request: Request, hardware: &mut H) -> Option<Outgoing> {
+    fn answer<B: Board>(&mut self, number: u8, request: Request, board: &mut B) -> Option<Outgoing> {
         let reply = match request {
             Request::Hello => Reply::Identity(Identity {
                 protocol: PROTOCOL,
                 fingerprint: FINGERPRINT,
                 firmware: FIRMWARE,
-                board: H::BOARD,
-                chip: hardware.chip(),
-                sample_rate_hz: SAMPLE_RATE_HZ,
-                skew_s: H::SKEW_S,
+                board: B::HARDWARE.board,
+                chip: board.chip(),
+                sample_rate_hz: B::HARDWARE.sample_rate_hz,
+                skew_s: B::HARDWARE.skew_s,
             }),
             Request::Status => Reply::Status(Status {
                 mode: self.mode,
@@ -148,7 +166,7 @@ impl Desk<'_> {
                 cycles: self.shared.cycles(),
                 test: self.shared.test(),
                 verdict: self.shared.verdict(),
-                deepest_stack: hardware.deepest_stack(),
+                deepest_stack: board.deepest_stack(),
             }),
             Request::ReadParameters { offset } => {
                 let length = self.in_force.map_or(0, |block| usize::from(block.length));
@@ -157,7 +175,7 @@ impl Desk<'_> {
             }
             Request::WriteParameters { offset, data } => self.take_bytes(offset, data),
             Request::CommitParameters { fingerprint, length, crc } => {
-                self.commit(fingerprint, length, crc, hardware).unwrap_or_else(Reply::Refused)
+                self.commit(fingerprint, length, crc, board).unwrap_or_else(Reply::Refused)
             }
             Request::StartTelemetry { every: 1..=60_000 } if self.mode == Mode::Safe => {
                 Reply::Refused(Refusal::NotConfigured)
@@ -212,12 +230,12 @@ impl Desk<'_> {
 
     /// The only way to the flash. A page takes some 22 ms to be erased, in which the thread stands still and the
     /// interrupt goes on; during a capture the queue would be full.
-    fn commit<H: Hardware>(
+    fn commit<B: Board>(
         &mut self,
         fingerprint: u32,
         length: u16,
         crc: u32,
-        hardware: &mut H,
+        board: &mut B,
     ) -> Result<Reply<'static>, Refusal> {
         if self.shared.capturing() {
             return Err(Refusal::Capturing);
@@ -229,8 +247,8 @@ impl Desk<'_> {
         if payload_crc(payload) != crc {
             return Err(Refusal::OtherBytes);
         }
-        section::decode(payload).map_err(|_| Refusal::Parameters)?;
-        let mut store = Store::new(hardware.flash(), H::STORE);
+        decode::<B>(payload).map_err(|_| Refusal::Parameters)?;
+        let mut store = store(board);
         // What is in force stays so until the next start, and so does its copy.
         let mut scratch = [0; MAX_PAYLOAD];
         // A repetition, because the host did not get the answer, writes nothing.

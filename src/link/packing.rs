@@ -6,6 +6,8 @@
 
 use crate::units::Counts;
 
+/// Bits of a count.
+pub const BITS: u32 = 12;
 /// Samples in a frame of a raw capture: 288 bytes every 6.4 ms.
 pub const SAMPLES: usize = 64;
 /// Bytes that so many samples take.

@@ -9,23 +9,20 @@
 //! | 12 … 15 | [`MAGIC`] |
 //! | 16 … | payload: [`section`](super::section)s, then erased flash |
 //!
-//! The second half of the header, 8 bytes that the STM32G4 writes at once, makes a block valid; it is written last.
+//! The second half of the header makes a block valid; it is written last.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-/// Size of a slot: a page of the STM32G474's flash in dual-bank mode (RM0440, section 3.3.1), bytes.
-pub const SLOT_SIZE: usize = 2048;
+/// Longest block, bytes: every slot has room for it, however large the pages of the flash are.
+pub const MAX_BLOCK: usize = 2048;
 /// Number of slots.
 pub const SLOTS: usize = 2;
-/// Where the slots begin: in the last two pages of bank 2, so that the program in bank 1 runs on while they are erased.
-/// `memory.x` keeps the program away from there.
-pub const FLASH_ADDRESS: u32 = 0x0807_F000;
-/// What is written at once: 64 bits with their check bits (RM0440, section 3.3.7), bytes.
+/// What is written at once: half a header, bytes. Flash that is written in smaller words will do.
 pub const WRITE_SIZE: usize = 8;
 /// Length of the header, bytes.
 pub const HEADER: usize = 16;
 /// Longest payload, bytes.
-pub const MAX_PAYLOAD: usize = SLOT_SIZE - HEADER;
+pub const MAX_PAYLOAD: usize = MAX_BLOCK - HEADER;
 /// Version of the header.
 pub const LAYOUT: u16 = 1;
 /// "GRIG".

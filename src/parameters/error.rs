@@ -14,7 +14,7 @@ use crate::units::CalibrationError;
 /// Why settings cannot be used or a payload not be read; the first reason found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Error {
-    /// More than fits into a slot.
+    /// More than a block may hold.
     TooLong,
     /// The payload ends within a section.
     Truncated,
@@ -37,7 +37,7 @@ pub enum Error {
     UnknownEffect(usize),
     /// Calibration.
     Calibration(CalibrationError),
-    /// The filter is for another sampling rate.
+    /// Filter and detector are for two sampling rates.
     SampleRate,
     /// Filter.
     Filter(SettingsError),
@@ -69,7 +69,7 @@ impl fmt::Display for Error {
             Self::Text(name) => write!(f, "the name of the {name} holds control characters"),
             Self::UnknownEffect(index) => write!(f, "effect {} is not in the catalogue", index + 1),
             Self::Calibration(error) => error.fmt(f),
-            Self::SampleRate => write!(f, "filter and detector have to be for {} Hz", super::SAMPLE_RATE_HZ),
+            Self::SampleRate => write!(f, "filter and detector are for two sampling rates"),
             Self::Filter(error) => write!(f, "filter: {error}"),
             Self::Motor(error) => error.fmt(f),
             Self::Effect(id, error) => write!(f, "effect {id}: {error}"),

@@ -35,13 +35,11 @@ use crate::anfis::Settings3x3;
 use crate::butterworth;
 use crate::detector::{self, Detector};
 use crate::effects::{Effect, MAX_EFFECTS};
+use crate::hardware::Hardware;
 use crate::motor::{MAX_TERMS, Motor, Parameters, Stepper};
 use crate::term::Term;
 use crate::tick::Tick;
 use crate::units::{Calibration, CalibrationSettings};
-
-/// The rig's sampling rate, Hz: that of A. Rakar, Đ. Juričić (2004), section 2.2.
-pub const SAMPLE_RATE_HZ: u32 = 10_000;
 
 /// Longest name of a motor type or serial number, bytes of UTF-8.
 pub const MAX_TEXT: usize = 32;
@@ -58,7 +56,7 @@ pub struct Settings {
     pub rig: Text,
     /// Straight lines from counts to V, A and rad/s.
     pub calibration: CalibrationSettings,
-    /// The filter behind measurement and model.
+    /// The filter behind measurement and model. Its sampling rate is that of all the rest.
     pub filter: butterworth::Settings,
     /// The base model.
     pub motor: Parameters<f32>,
@@ -102,6 +100,11 @@ pub struct Active {
 }
 
 impl Settings {
+    /// Whether they are for the sampling rate of a rig.
+    pub fn suits(&self, hardware: &Hardware) -> bool {
+        self.filter.sample_rate_hz == f64::from(hardware.sample_rate_hz)
+    }
+
     /// Checks every value, by the same rules as the host tool, and makes from them what runs.
     ///
     /// # Errors
@@ -113,9 +116,6 @@ impl Settings {
             }
         }
         let calibration = self.calibration.build().map_err(Error::Calibration)?;
-        if self.filter.sample_rate_hz != f64::from(SAMPLE_RATE_HZ) {
-            return Err(Error::SampleRate);
-        }
         let filter = self.filter.build().map_err(Error::Filter)?;
         self.motor.validate().map_err(Error::Motor)?;
         for effect in &self.effects {
@@ -126,9 +126,10 @@ impl Settings {
         }
         let motor = Motor::build(self.motor, &self.effects).map_err(Error::Motor)?;
         let motor = motor.with_terms(&self.terms).map_err(Error::Motor)?;
-        let stepper = Stepper::build(motor, 1.0 / SAMPLE_RATE_HZ as f32).map_err(Error::Motor)?;
+        let sample_rate_hz = self.filter.sample_rate_hz as f32;
+        let stepper = Stepper::build(motor, 1.0 / sample_rate_hz).map_err(Error::Motor)?;
         let correction = self.correction.as_ref().map(Settings3x3::build).transpose().map_err(Error::Correction)?;
-        if self.detector.is_some_and(|d| d.sample_rate_hz != SAMPLE_RATE_HZ as f32) {
+        if self.detector.is_some_and(|d| d.sample_rate_hz != sample_rate_hz) {
             return Err(Error::SampleRate);
         }
         let detector = self.detector.map(detector::Settings::build).transpose().map_err(Error::Detector)?;

@@ -15,13 +15,14 @@ use core::fmt;
 
 use embedded_storage::nor_flash::NorFlash;
 
-use super::block::{HEADER, Header, MAX_PAYLOAD, NoBlock, SLOT_SIZE, SLOTS, WRITE_SIZE};
+use super::block::{HEADER, Header, MAX_PAYLOAD, NoBlock, SLOTS, WRITE_SIZE};
 
 /// The slots in a flash, from `base` on.
 #[derive(Debug)]
 pub struct Store<F> {
     flash: F,
     base: u32,
+    slot_size: u32,
 }
 
 /// Which slot, from 0.
@@ -51,10 +52,12 @@ impl fmt::Display for WriteError {
 impl core::error::Error for WriteError {}
 
 impl<F: NorFlash> Store<F> {
-    /// The two slots that begin `base` bytes into a flash whose erase size divides [`SLOT_SIZE`].
-    pub fn new(flash: F, base: u32) -> Self {
-        const { assert!(WRITE_SIZE.is_multiple_of(F::WRITE_SIZE) && SLOT_SIZE.is_multiple_of(F::ERASE_SIZE)) }
-        Self { flash, base }
+    /// The two slots that begin `base` bytes into a flash. Their size is that of
+    /// [`Slots`](crate::hardware::Slots::size): room for [`MAX_BLOCK`](super::block::MAX_BLOCK) and a multiple of the
+    /// erase size, or nothing can be written.
+    pub fn new(flash: F, base: u32, slot_size: usize) -> Self {
+        const { assert!(WRITE_SIZE.is_multiple_of(F::WRITE_SIZE)) }
+        Self { flash, base, slot_size: slot_size as u32 }
     }
 
     /// Gives the flash back.
@@ -100,7 +103,7 @@ impl<F: NorFlash> Store<F> {
         };
         let header = Header::seal(sequence, payload);
         let start = self.address(slot);
-        self.flash.erase(start, start + SLOT_SIZE as u32).map_err(|_| WriteError::Flash)?;
+        self.flash.erase(start, start + self.slot_size).map_err(|_| WriteError::Flash)?;
         for (n, chunk) in payload.chunks(WRITE_SIZE).enumerate() {
             let mut word = [0xFF; WRITE_SIZE];
             word.iter_mut().zip(chunk).for_each(|(to, from)| *to = *from);
@@ -132,7 +135,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn address(&self, slot: Slot) -> u32 {
-        self.base + (slot * SLOT_SIZE) as u32
+        self.base + slot as u32 * self.slot_size
     }
 }
 

@@ -5,14 +5,17 @@ use greyrig::app::grid::Grid;
 use greyrig::app::plausibility::Watch;
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
-use greyrig::app::{Hardware, Raw, Sampler, Server, Shared};
+use greyrig::app::{self, Raw, Sampler, Server, Shared};
+use greyrig::butterworth;
 use greyrig::detector::{self, Features, Kind, Limits, Period, Verdict};
 use greyrig::faults::{Fault, TABLE};
+use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, InForce, Judged, Message, Mode, PROTOCOL, Refusal, Reply, Request};
 use greyrig::link::packing;
 use greyrig::motor::{Constraints, State};
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
+use greyrig::parameters::store::Store;
 use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
 use greyrig::units::{CalibrationSettings, Counts, Scale};
 
@@ -22,10 +25,9 @@ struct Board {
     flash: Nor,
 }
 
-impl Hardware for Board {
+impl app::Board for Board {
     type Flash = Nor;
-    const BOARD: &'static str = "struct";
-    const SKEW_S: [f32; 2] = [0.0; 2];
+    const HARDWARE: Hardware = Hardware { board: "struct", skew_s: [0.0; 2], ..NUCLEO_G474RE };
     const STORE: u32 = 0;
 
     fn flash(&mut self) -> &mut Nor {
@@ -162,7 +164,7 @@ fn run<T>(flash: Nor, work: impl FnOnce(&mut Rig) -> T) -> (Nor, T) {
     let shared = Shared::new();
     let mut board = Board { flash };
     let (server, active) = Server::start(&mut board, &shared);
-    let sampler = Sampler::new(active, &shared);
+    let sampler = Sampler::new(active, &shared, &NUCLEO_G474RE);
     let mut rig = Rig { board, server, sampler, shared: &shared };
     let result = work(&mut rig);
     (rig.board.flash, result)
@@ -531,7 +533,7 @@ fn a_report_waits_while_the_rotor_is_turned_round() {
     active.tick.start_from(State { current: 0.0, speed: -20.0 });
     let shared = Shared::new();
     shared.report(1);
-    let mut sampler = Sampler::new(Some(active), &shared);
+    let mut sampler = Sampler::new(Some(active), &shared, &NUCLEO_G474RE);
     let mut waited = Vec::new();
     for n in 0..200 {
         let crossed = sampler.sample(Counts { voltage: 3_225, current: 2_048, speed: 0 }, 0).unwrap().crossed_zero;
@@ -580,7 +582,7 @@ fn an_end_of_the_range_is_clipping_unless_it_is_zero() {
         let settings = CalibrationSettings { speed: Scale { zero, per_count }, ..Default::default() };
         let mut faults = Vec::new();
         let counts = Counts { voltage: 2048, current: 2048, speed };
-        Watch::new(Some(&settings.build().unwrap())).look(counts, |fault| faults.push(fault));
+        Watch::new(Some(&settings.build().unwrap()), &NUCLEO_G474RE).look(counts, |fault| faults.push(fault));
         faults == [Fault::SpeedClipped]
     };
     for (from_end, clips) in [(0.0, false), (7.5, false), (8.5, true), (40.0, true), (-7.5, false), (-8.5, true)] {
@@ -589,6 +591,37 @@ fn an_end_of_the_range_is_clipping_unless_it_is_zero() {
         assert!(of_speed(from_end, 1.0, 4095), "the other end");
         assert!(!of_speed(from_end, 1.0, 1) && !of_speed(from_end, 1.0, 4094), "a count from the end");
     }
+}
+
+/// Of eight bits, a thousand times a second: 255 counts clip, 25 are a tenth of them, and 0.2 s are 200 samples.
+#[test]
+fn a_board_with_another_converter_is_watched_by_its_own_figures() {
+    let small = Hardware { sample_rate_hz: 1_000, full_scale: 255, ..NUCLEO_G474RE };
+    let faults = |samples: &[Counts]| {
+        let (mut watch, mut faults) = (Watch::new(None, &small), Vec::new());
+        samples.iter().for_each(|&counts| watch.look(counts, |fault| faults.push(fault)));
+        faults
+    };
+    let middle = Counts { voltage: 128, current: 128, speed: 0 };
+    assert_eq!(faults(&[Counts { voltage: 254, ..middle }]), []);
+    assert_eq!(faults(&[Counts { voltage: 255, ..middle }]), [Fault::VoltageClipped]);
+    assert_eq!(faults(&[middle, Counts { speed: 25, ..middle }]), []);
+    assert_eq!(faults(&[middle, Counts { speed: 26, ..middle }]), [Fault::SpeedJump]);
+    let swinging = |samples: u16| (0..samples).map(|n| Counts { voltage: 128 + n % 27, ..middle }).collect::<Vec<_>>();
+    assert_eq!(faults(&swinging(199)), []);
+    assert_eq!(faults(&swinging(200)), [Fault::CurrentFrozen]);
+}
+
+/// Parameters for 8 kHz are whole, but none for a board that samples at 10 kHz.
+#[test]
+fn parameters_for_another_sampling_rate_are_refused() {
+    let other = Settings { filter: butterworth::Settings { sample_rate_hz: 8e3, ..settings().filter }, ..settings() };
+    let payload = section::encode(&other, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
+    assert_eq!(section::decode(&payload), Ok(other));
+    run(Nor::erased(SLOTS), |rig| assert_eq!(rig.upload(&payload), Heard::Refused(Refusal::Parameters)));
+    let mut store = Store::new(Nor::erased(SLOTS), 0, 2048);
+    store.write(&payload, &mut [0; MAX_PAYLOAD]).unwrap();
+    run(store.into_flash(), |rig| assert_eq!(rig.faults(Fault::ParametersRefused), 1));
 }
 
 /// Within ±1 count for 0.2 s, 2,000 samples, in which the voltage has spanned more than a tenth of the range, 409

@@ -1,10 +1,10 @@
 //! Messages over a line that loses and invents bytes.
 
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::link::frame::{FrameError, MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, Message, Reply, Request, Samples};
 use greyrig::link::packing::{self, pack, packed_length, unpack};
 use greyrig::link::{BAUD, MAX_BODY};
-use greyrig::parameters::SAMPLE_RATE_HZ;
 use greyrig::units::Counts;
 use proptest::prelude::*;
 
@@ -37,7 +37,8 @@ fn the_longest_messages_fit() {
     let capture = frame(&Message::Samples(samples)).len();
     // What the module's documentation promises of a capture's load: bytes of a frame, frames a second, ten bits a byte.
     assert!(capture <= packing::BYTES + 18, "{capture}");
-    let load = capture as f64 * f64::from(SAMPLE_RATE_HZ) / packing::SAMPLES as f64 * 10.0 / f64::from(BAUD);
+    let load =
+        capture as f64 * f64::from(NUCLEO_G474RE.sample_rate_hz) / packing::SAMPLES as f64 * 10.0 / f64::from(BAUD);
     assert!((0.5..0.53).contains(&load), "{load}");
     let mut bytes = [0; MAX_FRAME];
     assert_eq!(encode(&vec![1_u8; MAX_BODY], &mut bytes), Err(FrameError::TooLong));

@@ -1,15 +1,18 @@
 //! The two slots: the old block or the new one, whenever the power fails.
 
-use greyrig::parameters::block::{FLASH_ADDRESS, HEADER, Header, MAX_PAYLOAD, NoBlock, SLOT_SIZE, SLOTS};
+use greyrig::hardware::{NUCLEO_G474RE, Slots};
+use greyrig::parameters::block::{HEADER, Header, MAX_PAYLOAD, NoBlock, SLOTS};
 use greyrig::parameters::store::{Store, WriteError};
 
 use crate::nor::{Cut, Nor};
 
 /// A page that is none of the store's, so that an offset that is ignored shows.
 const BASE: u32 = 2048;
+/// A page.
+const SLOT_SIZE: usize = 2048;
 
 fn store(nor: Nor) -> Store<Nor> {
-    Store::new(nor, BASE)
+    Store::new(nor, BASE, SLOT_SIZE)
 }
 
 fn flash() -> Nor {
@@ -153,6 +156,22 @@ fn the_longest_payload_fits_and_a_longer_one_is_refused() {
     assert_eq!(result, Err(WriteError::TooLong));
 }
 
+/// A slot of two pages, as a board with smaller pages has it: both are erased before they are written again.
+#[test]
+fn a_slot_of_several_pages_is_erased_as_a_whole() {
+    let store = |nor: Nor| Store::new(nor, 0, 2 * SLOT_SIZE);
+    let mut nor = Nor::erased(2 * SLOTS);
+    for n in 0..5 {
+        let mut one = store(nor);
+        let (slot, header) = one.write(&payload(n), &mut [0; MAX_PAYLOAD]).expect("it is written");
+        assert_eq!((slot, header.sequence), (n % 2, 1 + n as u32));
+        let mut found = [0; MAX_PAYLOAD];
+        assert_eq!(one.load(&mut found), Some((slot, header)));
+        assert!(found.starts_with(&payload(n)));
+        nor = one.into_flash();
+    }
+}
+
 /// The linker's map keeps the program away from where the slots are.
 #[test]
 fn memory_map_and_constants_agree() {
@@ -171,9 +190,10 @@ fn memory_map_and_constants_agree() {
         };
         (number("ORIGIN"), number("LENGTH"))
     };
-    assert_eq!(region("PARAMS"), (FLASH_ADDRESS, (SLOTS * SLOT_SIZE) as u32));
+    let Slots { address, size } = NUCLEO_G474RE.slots;
+    assert_eq!(region("PARAMS"), (address, (SLOTS * size) as u32));
     // The end of 512 KiB of flash (STM32G474xE).
-    assert_eq!(FLASH_ADDRESS + (SLOTS * SLOT_SIZE) as u32, 0x0808_0000);
+    assert_eq!(address + (SLOTS * size) as u32, 0x0808_0000);
     // Bank 1 alone.
     for name in ["FLASH", "HOT"] {
         let (start, length) = region(name);

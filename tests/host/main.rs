@@ -10,6 +10,7 @@ mod conditions;
 mod context;
 mod diagnose;
 mod effects_by_data;
+mod examples;
 mod firmware;
 mod foreign;
 mod identify;

@@ -1,6 +1,6 @@
 //! After training: which rules have data, which are dropped, and what the output does where there are none.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 
@@ -141,15 +141,16 @@ fn reach(net: &Net, inputs: &[(f64, f64)], output: (f64, f64)) -> Reach {
 
 fn supports(workers: &Workers, net: &Net, table: &Table, scales: &[Scale]) -> Result<Vec<Support>> {
     // A largest value is no sum, but it does not depend on the order of the rows either.
-    let largest = Mutex::new(vec![0.0_f64; net.rules()]);
+    let largest: Vec<AtomicU64> = (0..net.rules()).map(|_| AtomicU64::new(0)).collect();
     let sums = fold(workers, net, false, table, scales, &Strengths { net, largest: &largest })?;
-    let largest = largest.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let largest = largest.into_iter().map(|bits| f64::from_bits(bits.into_inner()));
     Ok(sums[0].iter().zip(largest).map(|(&rows, largest)| Support { rows, largest, pruned: false }).collect())
 }
 
 struct Strengths<'a> {
     net: &'a Net,
-    largest: &'a Mutex<Vec<f64>>,
+    /// The bits of each rule's largest strength: those of numbers that are not negative are in the numbers' order.
+    largest: &'a [AtomicU64],
 }
 
 impl Sum for Strengths<'_> {
@@ -162,11 +163,11 @@ impl Sum for Strengths<'_> {
     #[inline(always)]
     fn add(&self, (sums, strengths): &mut Self::Partial, block: &Block) {
         block.strengths(self.net, strengths);
-        let mut largest = self.largest.lock().unwrap_or_else(PoisonError::into_inner);
-        for (rule, sum) in sums.iter_mut().enumerate() {
+        for (rule, (sum, largest)) in sums.iter_mut().zip(self.largest).enumerate() {
             let w = column(strengths, rule, block.rows);
             *sum += w.iter().sum::<f64>();
-            largest[rule] = w.iter().fold(largest[rule], |m, w| m.max(*w));
+            let here = w.iter().fold(0.0, |m: f64, w| m.max(*w));
+            largest.fetch_max(here.to_bits(), Ordering::Relaxed);
         }
     }
 

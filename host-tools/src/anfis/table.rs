@@ -78,6 +78,7 @@ impl Table {
         let mut bytes = vec![0; values * 8];
         let Some(file) = &self.file else { return Err(lost(std::io::ErrorKind::UnexpectedEof.into())) };
         {
+            // Whoever has panicked with it has moved the place at most, which is set before each use.
             let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
             file.seek(SeekFrom::Start(8 * (start - self.memory.len()) as u64)).map_err(lost)?;
             file.read_exact(&mut bytes).map_err(lost)?;
@@ -160,6 +161,7 @@ impl Builder {
                 Some(file) => file,
                 none => none.insert(Mutex::new(tempfile::tempfile().map_err(lost)?)),
             };
+            // Nobody else has it yet, so that nobody can have panicked with it.
             file.get_mut().unwrap_or_else(PoisonError::into_inner).write_all(&bytes).map_err(lost)?;
         }
         self.pending.clear();

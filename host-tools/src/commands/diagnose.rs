@@ -15,10 +15,10 @@ use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
 use crate::check;
-use crate::compare::{PerSignal, compare_along};
+use crate::compare::{Comparison, PerSignal, compare_along};
 use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
-use crate::error::Result;
+use crate::error::{Result, if_possible};
 use crate::identify::{self, Settings};
 use crate::model::{Assignment, Base, Kind, Model, Origin, catalogue};
 use crate::output;
@@ -82,18 +82,19 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let options = Options { settings: settings.clone(), exclude, candidates_refined: true };
     let (began, ranked) = (Instant::now(), AtomicBool::new(false));
     // What is compared is the base model as these recordings would have it: an effect is not to pass for a wrong R.
-    let compared = || {
-        let fitted = identify::identify(&recordings, &settings, &terminal.context()).ok()?.model;
-        let mut comparison = compare_along(&fitted, &recordings, args.course, &terminal.context()).ok();
+    let compared = || -> Result<Option<(Model, Option<Comparison>)>> {
+        let along = |model: &Model| if_possible(compare_along(model, &recordings, args.course, &terminal.context()));
+        let identified = if_possible(identify::identify(&recordings, &settings, &terminal.context()))?;
+        let Some(fitted) = identified.map(|identified| identified.model) else { return Ok(None) };
+        let mut comparison = along(&fitted)?;
         // The noise of the voltage goes through the model: of the one that was given, so that the floor is that of
         // `compare`.
-        let given =
-            model.as_ref().and_then(|model| compare_along(model, &recordings, args.course, &terminal.context()).ok());
+        let given = model.as_ref().map(along).transpose()?.flatten();
         if let (Some(comparison), Some(given)) = (&mut comparison, given) {
             comparison.noise_floor = given.noise_floor;
             comparison.noise_floor_source = given.noise_floor_source;
         }
-        Some((fitted, comparison))
+        Ok(Some((fitted, comparison)))
     };
     let diagnosed = || {
         terminal.watching_with("diagnosis", |ctx, bar| {
@@ -107,7 +108,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     };
     let (result, compared) = rayon::join(diagnosed, compared);
     let d = result?;
-    let (fitted, comparison) = compared.unzip();
+    let (fitted, comparison) = compared?.unzip();
     let comparison = comparison.flatten();
     if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
         let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();

@@ -11,7 +11,7 @@ use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
 use crate::compare::compare_along;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, if_possible};
 use crate::identify::{self, Method, Settings};
 use crate::model::{Assignment, Base, Kind, catalogue};
 use crate::output;
@@ -106,7 +106,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let mut identification =
         terminal.watching("output error", |ctx| identify::identify(&recordings, &settings, ctx))?;
     // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
-    let comparison = compare_along(&identification.model, &recordings, args.course, &terminal.context()).ok();
+    let comparison = if_possible(compare_along(&identification.model, &recordings, args.course, &terminal.context()))?;
     if let Some(c) = &comparison {
         for (name, esr) in [("current", c.esr.current), ("speed", c.esr.speed), ("torque", c.esr.torque)] {
             if let Some(esr) = esr {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use greyrig::faults::TABLE;
 use greyrig::link::message::Status;
-use greyrig::parameters::{SAMPLE_RATE_HZ, section};
+use greyrig::parameters::section;
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
@@ -15,7 +15,7 @@ use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
-use crate::device::{self, Connection, Port, recorded};
+use crate::device::{self, Connection, Port, RIG, recorded};
 use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
 use crate::recording::{self, Recording};
@@ -57,8 +57,8 @@ pub struct Args {
 /// # Errors
 /// Trouble with the link; a file that cannot be written.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
-    let count = args.seconds * f64::from(SAMPLE_RATE_HZ);
-    if !(2.0..=LONGEST_S * f64::from(SAMPLE_RATE_HZ)).contains(&count) {
+    let count = args.seconds * f64::from(RIG.sample_rate_hz);
+    if !(2.0..=LONGEST_S * f64::from(RIG.sample_rate_hz)).contains(&count) {
         return Err(Error::usage(
             format!("a recording of {} s cannot be", args.seconds),
             format!("choose --seconds between 0.0002 and {LONGEST_S}"),
@@ -95,7 +95,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let out = match &cut {
         None => {
             recording::write(&recording, &args.out, args.force, &terminal.context())
-                .inspect_err(|_| keep_elsewhere(&recording, &args.out, &terminal.context()))?;
+                .map_err(|error| keep_elsewhere(&recording, &args.out, error, &terminal.context()))?;
             args.out.clone()
         }
         Some(_) => keep(&recording, &args.out, "incomplete", &terminal.context())?,
@@ -141,7 +141,7 @@ struct Cut {
 impl Cut {
     /// What keeps a recording of `count` samples from being complete, if anything does.
     fn of(capture: &Capture, count: usize, early: Option<device::Error>) -> Option<Self> {
-        let seconds = |samples: usize| samples as f64 / f64::from(SAMPLE_RATE_HZ);
+        let seconds = |samples: usize| samples as f64 / f64::from(RIG.sample_rate_hz);
         if let Some(error) = early.map(Error::from) {
             let told = format!("{} s of {} s were recorded", seconds(capture.samples.len()), seconds(count));
             let exit_code = error.exit_code();
@@ -188,15 +188,24 @@ fn keep(recording: &Recording, out: &Path, word: &str, ctx: &Context) -> Result<
 }
 
 /// A recording that cannot be written where it was to go, on a full disk say, goes to the folder of temporary files.
-fn keep_elsewhere(recording: &Recording, out: &Path, ctx: &Context) {
-    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return };
-    let folders = [out.with_file_name(""), std::env::temp_dir()];
-    if let Some(path) = folders.iter().find_map(|folder| keep(recording, &folder.join(name), "unsaved", ctx).ok()) {
-        eprintln!("greyrig: the recording is in {}", path.display());
+/// Tells the `error` that kept it from there, or the wish to stop.
+fn keep_elsewhere(recording: &Recording, out: &Path, error: Error, ctx: &Context) -> Error {
+    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return error };
+    for folder in [out.with_file_name(""), std::env::temp_dir()] {
+        match keep(recording, &folder.join(name), "unsaved", ctx) {
+            Ok(path) => {
+                eprintln!("greyrig: the recording is in {}", path.display());
+                break;
+            }
+            Err(stop @ Error::Interrupted) => return stop,
+            Err(_) => {}
+        }
     }
+    error
 }
 
-/// How the microcontroller is after the recording, which is there already: a link that has gone is no matter.
+/// How the microcontroller is after the recording, which is there already: a link that has gone is no matter, nor is
+/// the wish to stop.
 fn status(port: &Port, ctx: &Context) -> Option<Status> {
     let (mut connection, _) = Connection::open(port, ctx).ok()?;
     connection.status().ok()
@@ -243,7 +252,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("run.csv");
         std::fs::write(&out, "another").unwrap();
-        keep_elsewhere(&some_recording(), &out, &Context::quiet());
+        let keep =
+            |ctx: &Context| keep_elsewhere(&some_recording(), &out, Error::usage("taken", "choose another"), ctx);
+        let stopped = Context::quiet();
+        stopped.cancel_flag().cancel();
+        assert!(matches!(keep(&stopped), Error::Interrupted));
+        assert!(!folder.path().join("run.unsaved.csv").exists());
+        assert!(matches!(keep(&Context::quiet()), Error::Usage { .. }), "why it is not where it was to go");
         assert!(folder.path().join("run.unsaved.csv").is_file());
         assert_eq!(std::fs::read_to_string(&out).unwrap(), "another");
     }

@@ -28,6 +28,18 @@ const AT_THE_FLOOR: f64 = 1.3;
 ///
 /// # Errors
 /// A model that lacks what these recordings need, or recordings that cannot be compared; an interrupt.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{compare::compare, context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
+///
+/// let recorded = |seed| Setup::new(Kind::PmDc).seconds(4.0).seed(seed).run().map(|run| run.recording);
+/// let model = identify(&[recorded(1)?], &Settings::new(Kind::PmDc), &Context::quiet())?.model;
+/// let comparison = compare(&model, &[recorded(2)?], &Context::quiet())?;
+/// // In free run from the voltage alone.
+/// assert!(comparison.esr.speed.is_some_and(|ratio| ratio < 0.05));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compare(model: &Model, recordings: &[Recording], ctx: &Context) -> Result<Comparison> {
     compare_along(model, recordings, None, ctx)
 }

@@ -12,5 +12,10 @@ pub mod probe;
 pub mod recorded;
 pub mod update;
 
+use greyrig::hardware::{Hardware, NUCLEO_G474RE};
+
 pub use connection::{Connection, Device, Port};
 pub use error::{Error, Result, Work};
+
+/// The hardware of the rigs that this program makes parameters for and records from.
+pub const RIG: Hardware = NUCLEO_G474RE;

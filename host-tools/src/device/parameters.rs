@@ -4,10 +4,11 @@ use std::path::Path;
 
 use greyrig::butterworth;
 use greyrig::parameters::block::MAX_PAYLOAD;
-use greyrig::parameters::{MAX_TEXT, SAMPLE_RATE_HZ, Settings, Text, section};
+use greyrig::parameters::{MAX_TEXT, Settings, Text, section};
 use greyrig::units::{CalibrationSettings, Scale};
 use serde::Deserialize;
 
+use super::RIG;
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
 
@@ -72,13 +73,13 @@ pub fn settings(model: &Model, path: &Path, calibration: CalibrationSettings, ri
         filter: butterworth::Settings {
             order: model.filter.order,
             cutoff_hz: model.filter.cutoff_hz,
-            sample_rate_hz: SAMPLE_RATE_HZ.into(),
+            sample_rate_hz: RIG.sample_rate_hz.into(),
         },
         motor: *motor.parameters(),
         effects: motor.effects().iter().copied().collect(),
         terms: motor.terms().iter().copied().collect(),
         correction: model.correction_settings()?,
-        detector: model.detector.as_ref().map(|d| d.settings(1.0 / f64::from(SAMPLE_RATE_HZ))),
+        detector: model.detector.as_ref().map(|d| d.settings(1.0 / f64::from(RIG.sample_rate_hz))),
     };
     settings.build().map_err(|e| refuse(e.to_string()))?;
     Ok(settings)

@@ -1,13 +1,12 @@
 //! Parameters by a debug probe (ST-LINK, J-Link, CMSIS-DAP v2): the same bytes as over the link, to the same place.
 
-use greyrig::parameters::block::FLASH_ADDRESS;
 use probe_rs::Permissions;
 use probe_rs::config::Registry;
 use probe_rs::flashing::DownloadOptions;
 use probe_rs::probe::list::Lister;
 
 use super::error::{Error, Result};
-use super::image;
+use super::{RIG, image};
 
 /// Erases both slots, writes the block to the first, and lets the probe verify it; then restarts the processor. A dry
 /// run checks the place against the chip's memory map and looks for no probe. Not run on silicon.
@@ -17,7 +16,7 @@ use super::image;
 pub fn write(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
     let target = Registry::from_builtin_families().get_target_by_name(chip).map_err(trouble)?;
     let mut loader = target.flash_loader();
-    loader.add_data(FLASH_ADDRESS.into(), &image::slots(payload)).map_err(trouble)?;
+    loader.add_data(RIG.slots.address.into(), &image::slots(payload)).map_err(trouble)?;
     if dry_run {
         return Ok(());
     }

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::parameters::SAMPLE_RATE_HZ;
 use greyrig::units::CalibrationSettings;
 
-use super::Device;
 use super::capture::Capture;
 use super::error::Result;
+use super::{Device, RIG};
 use crate::recording::{Channel, Recording};
 
 /// Adds who has recorded.
@@ -43,7 +42,7 @@ pub fn recording(
         }
     }
     let [u, i, omega] = columns;
-    Ok(Recording::builder(1.0 / f64::from(SAMPLE_RATE_HZ))
+    Ok(Recording::builder(1.0 / f64::from(RIG.sample_rate_hz))
         .channel(Channel::Voltage, u)
         .channel(Channel::Current, i)
         .channel(Channel::Speed, omega)

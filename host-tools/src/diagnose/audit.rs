@@ -242,18 +242,27 @@ impl<'a> Audit<'a> {
     }
 
     /// Fall of the error on blocks of time held out, from one fit to another: sum of the logarithms of both signals.
-    pub fn held_out_fall(&self, before: &Fit, after: &Fit) -> f64 {
-        self.held_out(before).log_error() - self.held_out(after).log_error()
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn held_out_fall(&self, before: &Fit, after: &Fit) -> Result<f64> {
+        Ok(self.held_out(before)?.log_error() - self.held_out(after)?.log_error())
     }
 
     /// The errors of a fit on blocks of time held out.
-    pub fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {
         fit.held_out(|fit| held_out_refitted(fit, &self.problem, &self.blocks, &self.ctx))
     }
 
     /// p-value of what a fit gains on another one by `parameters` more.
-    pub fn p_value(&self, before: &Fit, after: &Fit, parameters: usize) -> f64 {
-        p_value(self.held_out(before), self.held_out(after), after, self.problem.groups(), parameters)
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn p_value(&self, before: &Fit, after: &Fit, parameters: usize) -> Result<f64> {
+        Ok(p_value(self.held_out(before)?, self.held_out(after)?, after, self.problem.groups(), parameters))
     }
 
     /// 95 % intervals of the free parameters of a fit.

@@ -39,7 +39,7 @@ use greyrig::effects::{EffectId, MAX_EFFECTS};
 
 use crate::compare::PerSignal;
 use crate::context::Context;
-use crate::error::{Error, Insufficient, Result};
+use crate::error::{Error, Insufficient, Result, if_possible};
 use crate::experiment::Experiment;
 use crate::identify::minimise::Fit;
 use crate::identify::{self, Settings, identifiability, slow_sampling};
@@ -116,6 +116,19 @@ impl Options {
 ///
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{context::Context, diagnose::{Options, diagnose}, identify::Settings, model::Kind, rig::Setup};
+///
+/// // Brushes that take a voltage, of which the model does not know.
+/// let recording = Setup::new(Kind::PmDc).effect("brush_drop")?.seconds(6.0).seed(1).run()?.recording;
+/// let options = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
+/// let verdict = diagnose(&[recording], &options, &Context::quiet())?.verdict;
+/// println!("{:?} {:?}: {}", verdict.kind, verdict.effects, verdict.text);
+/// assert!(!verdict.effects.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(recordings: &[Recording], options: &Options, ctx: &Context) -> Result<Diagnosis> {
     diagnose_telling(recordings, options, ctx, &|_| ())
 }
@@ -167,7 +180,10 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         return Ok(insufficient(&Insufficient::NeitherSide));
     };
     let base = climb.fit(&space)?;
-    let free_run = if climb.is_of_whole_motor() { Audit::new(&coarse, &base.space, ctx).ok() } else { None };
+    let free_run = match climb.is_of_whole_motor() {
+        true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
+        false => None,
+    };
     let Searched { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {

@@ -104,6 +104,18 @@ pub enum Error {
 /// A result with the user's kind of error.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// The result of work that the caller can do without: none where recordings or a model do not allow it.
+///
+/// # Errors
+/// All others: an interrupt, what the system refuses, trouble with the hardware.
+pub fn if_possible<T>(result: Result<T>) -> Result<Option<T>> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(Error::Input { .. } | Error::Insufficient { .. } | Error::Usage { .. }) => Ok(None),
+        Err(other @ (Error::Io { .. } | Error::Link { .. } | Error::Interrupted)) => Err(other),
+    }
+}
+
 /// A sentence may quote a file, and a quotation may hold line ends.
 fn one_line(text: impl Into<String>) -> String {
     text.into().replace(char::is_control, " ")
@@ -179,5 +191,18 @@ impl Error {
 impl From<Interrupted> for Error {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_can_be_done_without_is_stopped_all_the_same() {
+        assert_eq!(if_possible(Ok(1)).unwrap(), Some(1));
+        let refused = Error::insufficient(Place::file("run.csv"), Insufficient::NoUsableSample);
+        assert_eq!(if_possible::<i32>(Err(refused)).unwrap(), None);
+        assert!(matches!(if_possible::<i32>(Err(Interrupted.into())), Err(Error::Interrupted)));
     }
 }

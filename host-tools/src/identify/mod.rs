@@ -45,6 +45,17 @@ pub use settings::{Method, Settings, build_space};
 ///
 /// # Errors
 /// Recordings or settings from which nothing can be identified, with the reason; an interrupt.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
+///
+/// // A magnet motor on steps of a direct voltage, on the virtual rig.
+/// let recording = Setup::new(Kind::PmDc).seconds(4.0).seed(1).run()?.recording;
+/// let found = identify(&[recording], &Settings::new(Kind::PmDc), &Context::quiet())?;
+/// assert!(found.parameters.iter().any(|p| p.name == "K" && p.identifiable));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn identify(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
     ctx.install(|| identified(recordings, settings, ctx))
 }

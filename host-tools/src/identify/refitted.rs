@@ -20,18 +20,18 @@ const MUCH: f64 = 0.1;
 
 /// Leaves out each block in turn: by a linear step, and by a fit of the others where that step makes an error that is
 /// many times the fit's.
-pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], ctx: &Context) -> HeldOut {
+///
+/// # Errors
+/// An interrupt.
+pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], ctx: &Context) -> Result<HeldOut> {
     let mut held_out = held_out(fit, problem.groups(), blocks);
     let inside = squares_of(&fit.residuals, fit.rms, problem.groups(), blocks);
-    let anew = |block: usize| (block, refitted(fit, problem, blocks, block, ctx));
-    let anew: Vec<_> = far_off(&held_out.squares, &inside).into_par_iter().map(anew).collect();
+    let anew = |block: usize| Ok((block, refitted(fit, problem, blocks, block, ctx)?));
+    let anew: Vec<_> = far_off(&held_out.squares, &inside).into_par_iter().map(anew).collect::<Result<_>>()?;
     for (block, squares) in anew {
-        // An interrupt is reported by the next step of whoever called.
-        if let Ok(squares) = squares {
-            held_out.squares[block] = squares;
-        }
+        held_out.squares[block] = squares;
     }
-    held_out
+    Ok(held_out)
 }
 
 /// The blocks that make the error on data held out many times that of the fit.
@@ -99,6 +99,7 @@ impl<P: Residuals> Residuals for Others<'_, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::identify::minimise::minimise;
     use crate::model::{Base, Kind};
 
@@ -142,7 +143,7 @@ mod tests {
         let whole = Curve::of(currents.clone());
         let fit = minimise(&space, &whole, Effort::FULL, None, &Context::quiet()).unwrap();
         let by_a_step = held_out(&fit, whole.groups(), &blocks);
-        let refitted = held_out_refitted(&fit, &whole, &blocks, &Context::quiet());
+        let refitted = held_out_refitted(&fit, &whole, &blocks, &Context::quiet()).unwrap();
 
         // The same by hand: a fit that has never had those rows.
         let others = Curve::of(currents[40..].to_vec());
@@ -154,5 +155,10 @@ mod tests {
         // The fit of the others ends where its error is known to a hundredth.
         assert!(off(&refitted) < 0.1, "{refitted:?} of {inrush}");
         assert_eq!(refitted.squares[1..], by_a_step.squares[1..], "no other block is far off");
+
+        let stopped = Context::quiet();
+        stopped.cancel_flag().cancel();
+        let refitted = held_out_refitted(&fit, &whole, &blocks, &stopped);
+        assert!(matches!(refitted, Err(Error::Interrupted)), "{refitted:?}");
     }
 }

@@ -10,13 +10,12 @@
 use std::time::Duration;
 
 use greyrig::link::message::{Judged, Message, Request, Status};
-use greyrig::parameters::SAMPLE_RATE_HZ;
 
 use super::replay::{Replay, Row};
 use crate::context::Context;
 use crate::device::capture::Capture;
 use crate::device::update::reopen;
-use crate::device::{Connection, Device, Error, Port, Result, Work};
+use crate::device::{Connection, Device, Error, Port, RIG, Result, Work};
 
 /// Longest test, s.
 pub const LONGEST_S: f64 = 1000.0;
@@ -110,7 +109,7 @@ impl Session<'_> {
         self.connection.tell(Request::StartCapture)?;
         self.begin()?;
         tell(Event::Begun(self.test));
-        let rate = f64::from(SAMPLE_RATE_HZ);
+        let rate = f64::from(RIG.sample_rate_hz);
         let seconds = |samples: u32| f64::from(samples) / rate;
         let mut seen_on = 0;
         loop {
@@ -167,7 +166,7 @@ impl Session<'_> {
 
     fn listen(&mut self) -> Result<()> {
         let Self { connection, judged, capture, test, .. } = self;
-        let most = (LONGEST_S * f64::from(SAMPLE_RATE_HZ)) as usize;
+        let most = (LONGEST_S * f64::from(RIG.sample_rate_hz)) as usize;
         let came = connection.listen(SILENCE, |message| match message {
             Message::Samples(samples) => {
                 capture.take(samples, most);
@@ -223,7 +222,7 @@ fn rows(judged: &[Judged]) -> Vec<Row> {
     judged
         .iter()
         .map(|j| Row {
-            t_s: f64::from(j.sample.wrapping_sub(j.first)) / f64::from(SAMPLE_RATE_HZ),
+            t_s: f64::from(j.sample.wrapping_sub(j.first)) / f64::from(RIG.sample_rate_hz),
             features: j.period.features,
             jumps: j.period.jumps,
             judged: j.period.judged,

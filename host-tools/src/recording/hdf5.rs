@@ -261,6 +261,7 @@ impl From<Hdf5Error> for Failure {
             | E::DatasetNotFound(_)
             | E::TypeMismatch { .. } => {
                 // Numbers of the format's description say little to whoever reads them.
+                // The decoder tells a filter by its number in a text alone; it decides nothing but the words.
                 let known = match inner {
                     E::UnsupportedFilter(text) if text.ends_with("32000") => Some("it is packed by LZF"),
                     E::UnsupportedFilter(text) if text.ends_with("32001") => Some("it is packed by Blosc"),

@@ -80,6 +80,20 @@ fn unknown(path: &Path, extension: &str) -> Error {
 ///
 /// # Errors
 /// Whatever keeps the file from being one run of one motor, uniformly sampled; each error says where and what to do.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::{context::Context, recording::{Channel, Mapping, load}};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("run.csv");
+/// let rows: String = (0..100).map(|n| format!("{:.4},{},1.5,300\n", f64::from(n) * 1e-4, n % 7)).collect();
+/// std::fs::write(&path, format!("t_s,u_v,i_a,omega_rad_s\n{rows}"))?;
+/// let recording = load(&path, &Mapping::default(), &Context::quiet())?;
+/// assert_eq!(recording.len(), 100);
+/// assert_eq!(recording.channel(Channel::Current).map(|current| current[0]), Some(1.5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load(path: &Path, mapping: &Mapping, ctx: &Context) -> Result<Recording> {
     let about = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     if about.is_dir() {

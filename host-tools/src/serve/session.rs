@@ -33,9 +33,16 @@ struct At {
     steps: Arc<AtomicUsize>,
 }
 
+impl At {
+    fn present(&self) -> MutexGuard<'_, (String, Option<f64>)> {
+        // It is only shown, and the next report replaces it: nothing that a panic leaves of it can mislead for long.
+        self.doing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 impl Progress for At {
     fn at(&self, doing: &str, fraction: Option<f64>) {
-        let mut present = self.doing.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut present = self.present();
         if fraction.is_none() || present.0 != doing {
             self.steps.fetch_add(1, Ordering::Relaxed);
         }
@@ -46,7 +53,7 @@ impl Progress for At {
 
 impl Job {
     fn as_json(&self) -> Value {
-        let (doing, fraction) = self.at.doing.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let (doing, fraction) = self.at.present().clone();
         let steps = self.at.steps.load(Ordering::Relaxed);
         json!({ "what": self.what, "doing": doing, "fraction": fraction, "steps": steps })
     }
@@ -84,6 +91,8 @@ impl Session {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
+        // Tasks panic without the lock. What is done under it are a few assignments, each of which leaves a state that
+        // can be shown and worked on; a page that could never be used again would be worse.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

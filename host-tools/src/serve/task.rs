@@ -9,6 +9,7 @@ use crate::addition::{add_to, stage};
 use crate::compare::compare;
 use crate::context::Context;
 use crate::diagnose::{Options, diagnose};
+use crate::error::if_possible;
 use crate::held_out::split;
 use crate::identify::{Settings, identify};
 use crate::model::{Kind, catalogue};
@@ -103,7 +104,7 @@ fn diagnosed(recordings: &[Recording], before: &Version, ctx: &Context) -> Resul
     let settings = Settings::of_model(&before.model);
     let options = Options { settings, exclude: Vec::new(), candidates_refined: true };
     let d = diagnose(recordings, &options, ctx)?;
-    let comparison = compare(&before.model, recordings, ctx).ok();
+    let comparison = if_possible(compare(&before.model, recordings, ctx))?;
     let mut said = d.as_json(comparison.as_ref());
     said["headline"] = json!(d.headline());
     Ok(said)

@@ -1,9 +1,11 @@
 //! The machine as the application sees it.
 
 use cortex_m::peripheral::SCB;
-use greyrig::app::Hardware;
+use greyrig::app;
 use greyrig::detector::Verdict;
+use greyrig::hardware::Hardware;
 
+use crate::figures::HARDWARE;
 use crate::nor::Nor;
 use crate::serial::Link;
 
@@ -19,10 +21,9 @@ impl Board {
     }
 }
 
-impl Hardware for Board {
+impl app::Board for Board {
     type Flash = Nor;
-    const BOARD: &'static str = "mps2-an386 (QEMU)";
-    const SKEW_S: [f32; 2] = [0.0; 2];
+    const HARDWARE: Hardware = HARDWARE;
     const STORE: u32 = 0;
 
     fn flash(&mut self) -> &mut Nor {

@@ -22,6 +22,8 @@ mod start;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod figures;
+#[cfg(target_os = "none")]
 mod nor;
 #[cfg(target_os = "none")]
 mod sampling;
@@ -37,6 +39,7 @@ mod firmware {
     use greyrig::app::{Sampler, Server, Shared, serve};
 
     use crate::board::Board;
+    use crate::figures::HARDWARE;
     use crate::sampling;
 
     static SHARED: Shared = Shared::new();
@@ -45,7 +48,7 @@ mod firmware {
     async fn main(_spawner: Spawner) {
         let mut board = Board::new();
         let (server, active) = Server::start(&mut board, &SHARED);
-        sampling::start(Sampler::new(active, &SHARED));
+        sampling::start(Sampler::new(active, &SHARED, &HARDWARE));
         serve(server, &SHARED, board).await
     }
 

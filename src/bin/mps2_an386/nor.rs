@@ -10,10 +10,12 @@ use core::ptr;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use greyrig::parameters::block::{SLOT_SIZE, SLOTS, WRITE_SIZE};
+use greyrig::parameters::block::{SLOTS, WRITE_SIZE};
+
+use crate::figures::HARDWARE;
 
 const BASE: usize = 0x2100_0000;
-const SIZE: usize = SLOTS * SLOT_SIZE;
+const SIZE: usize = SLOTS * HARDWARE.slots.size;
 const ERASED: u8 = 0xFF;
 
 /// The memory. There is one.
@@ -52,7 +54,7 @@ impl ReadNorFlash for Nor {
 
 impl NorFlash for Nor {
     const WRITE_SIZE: usize = WRITE_SIZE;
-    const ERASE_SIZE: usize = SLOT_SIZE;
+    const ERASE_SIZE: usize = HARDWARE.slots.size;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
         check_erase(self, from, to)?;

@@ -9,9 +9,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
 use greyrig::app::Sampler;
 use greyrig::app::bench::{Bench, Trouble};
-use greyrig::parameters::SAMPLE_RATE_HZ;
 use static_cell::StaticCell;
 
+use crate::figures::HARDWARE;
 use crate::serial::Knob;
 
 /// SYSCLK of the machine, Hz.
@@ -34,7 +34,7 @@ pub fn start(sampler: Sampler<'static>) {
     SAMPLING.store(PLACE.init(Sampling { sampler, bench, knob: Knob::new() }), Ordering::Release);
     let mut timer = peripherals.SYST;
     timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(CLOCK_HZ / SAMPLE_RATE_HZ - 1);
+    timer.set_reload(CLOCK_HZ / HARDWARE.sample_rate_hz - 1);
     timer.clear_current();
     timer.enable_interrupt();
     timer.enable_counter();

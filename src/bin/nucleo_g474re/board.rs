@@ -9,10 +9,10 @@ use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma};
 use embassy_time::{Duration, with_timeout};
-use greyrig::app::Hardware;
+use greyrig::app;
 use greyrig::detector::Verdict;
+use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::BAUD;
-use greyrig::parameters::block::FLASH_ADDRESS;
 use static_cell::StaticCell;
 
 bind_interrupts!(struct Interrupts {
@@ -83,12 +83,10 @@ impl Board {
     }
 }
 
-impl Hardware for Board {
+impl app::Board for Board {
     type Flash = Flash<'static, Blocking>;
-    const BOARD: &'static str = "NUCLEO-G474RE";
-    // (24.5 + 12.5) cycles of 42.5 MHz a channel (RM0440, timing of the converter).
-    const SKEW_S: [f32; 2] = [37.0 / 42.5e6, 74.0 / 42.5e6];
-    const STORE: u32 = FLASH_ADDRESS - FLASH_BEGIN;
+    const HARDWARE: Hardware = NUCLEO_G474RE;
+    const STORE: u32 = NUCLEO_G474RE.slots.address - FLASH_BEGIN;
 
     fn flash(&mut self) -> &mut Self::Flash {
         &mut self.flash

@@ -38,6 +38,7 @@ mod firmware {
     use embassy_stm32::pac;
     use greyrig::app::{Sampler, Server, Shared, serve};
     use greyrig::faults::Fault;
+    use greyrig::hardware::NUCLEO_G474RE;
 
     use crate::board::{Board, Lamps, Line};
     use crate::sampling::Converter;
@@ -60,7 +61,7 @@ mod firmware {
         let (server, active) = Server::start(&mut board, &SHARED);
         defmt::info!("{}", if active.is_some() { "running" } else { "safe mode: no usable parameters in flash" });
 
-        let sampler = Sampler::new(active, &SHARED);
+        let sampler = Sampler::new(active, &SHARED, &NUCLEO_G474RE);
         let converter =
             Converter { adc: p.ADC1, voltage: p.PA0, current: p.PA1, speed: p.PC0, timer: p.TIM2, busy: p.PA8 };
         sampling::start(converter, sampler);

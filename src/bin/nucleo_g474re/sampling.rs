@@ -18,7 +18,7 @@ use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::{Peri, interrupt, triggers};
 use greyrig::app::Sampler;
 use greyrig::app::grid::Grid;
-use greyrig::parameters::SAMPLE_RATE_HZ;
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::units::Counts;
 use static_cell::StaticCell;
 
@@ -47,7 +47,7 @@ struct Sampling {
 }
 
 /// The processor's clock over the sampling rate.
-const CYCLES_PER_SAMPLE: u32 = CLOCK_HZ / SAMPLE_RATE_HZ;
+const CYCLES_PER_SAMPLE: u32 = CLOCK_HZ / NUCLEO_G474RE.sample_rate_hz;
 /// Set once, before the interrupt is enabled; from then on the interrupt's own.
 static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 
@@ -61,7 +61,7 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     }
     let Converter { adc, voltage, current, speed, timer, busy } = converter;
     let timer = Timer::new(timer);
-    timer.set_frequency(Hertz(SAMPLE_RATE_HZ), RoundTo::Slower);
+    timer.set_frequency(Hertz(NUCLEO_G474RE.sample_rate_hz), RoundTo::Slower);
     timer.set_master_mode(Mms::UPDATE);
     let channels = [(voltage.degrade_adc(), TIME), (current.degrade_adc(), TIME), (speed.degrade_adc(), TIME)];
     let adc = Adc::new(adc, AdcConfig::default()).setup_injected_conversions(

@@ -1,6 +1,7 @@
 //! Parameters: what is accepted can be encoded again, and the sampler runs with it on any samples.
 
 use greyrig::app::{Sampler, Shared};
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::link::message::Message;
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::{Settings, section};
@@ -32,7 +33,7 @@ fn run(settings: &Settings, data: &[u8]) {
     shared.begin_test(1);
     shared.follow(true);
     shared.report(10);
-    let mut sampler = Sampler::new(Some(active), &shared);
+    let mut sampler = Sampler::new(Some(active), &shared, &NUCLEO_G474RE);
     // Samples from the payload's own last bytes, so that the fuzzer can choose them: ramps, and jumps to the rails.
     let tail = |n: usize| u16::from(data.get(data.len().wrapping_sub(1 + n)).copied().unwrap_or_default());
     for n in 0..SAMPLES {

@@ -1,7 +1,8 @@
 //! The microcontroller's side of the link, on a flash in memory, with its sampling beside it and restarts in between.
 
-use greyrig::app::{Hardware, Outgoing, Sampler, Server, Shared};
+use greyrig::app::{self, Outgoing, Sampler, Server, Shared};
 use greyrig::detector::Verdict;
+use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, Message, Reply, Request};
 use greyrig::parameters::FINGERPRINT;
@@ -16,10 +17,9 @@ struct Board {
     flash: Nor,
 }
 
-impl Hardware for Board {
+impl app::Board for Board {
     type Flash = Nor;
-    const BOARD: &'static str = "fuzz";
-    const SKEW_S: [f32; 2] = [0.0; 2];
+    const HARDWARE: Hardware = Hardware { board: "fuzz", skew_s: [0.0; 2], ..NUCLEO_G474RE };
     const STORE: u32 = 0;
 
     fn flash(&mut self) -> &mut Nor {
@@ -81,7 +81,7 @@ fn run<'d>(flash: Nor, mut rest: &'d [u8], seen: &mut Vec<u8>) -> (Nor, Option<&
     let shared = Shared::new();
     let mut board = Board { flash };
     let (mut server, active) = Server::start(&mut board, &shared);
-    let mut sampler = Sampler::new(active, &shared);
+    let mut sampler = Sampler::new(active, &shared, &NUCLEO_G474RE);
     let mut restart = false;
     let mut step = |rest: &mut &'d [u8]| -> Option<bool> {
         match take(rest, 1)?[0] {

@@ -7,6 +7,7 @@ use greyrig::app::bench::MOTOR;
 use greyrig::app::{Sampler, Shared};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::motor::Constraints;
 use greyrig::parameters::Active;
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
@@ -87,7 +88,7 @@ pub fn all(counter: &mut impl Counter) {
     });
     let (Some(tick), Ok(calibration)) = (scenarios::tick(), CalibrationSettings::default().build()) else { return };
     let shared = scenarios::busy_shared();
-    let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared);
+    let sampler = Sampler::new(Some(Active { calibration, tick, detector: None }), &shared, &NUCLEO_G474RE);
     counter.count("interrupt", sampler, |sampler| interrupt(sampler, COUNTS));
     for (name, b) in [("interrupt_full_bell_free", None), ("interrupt_full_bell_2", Some(2.0))] {
         let Some(sampler) = scenarios::full_sampler(&shared, b, 0.0) else { return };

@@ -9,6 +9,7 @@ use greyrig::effects::{
     BrushDrop, ChannelDelay, CurrentCompression, Description, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS,
     Saturation, SpeedLag, TorqueOffset, WindingTemperature,
 };
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::{Active, FINGERPRINT, Settings as Parameterised, section};
@@ -316,7 +317,7 @@ pub fn full_sampler(shared: &Shared, b: Option<f64>, speed: f32) -> Option<Sampl
         },
     };
     let calibration = CalibrationSettings::default().build().ok()?;
-    Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared))
+    Some(Sampler::new(Some(Active { calibration, tick, detector: detector.build().ok() }), shared, &NUCLEO_G474RE))
 }
 
 /// A host that wants everything: raw samples, periods, and reports so often that one meets every step of a judgement.

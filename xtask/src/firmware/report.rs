@@ -11,7 +11,7 @@ pub const INDIRECT: &[(&str, &[&str])] = &[
     // The executor polls its tasks, of which there is one; a task wakes itself or another by a waker.
     ("thread::Executor::run", &["embassy_executor::raw::TaskStorage"]),
     ("embassy_executor::raw::TaskStorage", WAKER),
-    ("as greyrig::app::hardware::Hardware>", WAKER),
+    ("as greyrig::app::board::Board>", WAKER),
     ("embassy_stm32::", WAKER),
     ("embassy_sync::", WAKER),
     ("embassy_time", WAKER),

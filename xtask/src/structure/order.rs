@@ -12,6 +12,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
         "greyrig",
         &[
             "scalar",
+            "hardware",
             "units",
             "motor::parameters",
             "motor::balance",

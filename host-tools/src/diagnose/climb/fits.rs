@@ -52,7 +52,7 @@ impl Climb<'_> {
     fn begin(&self, fit: &Fit, promise: &Promise, smallest: f64) -> Result<(Fit, f64)> {
         let from = |space: &Space| -> Result<(Fit, f64)> {
             let refined = self.fit_from(Some(fit.rms), space, BEGINNING)?;
-            let gain = self.gain(fit, &refined);
+            let gain = self.gain(fit, &refined)?;
             Ok((refined, gain))
         };
         let first = from(&promise.space)?;

@@ -160,7 +160,7 @@ impl<'a> Climb<'a> {
         }
         let Way { fit, found, steps } = way;
         let left_out = left_out(base.space.kind(), steps, found);
-        let gained = self.gain(base, fit);
+        let gained = self.gain(base, fit)?;
         let shown = if steps.is_empty() { SHOWN } else { 0 };
         let mut step = self.step(fit, &left_out, gained, shown)?;
         let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
@@ -203,7 +203,7 @@ impl<'a> Climb<'a> {
         let Some(first) = promises.first().filter(hidden) else { return Ok(None) };
         self.ctx.doing(first.id.id());
         let begun = self.fit_beside(base, &first.space, Effort::USUAL)?;
-        if self.held_out(&begun).log_error() >= self.held_out(&earlier.fit).log_error() {
+        if self.held_out(&begun)?.log_error() >= self.held_out(&earlier.fit)?.log_error() {
             return Ok(None);
         }
         self.climb_from(base, begun, vec![first.id], &promises).map(Some)
@@ -221,13 +221,13 @@ impl<'a> Climb<'a> {
         pairs.truncate(PAIRS);
         let begin = |pair: Pair| {
             self.ctx.doing(pair.ids[0].id());
-            Ok((pair.ids, self.fit_beside(base, &pair.space, Effort::USUAL)?))
+            let fit = self.fit_beside(base, &pair.space, Effort::USUAL)?;
+            Ok((self.held_out(&fit)?.log_error(), pair.ids, fit))
         };
         let begun: Vec<_> = pairs.into_par_iter().map(begin).collect::<Result<_>>()?;
-        let held_out = |begun: &(_, Fit)| self.held_out(&begun.1).log_error();
-        let best = begun.into_iter().min_by(|a, b| held_out(a).total_cmp(&held_out(b)));
-        let error = self.held_out(&earlier.fit).log_error();
-        let Some((winners, fit)) = best.filter(|b| held_out(b) < error) else { return Ok(None) };
+        let best = begun.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        let error = self.held_out(&earlier.fit)?.log_error();
+        let Some((_, winners, fit)) = best.filter(|best| best.0 < error) else { return Ok(None) };
         if winners.iter().all(|id| earlier.has_added(*id)) {
             return Ok(None);
         }
@@ -236,9 +236,9 @@ impl<'a> Climb<'a> {
 
     /// Climbs on from a fit with one effect or two, as the first step.
     fn climb_from(&self, base: &Fit, begun: Fit, winners: Vec<EffectId>, promises: &[Promise]) -> Result<Ladder> {
-        let gain = self.gain(base, &begun);
+        let gain = self.gain(base, &begun)?;
         let parameters = begun.space.free().count() - base.space.free().count();
-        let p = p_value(self.held_out(base), self.held_out(&begun), &begun, self.problem.groups(), parameters);
+        let p = p_value(self.held_out(base)?, self.held_out(&begun)?, &begun, self.problem.groups(), parameters);
         let tries = self.candidates.len().pow(winners.len() as u32) as f64;
         let begun = Arc::new(begun);
         let tried = |id: &EffectId| Tried {
@@ -345,14 +345,17 @@ impl<'a> Climb<'a> {
     }
 
     /// Fall of the error on data held out from one fit to another, sum of the logarithms of both balances.
-    pub fn gain(&self, before: &Fit, fit: &Fit) -> f64 {
-        self.held_out(before).log_error() - self.held_out(fit).log_error()
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn gain(&self, before: &Fit, fit: &Fit) -> Result<f64> {
+        Ok(self.held_out(before)?.log_error() - self.held_out(fit)?.log_error())
     }
 
-    fn held_out<'f>(&self, fit: &'f Fit) -> &'f HeldOut {
+    fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {
         fit.held_out(|fit| match self.may_hold_an_inrush() {
             true => held_out_refitted(fit, &self.problem, &self.blocks, &self.fits),
-            false => held_out(fit, self.problem.groups(), &self.blocks),
+            false => Ok(held_out(fit, self.problem.groups(), &self.blocks)),
         })
     }
 }

@@ -52,12 +52,12 @@ impl Climb<'_> {
                 let mut space = fit.space.without_effect(*present).with_effect(other, &scales);
                 space.start_from(&tried.fit.space, other);
                 let begun = self.fit_beside(fit, &space, Effort::ESTIMATE)?;
-                if self.gain(&begun, fit) > SMALLEST_GAIN {
+                if self.gain(&begun, fit)? > SMALLEST_GAIN {
                     continue;
                 }
                 let exchanged = self.go_on(&begun, THOROUGH)?;
                 // A soft curve may reach farther beyond the data than the right one does, and still be the wrong one.
-                let gains = self.gain(fit, &exchanged) >= SMALLEST_GAIN;
+                let gains = self.gain(fit, &exchanged)? >= SMALLEST_GAIN;
                 if gains && self.error(&exchanged) < self.error(fit) {
                     step.winners.iter_mut().filter(|id| *id == present).for_each(|id| *id = other);
                     *fit = exchanged;
@@ -79,7 +79,7 @@ impl Climb<'_> {
                 continue;
             }
             let less = self.fit_from(Some(fit.rms), &fit.space.without_effect(found[k]), Effort::USUAL)?;
-            if self.gain(&less, fit) < SMALLEST_GAIN {
+            if self.gain(&less, fit)? < SMALLEST_GAIN {
                 found.remove(k);
                 *fit = less;
             } else {
@@ -100,7 +100,7 @@ impl Climb<'_> {
         let scales = fit.space.scales(self.experiments);
         let less = sum.two.iter().fold(fit.space.clone(), |space, id| space.without_effect(*id));
         let given = self.fit_from(Some(fit.rms), &less.with_effect(one, &scales), THOROUGH)?;
-        if self.gain(&given, fit) >= SAME_ERROR {
+        if self.gain(&given, fit)? >= SAME_ERROR {
             return Ok(());
         }
         *fit = given;
@@ -119,7 +119,7 @@ impl Climb<'_> {
     /// An interrupt.
     pub fn find_rivals(&self, ladder: &mut Ladder) -> Result<()> {
         let (fit, found) = (&ladder.fit, &ladder.found);
-        let error = self.held_out(fit).log_error();
+        let error = self.held_out(fit)?.log_error();
         let mut all = Vec::new();
         for id in found {
             let step = ladder.steps.iter().find(|s| s.winners.contains(id));
@@ -137,7 +137,7 @@ impl Climb<'_> {
                     1 if !bends => (*rival.fit).clone(),
                     _ => self.swapped(fit, *id, rival, bends, Effort::USUAL)?,
                 };
-                Ok(self.held_out(&swapped).log_error() - error < SAME_ERROR)
+                Ok(self.held_out(&swapped)?.log_error() - error < SAME_ERROR)
             };
             let as_well: Vec<bool> = others.par_iter().map(does_as_well).collect::<Result<_>>()?;
             rivals.extend(others.iter().zip(as_well).filter(|(_, as_well)| *as_well).map(|(rival, _)| rival.id));
@@ -158,7 +158,7 @@ impl Climb<'_> {
         let fit = |(given, other): Pair<'_>| {
             self.ctx.doing(other.id.id());
             let fit = self.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE)?;
-            Ok((self.held_out(&fit).log_error(), Exchange { given, taken: other.id, fit }))
+            Ok((self.held_out(&fit)?.log_error(), Exchange { given, taken: other.id, fit }))
         };
         let mut fits: Vec<_> = pairs.into_par_iter().map(fit).collect::<Result<_>>()?;
         fits.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -205,9 +205,12 @@ impl Climb<'_> {
 
     /// Whether a climb from an exchange may come closer than what was found, by the exchange and what promises most
     /// beside it.
-    pub fn may_come_closer_by(&self, exchange: &Exchange, ladder: &Ladder) -> bool {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn may_come_closer_by(&self, exchange: &Exchange, ladder: &Ladder) -> Result<bool> {
         let promised = self.screen(&exchange.fit, &[]).first().map_or(0.0, |promise| promise.gain);
-        self.gain(&ladder.fit, &exchange.fit) + promised >= SMALLEST_GAIN
+        Ok(self.gain(&ladder.fit, &exchange.fit)? + promised >= SMALLEST_GAIN)
     }
 
     /// Climbs on from an exchange in what was found beside `base`.
@@ -225,7 +228,7 @@ impl Climb<'_> {
     pub fn climb_away_from(&self, exchange: &Exchange, base: &Fit, ladder: &Ladder) -> Result<Option<Ladder>> {
         let mut way = self.exchanged(exchange, ladder)?;
         while let Some(added) = self.add_the_next(base, &mut way)? {
-            if added == exchange.given && self.gain(&ladder.fit, &way.fit) < SMALLEST_GAIN {
+            if added == exchange.given && self.gain(&ladder.fit, &way.fit)? < SMALLEST_GAIN {
                 return Ok(None);
             }
         }
@@ -344,7 +347,7 @@ mod tests {
             assert!(pairs.len() > CLOSEST, "all are fitted to their end");
             let to_its_end = |(given, other): Pair<'_>| {
                 let fit = climb.swapped(&ladder.fit, given, other, false, Effort::ESTIMATE).unwrap();
-                (climb.held_out(&fit).log_error(), [given, other.id])
+                (climb.held_out(&fit).unwrap().log_error(), [given, other.id])
             };
             let mut all: Vec<_> = pairs.into_iter().map(to_its_end).collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0));

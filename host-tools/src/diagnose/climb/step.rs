@@ -47,7 +47,7 @@ impl Climb<'_> {
     /// Tries the candidates of the catalogue at a fit, but for some; what has been `gained` so far tells what is too
     /// little. The first few are `shown`, however little they promise.
     pub(super) fn step(&self, fit: &Fit, left_out: &[EffectId], gained: f64, shown: usize) -> Result<Step> {
-        let before = self.held_out(fit);
+        let before = self.held_out(fit)?;
         self.ctx.check()?;
         self.ctx.doing("screening");
         let promises = self.screen(fit, left_out);
@@ -79,7 +79,7 @@ impl Climb<'_> {
             .collect();
         let fits = self.fits(fit, &worthy, smallest)?;
         let judge = |(promise, refined): (&Promise, Fit)| {
-            let held_out = self.held_out(&refined);
+            let held_out = self.held_out(&refined)?;
             let gain = before.log_error() - held_out.log_error();
             let parameters = refined.space.free().count() - fit.space.free().count();
             let single = p_value(before, held_out, &refined, self.problem.groups(), parameters);
@@ -99,9 +99,9 @@ impl Climb<'_> {
             } else {
                 None
             };
-            Tried { id: promise.id, fit: Arc::new(refined), gain, p_value, objection }
+            Ok(Tried { id: promise.id, fit: Arc::new(refined), gain, p_value, objection })
         };
-        let mut tried: Vec<Tried> = fits.into_par_iter().map(judge).collect();
+        let mut tried: Vec<Tried> = fits.into_par_iter().map(judge).collect::<Result<_>>()?;
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         Ok(Step {
             promises: ranking,

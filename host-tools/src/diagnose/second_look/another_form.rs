@@ -30,17 +30,17 @@ impl SecondLook<'_> {
         for (id, other) in ladder.found.iter().flat_map(of_its_class) {
             self.climb.context().doing(other.id.id());
             let exchange = self.climb.exchange(ladder, id, other)?;
-            if !self.climb.may_come_closer_by(&exchange, ladder) {
+            if !self.climb.may_come_closer_by(&exchange, ladder)? {
                 continue;
             }
             let more = self.climb.climb_on_from(&exchange, self.base, ladder)?;
             // An inductance is what two laws of the flux differ by, and nothing besides.
             let differs = |id: &EffectId| !ladder.found.contains(id) && classes::bends_with(*id, &more.found);
-            if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit) < SMALLEST_GAIN {
+            if more.found.iter().any(differs) || self.climb.gain(&ladder.fit, &more.fit)? < SMALLEST_GAIN {
                 continue;
             }
             let more = self.judged(more)?;
-            if self.is_better(&judged, &more) {
+            if self.is_better(&judged, &more)? {
                 return Ok(more);
             }
         }

@@ -42,7 +42,7 @@ impl SecondLook<'_> {
             self.climb.context().doing(t.id.id());
             let fit = self.audit.fit(&self.in_its_place(own.id, t, kept))?;
             let as_far = self.audit.fall(&fit, kept) < LEAST_SHARE_OF_A_LAW * all;
-            Ok((as_far && self.is_behind_by_chance(kept, &fit)).then_some(t.id))
+            Ok((as_far && self.is_behind_by_chance(kept, &fit)?).then_some(t.id))
         };
         let rivals: Vec<_> = near.par_iter().map(may_be).collect::<Result<_>>()?;
         Ok(rivals.into_iter().flatten().collect())
@@ -61,9 +61,9 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit is behind another one by chance.
-    fn is_behind_by_chance(&self, ahead: &Fit, behind: &Fit) -> bool {
-        let (difference, scatter) = difference(self.audit.held_out(behind), self.audit.held_out(ahead));
-        difference < BY_CHANCE * scatter
+    fn is_behind_by_chance(&self, ahead: &Fit, behind: &Fit) -> Result<bool> {
+        let (difference, scatter) = difference(self.audit.held_out(behind)?, self.audit.held_out(ahead)?);
+        Ok(difference < BY_CHANCE * scatter)
     }
 }
 

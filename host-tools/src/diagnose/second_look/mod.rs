@@ -97,7 +97,7 @@ impl<'a> SecondLook<'a> {
     fn take_if_better(&self, best: &mut Judged, other: Option<Ladder>) -> Result<()> {
         let Some(other) = other else { return Ok(()) };
         if let Some(other) = self.judged_if_closer(other, best)?
-            && self.is_better(best, &other)
+            && self.is_better(best, &other)?
         {
             *best = other;
         }
@@ -106,9 +106,10 @@ impl<'a> SecondLook<'a> {
 
     /// Whether another climb has ended clearly better: it takes most of what the first one leaves, or it explains all
     /// and the first one does not.
-    fn is_better(&self, one: &Judged, other: &Judged) -> bool {
+    fn is_better(&self, one: &Judged, other: &Judged) -> Result<bool> {
         let explains = other.0.is_explained() && !one.0.is_explained();
-        self.suffices(&one.1, &other.1) || (explains && self.audit.held_out_fall(&one.1, &other.1) > SMALLEST_FALL)
+        let falls = || self.audit.held_out_fall(&one.1, &other.1).map(|fall| fall > SMALLEST_FALL);
+        Ok(self.suffices(&one.1, &other.1)? || (explains && falls()?))
     }
 
     /// Fits what a climb has found in the free run, and drops what does not earn its place there.
@@ -127,7 +128,7 @@ impl<'a> SecondLook<'a> {
             return self.judged(other).map(Some);
         }
         let all = self.fit_with_all(&other)?;
-        let may_fall = self.error(&best.1) - self.audit.log_error(&all);
+        let may_fall = self.error(&best.1)? - self.audit.log_error(&all);
         if may_fall < if all.ended { SMALLEST_FALL } else { 0.0 } {
             return Ok(None);
         }
@@ -168,7 +169,7 @@ impl<'a> SecondLook<'a> {
             let confirm = |rival: &EffectId| {
                 self.climb.context().doing(rival.id());
                 let swapped = self.audit.fit(&kept.space.without_effect(*found).with_effect(*rival, &scales))?;
-                Ok((self.error(&swapped) - self.error(kept) < SAME_ERROR).then_some(*rival))
+                Ok((self.error(&swapped)? - self.error(kept)? < SAME_ERROR).then_some(*rival))
             };
             let confirmed: Vec<_> = rivals.par_iter().map(confirm).collect::<Result<_>>()?;
             *rivals = confirmed.into_iter().flatten().collect();
@@ -176,8 +177,8 @@ impl<'a> SecondLook<'a> {
         Ok(())
     }
 
-    pub(super) fn error(&self, fit: &Fit) -> f64 {
-        self.audit.held_out(fit).log_error()
+    pub(super) fn error(&self, fit: &Fit) -> Result<f64> {
+        Ok(self.audit.held_out(fit)?.log_error())
     }
 
     /// Climbs on from what is left, if anything is, of a climb that began with a wrong effect, which the free run has
@@ -201,13 +202,13 @@ impl<'a> SecondLook<'a> {
         for exchange in self.climb.exchanges(&judged.0)? {
             let Some(other) = self.climb.climb_away_from(&exchange, self.base, &judged.0)? else { continue };
             // Where the balances cannot tell, the free run may.
-            let farther = self.climb.gain(&other.fit, &judged.0.fit);
+            let farther = self.climb.gain(&other.fit, &judged.0.fit)?;
             let leads_back = other.has_found_the_same_as(&judged.0) && farther > -SAME_ERROR;
             if leads_back || farther > SMALLEST_GAIN {
                 continue;
             }
             let Some(other) = self.judged_if_closer(other, &judged)? else { continue };
-            if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1) > SMALLEST_FALL {
+            if other.0.is_explained() && self.audit.held_out_fall(&judged.1, &other.1)? > SMALLEST_FALL {
                 return self.without_later_than(exchange.taken, other);
             }
         }

@@ -67,14 +67,14 @@ impl SecondLook<'_> {
             if found.is_none() {
                 let pairs = self.audit.pairs(&kept, &scales, &promises).into_iter();
                 let pairs = pairs.filter(|p| p.gain > WORTH_FITTING).take(FITTED).map(|p| (p.ids.to_vec(), p.space));
-                let partners = self.partners(&kept, &singles, &scales, &candidates);
+                let partners = self.partners(&kept, &singles, &scales, &candidates)?;
                 found = self.sufficient(&kept, &self.fitted(pairs.chain(partners).collect())?)?;
             }
             let Some((ids, fit, mut as_well)) = found else { break };
             let before = ladder.found.clone();
             as_well.extend(hidden.iter().filter(|h| ids.iter().all(|id| !classes::same(kept.space.kind(), *id, **h))));
             ladder.found.extend(&ids);
-            ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len()));
+            ladder.steps.push(self.step(&kept, &fit, ids, as_well, &promises, candidates.len())?);
             (ladder, kept) = self.narrowed(ladder, fit)?;
             // Where nothing of it has stayed, the same would promise most once more.
             if ladder.found == before {
@@ -93,18 +93,14 @@ impl SecondLook<'_> {
         as_well: Vec<EffectId>,
         promises: &[Promise],
         candidates: usize,
-    ) -> Step {
+    ) -> Result<Step> {
         let parameters = fit.space.free().count() - kept.space.free().count();
         let tries = candidates.pow(ids.len() as u32) as f64;
         let shared = Arc::new(fit.clone());
-        let tried = |id: &EffectId| Tried {
-            id: *id,
-            fit: Arc::clone(&shared),
-            gain: self.audit.held_out_fall(kept, fit),
-            p_value: (self.audit.p_value(kept, fit, parameters) * tries).min(1.0),
-            objection: None,
-        };
-        Step {
+        let gain = self.audit.held_out_fall(kept, fit)?;
+        let p_value = (self.audit.p_value(kept, fit, parameters)? * tries).min(1.0);
+        let tried = |id: &EffectId| Tried { id: *id, fit: Arc::clone(&shared), gain, p_value, objection: None };
+        Ok(Step {
             promises: promises.iter().map(|p| (p.id, p.gain)).collect(),
             tried: ids.iter().map(tried).collect(),
             together: ids.len() > 1,
@@ -113,7 +109,7 @@ impl SecondLook<'_> {
             as_well,
             decoy_gain: 0.0,
             decoys: [0, 0],
-        }
+        })
     }
 
     /// The candidates that have a column of their own in the free run, most promising first.
@@ -131,13 +127,15 @@ impl SecondLook<'_> {
         singles: &[Model],
         scales: &Scales,
         candidates: &[&'static Description],
-    ) -> Vec<Attempt> {
-        let gains = |single: &&Model| self.audit.held_out_fall(kept, &single.1) > SMALLEST_FALL;
-        let Some((ids, fit)) = singles.first().filter(gains) else { return Vec::new() };
+    ) -> Result<Vec<Attempt>> {
+        let Some((ids, fit)) = singles.first() else { return Ok(Vec::new()) };
+        if self.audit.held_out_fall(kept, fit)? <= SMALLEST_FALL {
+            return Ok(Vec::new());
+        }
         let others: Vec<_> =
             candidates.iter().copied().filter(|d| !classes::same(kept.space.kind(), d.id, ids[0])).collect();
         let promises = self.promises(fit, scales, &others).into_iter().filter(|p| p.gain > WORTH_FITTING);
-        promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect()
+        Ok(promises.take(PARTNERS).map(|p| (vec![ids[0], p.id], p.space)).collect())
     }
 
     /// Fits models with more effects roughly, the one with the smallest error on data held out first; of those with the
@@ -146,7 +144,7 @@ impl SecondLook<'_> {
         let fit = |(ids, space): Attempt| {
             self.climb.context().doing(ids[0].id());
             let fit = self.audit.fit_with(&space, Effort::ROUGH)?;
-            Ok((self.error(&fit), (ids, fit)))
+            Ok((self.error(&fit)?, (ids, fit)))
         };
         let mut fits: Vec<(f64, Model)> = attempts.into_par_iter().map(fit).collect::<Result<_>>()?;
         fits.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -167,12 +165,14 @@ impl SecondLook<'_> {
                 continue;
             }
             let fit = self.audit.finish(rough)?;
-            if self.suffices(kept, &fit) {
-                let others = models.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, model)| model);
-                let as_well = others.filter(|(_, other)| self.error(other) - self.error(&fit) < SAME_ERROR);
-                let rivals = as_well.flat_map(|(other, _)| other).copied();
-                let rivals =
-                    rivals.filter(|id| ids.iter().all(|own| !classes::same(kept.space.kind(), *own, *id))).collect();
+            if self.suffices(kept, &fit)? {
+                let mut rivals = Vec::new();
+                for (_, (others, other)) in models.iter().enumerate().filter(|(other, _)| *other != k) {
+                    if self.error(other)? - self.error(&fit)? < SAME_ERROR {
+                        rivals.extend(others.iter().copied());
+                    }
+                }
+                rivals.retain(|id| ids.iter().all(|own| !classes::same(kept.space.kind(), *own, *id)));
                 return Ok(Some((ids.clone(), fit, rivals)));
             }
         }
@@ -180,8 +180,8 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit takes most of what an earlier one exceeds the floor by, on data held out too.
-    pub(super) fn suffices(&self, before: &Fit, after: &Fit) -> bool {
-        self.takes_all_but(LEFT, before, after) && self.audit.held_out_fall(before, after) > SMALLEST_FALL
+    pub(super) fn suffices(&self, before: &Fit, after: &Fit) -> Result<bool> {
+        Ok(self.takes_all_but(LEFT, before, after) && self.audit.held_out_fall(before, after)? > SMALLEST_FALL)
     }
 
     /// Whether a fit leaves less than a share, in the signal that gains more, of the logarithm by which the error of an

@@ -18,12 +18,12 @@ impl SecondLook<'_> {
         for [own, other] in self.climb.passed_over(&judged.0) {
             self.climb.context().doing(other.id.id());
             let gain = self.audit.log_error_at(&own.fit.space) - self.audit.log_error_at(&other.fit.space);
-            if gain < SMALLEST_GAIN || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?) {
+            if gain < SMALLEST_GAIN || !self.is_closer(&judged.1, &self.in_place_of(own.id, other, &judged.1)?)? {
                 continue;
             }
             let exchange = self.climb.exchange(&judged.0, own.id, other)?;
             let anew = self.judged(self.climb.climb_on_from(&exchange, self.base, &judged.0)?)?;
-            if self.is_closer(&judged.1, &anew.1) && (anew.0.is_explained() || !judged.0.is_explained()) {
+            if self.is_closer(&judged.1, &anew.1)? && (anew.0.is_explained() || !judged.0.is_explained()) {
                 return Ok(anew);
             }
         }
@@ -39,7 +39,7 @@ impl SecondLook<'_> {
     }
 
     /// Whether a fit comes closer to the data, those held out too.
-    fn is_closer(&self, one: &Fit, other: &Fit) -> bool {
-        self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other) > SMALLEST_GAIN
+    fn is_closer(&self, one: &Fit, other: &Fit) -> Result<bool> {
+        Ok(self.audit.fall(one, other) > SMALLEST_GAIN && self.audit.held_out_fall(one, other)? > SMALLEST_GAIN)
     }
 }

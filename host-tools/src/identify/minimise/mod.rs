@@ -126,14 +126,17 @@ impl Fit {
     }
 
     /// Its errors on blocks of time held out, found `by` leaving them out the first time.
-    pub fn held_out(&self, by: impl FnOnce(&Self) -> HeldOut) -> &HeldOut {
+    ///
+    /// # Errors
+    /// Those of `by`; it is asked again the next time.
+    pub fn held_out(&self, by: impl FnOnce(&Self) -> Result<HeldOut>) -> Result<&HeldOut> {
         match self.known_held_out.get() {
-            Some(known) => known,
+            Some(known) => Ok(known),
             None => {
                 // Not within `get_or_init`: what leaves blocks out waits for other work meanwhile, which may ask for
                 // the same.
-                let held_out = by(self);
-                self.known_held_out.get_or_init(|| held_out)
+                let held_out = by(self)?;
+                Ok(self.known_held_out.get_or_init(|| held_out))
             }
         }
     }
@@ -441,6 +444,7 @@ mod tests {
 
     use super::damping::RUNGS;
     use super::*;
+    use crate::error::Error;
     use crate::model::{Base, Kind};
 
     #[test]
@@ -456,11 +460,12 @@ mod tests {
         let asked = AtomicUsize::new(0);
         let by = |_: &Fit| {
             asked.fetch_add(1, Ordering::Relaxed);
-            HeldOut { squares: vec![[4.0, 9.0]], rows: vec![[1.0; 2]] }
+            Ok(HeldOut { squares: vec![[4.0, 9.0]], rows: vec![[1.0; 2]] })
         };
-        assert_eq!(fit.held_out(by).rms(), [2.0, 3.0]);
+        assert!(matches!(fit.held_out(|_| Err(Error::Interrupted)), Err(Error::Interrupted)), "it is not known then");
+        assert_eq!(fit.held_out(by).unwrap().rms(), [2.0, 3.0]);
         // A copy knows it, too.
-        assert_eq!(fit.clone().held_out(by).rms(), [2.0, 3.0]);
+        assert_eq!(fit.clone().held_out(by).unwrap().rms(), [2.0, 3.0]);
         assert_eq!(asked.load(Ordering::Relaxed), 1);
     }
 

@@ -2,6 +2,7 @@
 
 use greyrig::app::sampler::Sampler;
 use greyrig::app::{Shared, Window};
+use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::link::message::{Report, Request};
 use greyrig::parameters::section;
 use greyrig::tick::Output;
@@ -47,7 +48,7 @@ fn reports_are_equal_in_bits() {
 
     let active = section::decode(payload).unwrap().build().unwrap();
     let shared = Shared::new();
-    let mut sampler = Sampler::new(Some(active), &shared);
+    let mut sampler = Sampler::new(Some(active), &shared, &NUCLEO_G474RE);
     let outputs: Vec<Output> = samples
         .iter()
         .map(|&[voltage, current, speed]| sampler.sample(Counts { voltage, current, speed }, 0).unwrap())

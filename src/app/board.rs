@@ -3,17 +3,16 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::detector::Verdict;
+use crate::hardware::Hardware;
 
 /// A board, seen from the thread. The sampling interrupt is the board's own business.
 #[allow(async_fn_in_trait)]
-pub trait Hardware {
+pub trait Board {
     /// Flash that holds the parameters.
     type Flash: NorFlash;
-    /// Name of the board.
-    const BOARD: &'static str;
-    /// How much later than the voltage current and speed are sampled, s.
-    const SKEW_S: [f32; 2];
-    /// Where the slots begin in [`Hardware::flash`].
+    /// Its figures.
+    const HARDWARE: Hardware;
+    /// Where the slots begin in [`Board::flash`].
     const STORE: u32;
 
     /// The flash.
