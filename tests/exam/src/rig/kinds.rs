@@ -432,7 +432,7 @@ pub const KINDS: &[Kind] = &[
             let x = of(&s.recording, channel);
             let hz = random.one_of(&[50.0, 60.0]) * random.one_of(&[1.0, 2.0]);
             let height = random.log_between(0.02, 0.1) * damage::rms(x);
-            let phase = random.between(0.0, 6.28);
+            let phase = random.between(0.0, std::f64::consts::TAU);
             let step = std::f64::consts::TAU * hz * s.recording.sample_time_s();
             one(
                 each(&s.recording, channel, |n, x| x + height * (step * n as f64 + phase).sin()),
