@@ -29,8 +29,8 @@ const SAMPLES: f64 = 1.5;
 const AMPLITUDE: f64 = 0.1;
 /// Change of the amplitude from a period before to one after, relative, beside which the supply may have been switched.
 const SWITCHED: f64 = 0.1;
-/// Share of samples without voltage from which on a supply is controlled by its phase, which moves with the control, and
-/// the least jump then, rad.
+/// Share of samples without voltage from which on a supply is controlled by its phase, which moves with the control,
+/// and the least jump then, rad.
 const CHOPPED: f64 = 0.1;
 const BY_CONTROL: f64 = 0.5;
 
