@@ -197,7 +197,7 @@ impl Experiment {
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
-            counted: settled(recording.valid(), settling),
+            counted: settled(recording.valid(), settling, bridged(settings.cutoff_hz * interval_s)),
             filter: settings,
             name,
             part_of: recording.part_of().map(|_| recording.path().to_owned()),
@@ -301,7 +301,7 @@ impl Experiment {
             return self.counted.clone();
         }
         let settling = self.filter.settling_samples().unwrap_or(0) as usize;
-        settled(&unbroken, settling).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
+        settled(&unbroken, settling, 0).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
     }
 
     /// Where the voltage is not straight between its samples: sample, and mean of voltage (V) and current (A) over the
@@ -638,14 +638,25 @@ pub fn derivative(signal: &[f64], interval_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Samples for which the last unusable one, or the start, is at least `settling` samples ago.
-fn settled(valid: &[bool], settling: usize) -> Vec<bool> {
-    let mut since = 0;
+/// Samples that a line bridges so closely that the filter need not settle anew, by its cut-off in cycles a sample: a
+/// sinusoid at the cut-off f leaves the chord over n + 1 intervals by (2π f (n + 1))²/8, here a twentieth, and what a
+/// motor does is far below the cut-off.
+fn bridged(cutoff: f64) -> usize {
+    const LEAVES: f64 = 0.05;
+    let intervals = (8.0 * LEAVES).sqrt() / (std::f64::consts::TAU * cutoff);
+    (intervals as usize).saturating_sub(1)
+}
+
+/// Usable samples for which the last unusable stretch of more than `bridged` samples, or the start, is at least
+/// `settling` samples ago.
+fn settled(valid: &[bool], settling: usize, bridged: usize) -> Vec<bool> {
+    let (mut since, mut missing) = (0, 0);
     valid
         .iter()
         .map(|valid| {
-            since = if *valid { since + 1 } else { 0 };
-            since > settling
+            missing = if *valid { 0 } else { missing + 1 };
+            since = if missing > bridged { 0 } else { since + 1 };
+            *valid && since > settling
         })
         .collect()
 }

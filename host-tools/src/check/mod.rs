@@ -107,6 +107,21 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     scale::look(s, e, kind, found);
 }
 
+/// What of wild samples is masked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wild {
+    /// Codes for "no measurement" alone: to a detector a spark is what it looks for.
+    Codes,
+    /// Single samples far from their neighbours, too: to a fit they are nothing that a motor does.
+    CodesAndOutliers,
+}
+
+/// Masks wild samples, as the findings `overrange` and `outliers` say: they do not count, and the line between their
+/// neighbours takes their place.
+pub fn mask(recordings: &mut [Recording], wild: Wild) {
+    recordings.iter_mut().for_each(|r| spikes::mask(r, wild == Wild::CodesAndOutliers));
+}
+
 /// The finding, if any, that makes every answer meaningless.
 pub fn stop(findings: &[DataFinding]) -> Option<&DataFinding> {
     findings.iter().find(|f| f.severity == Severity::Stop)

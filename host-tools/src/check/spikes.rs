@@ -9,8 +9,8 @@ use super::criteria::SIGMAS_OF_OUTLIER;
 use super::regression;
 use super::signals::{self, Signals, short};
 use crate::noise;
-use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+use crate::recording::{Channel, Recording};
 
 /// Share of samples from which outliers are no longer single events.
 const RARE: f64 = 0.02;
@@ -53,7 +53,7 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(values[first], s.unit(channel))
-                    .handled(Handled::None),
+                    .handled(Handled::Masked),
             );
         }
         if let (Some(&first), Some(&last)) = (wild.outliers.first(), wild.outliers.last()) {
@@ -69,13 +69,34 @@ pub fn look(s: &mut Signals<'_>, found: &mut Vec<DataFinding>) {
                     .on(channel)
                     .between(s.time_s(first), s.time_s(last))
                     .value(wild.outliers.len() as f64 / values.len() as f64, "")
-                    .handled(Handled::None),
+                    .handled(Handled::Masked),
             );
         }
         left_out.extend(wild.codes);
         left_out.extend(wild.outliers);
     }
     s.leave_out(&left_out);
+}
+
+/// Masks codes for "no measurement" and, where asked, outliers. A channel of which nothing would be left stays as it
+/// is; what is left of it is another finding's matter.
+pub fn mask(recording: &mut Recording, outliers_too: bool) {
+    let samples: Vec<(Channel, Vec<usize>)> = {
+        let s = Signals::new(recording);
+        let of = |channel, values| {
+            let Wild { mut codes, outliers } = wild(&s, channel, values);
+            if outliers_too {
+                codes.extend(outliers);
+                codes.sort_unstable();
+            }
+            (channel, codes)
+        };
+        s.channels().map(|(channel, values)| of(channel, values)).collect()
+    };
+    for (channel, samples) in samples.into_iter().filter(|(_, samples)| !samples.is_empty()) {
+        // An error is that of a channel without any usable sample: it stays.
+        let _ = recording.mask(channel, &samples);
+    }
 }
 
 /// Finds them.

@@ -176,7 +176,9 @@ fn stuck(s: &Signals<'_>, channel: Channel, values: &[f64], low: f64, high: f64)
         }
         let wide = gaps.iter().filter(|gap| **gap > half).count();
         let middling = gaps.iter().filter(|gap| (half / 4 + 1..=half).contains(*gap)).count();
-        let stuck = wide >= 3 && middling * 4 <= wide;
+        // Half of the codes are missing, no more: a program of voltages has few.
+        let dense = seen.iter().filter(|seen| **seen).count() * 4 >= seen.len();
+        let stuck = dense && wide >= 3 && middling * 4 <= wide;
         let visited = seen.chunks(period).filter(|chunk| chunk.iter().any(|seen| *seen)).count();
         if empty && (stuck || 0.5_f64.powi(visited as i32) * (period as f64) < CHANCE) {
             let text = format!(

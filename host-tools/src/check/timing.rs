@@ -14,6 +14,8 @@ use crate::model::Kind;
 use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 
+/// Longest interval, s: of an edge of the voltage between slower samples the balance knows too little.
+const SLOWEST_S: f64 = 2e-3;
 /// Windows that the balance is taken over, at most.
 const WINDOWS: usize = 1200;
 /// Largest shift that is looked for, s.
@@ -48,7 +50,7 @@ const RIGHT: Clock = Clock { shift_s: 0.0, skew: 0.0 };
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
     let kind = e.told.unwrap_or(kind);
     let all = s.voltage.is_some() && s.recording().channel(Channel::Current).is_some() && s.speed.is_some();
-    let moves = e.voltage(kind).is_some();
+    let moves = e.voltage(kind).is_some() && s.interval_s <= SLOWEST_S;
     let mean_square = e.short.iter().map(|x| x.u * x.u).sum::<f64>() / e.short.len().max(1) as f64;
     if !all || !moves || variance(e.short.iter().map(|x| x.u)) < 0.05 * mean_square {
         return;

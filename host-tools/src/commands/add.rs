@@ -12,6 +12,7 @@ use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::{Addition, Stage, add_to, stage};
 use crate::check;
+use crate::check::Wild;
 use crate::error::{Error, Place, Result};
 use crate::held_out::split;
 use crate::model::{Model, Origin};
@@ -69,8 +70,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(id) = effects.iter().find(|id| model.effects.iter().any(|e| e.id == **id)) {
         return Err(Error::usage(format!("the model has {id} already"), "leave it out, or add another effect"));
     }
-    let recordings = input::load(&files, &args.map, &terminal.context())?;
-    let findings = input::question(&recordings, model.kind);
+    let mut recordings = input::load(&files, &args.map, &terminal.context())?;
+    let findings = input::question(&mut recordings, model.kind, Wild::CodesAndOutliers);
     input::refuse(&findings)?;
     let (training, held_out) = split(&recordings);
     refuse_seen(&training, &held_out)?;

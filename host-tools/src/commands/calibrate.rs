@@ -10,6 +10,7 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
+use crate::check::Wild;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::monitor::calibrate::{Shown, calibrate};
@@ -51,8 +52,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&recordings, model.kind);
+    let mut recordings = args.input.load(&terminal.context())?;
+    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
     let (detector, shown) =
         terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
     let calibrated = Model { detector: Some(detector.clone()), ..model };

@@ -9,6 +9,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
+use crate::check::Wild;
 use crate::compare::compare_along;
 use crate::error::Result;
 use crate::model::{Model, Origin};
@@ -41,8 +42,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = Model::load(&args.model)?;
-    let recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&recordings, model.kind);
+    let mut recordings = args.input.load(&terminal.context())?;
+    let findings = input::question(&mut recordings, model.kind, Wild::CodesAndOutliers);
     input::refuse(&findings)?;
     let comparison = compare_along(&model, &recordings, args.course, &terminal.context())?;
     if let Some(path) = &args.answer.report {

@@ -7,8 +7,10 @@ use serde::Serialize;
 
 use super::stdout;
 use super::terminal::Terminal;
+use crate::check::check;
 use crate::error::Result;
 use crate::output;
+use crate::recording::finding::DataFinding;
 use crate::recording::{self, Channel, MapArgs, Recording};
 
 /// Arguments of `greyrig convert`.
@@ -55,6 +57,7 @@ struct Report<'a> {
     metadata: &'a std::collections::BTreeMap<String, String>,
     sha256: &'a str,
     warnings: &'a [String],
+    data_findings: Vec<DataFinding>,
 }
 
 /// Runs the command.
@@ -81,6 +84,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             metadata: recording.metadata(),
             sha256: recording.sha256(),
             warnings: recording.warnings(),
+            data_findings: check(std::slice::from_ref(&recording), None),
         };
         stdout::print_json("convert", &[args.input.display().to_string()], report)?;
     } else {

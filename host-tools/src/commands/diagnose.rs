@@ -15,6 +15,7 @@ use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
 use crate::check;
+use crate::check::Wild;
 use crate::compare::{Comparison, PerSignal, compare_along};
 use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
@@ -64,7 +65,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.answer.force)?;
     }
     let model = args.model.as_deref().map(Model::load).transpose()?;
-    let recordings = args.input.load(&terminal.context())?;
+    let mut recordings = args.input.load(&terminal.context())?;
     let mut settings = match &model {
         Some(model) => Settings::of_model(model),
         None => {
@@ -74,7 +75,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     };
     settings.course = args.course;
     settings.fixed.extend(args.fix.iter().cloned());
-    let findings = input::question(&recordings, settings.kind);
+    let findings = input::question(&mut recordings, settings.kind, Wild::CodesAndOutliers);
     if let Some(stop) = check::stop(&findings) {
         return refused(args, stop, &findings);
     }

@@ -10,6 +10,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
+use crate::check::Wild;
 use crate::compare::compare_along;
 use crate::error::{Error, Result, if_possible};
 use crate::identify::{self, Method, Settings};
@@ -86,9 +87,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.cutoff.is_some_and(|hz| !(hz > 0.0 && hz.is_finite())) {
         return Err(Error::usage("--cutoff must be a positive frequency", "give it in Hz, such as --cutoff 250"));
     }
-    let recordings = args.input.load(&terminal.context())?;
+    let mut recordings = args.input.load(&terminal.context())?;
     let kind = Kind::of(args.kind, &recordings);
-    let findings = input::question(&recordings, kind);
+    let findings = input::question(&mut recordings, kind, Wild::CodesAndOutliers);
     input::refuse(&findings)?;
     let mut settings = Settings::new(kind);
     settings.method = args.method;

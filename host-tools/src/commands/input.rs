@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::check;
+use crate::check::{self, Wild};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::model::Kind;
@@ -50,9 +50,13 @@ pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recor
     Ok(recordings)
 }
 
-/// Questions recordings before anything is asked of them, and says on stderr what may spoil the answer.
-pub fn question(recordings: &[Recording], kind: Kind) -> Vec<DataFinding> {
-    let found = check::check(recordings, Some(kind));
+/// Questions recordings before anything is asked of them, says on stderr what may spoil the answer, and masks what is
+/// wild.
+pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
+    let mut found = check::check(recordings, Some(kind));
+    check::mask(recordings, wild);
+    let kept = |f: &DataFinding| f.code == Code::Outliers && wild == Wild::Codes;
+    found.iter_mut().filter(|f| kept(f)).for_each(|f| f.handled = Handled::None);
     // Of what is masked the reader has told already.
     let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
     for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {

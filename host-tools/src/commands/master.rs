@@ -11,6 +11,7 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
+use crate::check::Wild;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::calibrate::by_motor;
@@ -65,8 +66,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     args.history.as_deref().map_or(Ok(()), History::check)?;
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
-    let recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&recordings, model.kind);
+    let mut recordings = args.input.load(&terminal.context())?;
+    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
     if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata().contains_key("serial"))
     {
         return Err(Error::usage(

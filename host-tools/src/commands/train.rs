@@ -12,6 +12,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Ridge, Settings, Trained};
+use crate::check::Wild;
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::held_out::split;
@@ -78,8 +79,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         return Err(Error::usage(format!("a delay of {delay} s cannot be"), "choose --delay from 0.0001 to 1"));
     }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
-    let recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&recordings, bare.kind);
+    let mut recordings = args.input.load(&terminal.context())?;
+    let findings = input::question(&mut recordings, bare.kind, Wild::CodesAndOutliers);
     input::refuse(&findings)?;
     let outcome = Outcome::of(&bare, &recordings, args, terminal)?;
     if let Some(path) = &args.out {

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::answer::Answer;
 use super::input;
 use super::terminal::Terminal;
+use crate::check::Wild;
 use crate::commands::stdout;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
@@ -152,6 +153,7 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, terminal: &Ter
             }
         }
     }
+    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
     let mut tests = Vec::new();
     for recording in &recordings {
         crate::compare::same_type(model, recording)?;
@@ -159,7 +161,11 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, terminal: &Ter
         note(args.results.as_deref(), &test, terminal)?;
         tests.push(test);
     }
-    Ok(Judged { tests, files: recordings.iter().map(Origin::from).collect(), more: json!({}) })
+    Ok(Judged {
+        tests,
+        files: recordings.iter().map(Origin::from).collect(),
+        more: json!({ "data_findings": findings }),
+    })
 }
 
 /// Refuses what a replay has no use for.
