@@ -415,7 +415,6 @@ impl Experiment {
     }
 
     /// [`Experiment::run`] of what is stepped by the interval of this recording.
-    #[inline(always)]
     pub fn step_through<S: Scalar<Base = S>>(
         &self,
         mut stepper: impl Stepped<S>,

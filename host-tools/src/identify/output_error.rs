@@ -126,7 +126,7 @@ impl<'a> Rows<'a> {
             let motors = thetas.iter().map(|theta| space.motor_at(theta).ok()).collect::<Option<Vec<_>>>()?;
             let motors = lockstep::as_many_as_lanes(&motors)?;
             let lockstep = Lockstep::build(&motors, self.experiment.step_s(), self.substeps)?;
-            let modelled = pulp::Arch::new().dispatch(Together { rows: self, lockstep });
+            let modelled = self.run(lockstep, Imposed::Nothing, |lanes: Lanes| lanes.0);
             Some(modelled.into_iter().take(thetas.len()).collect())
         };
         let alone = || thetas.iter().map(|theta| self.modelled(space, theta, Imposed::Nothing)).collect();
@@ -134,7 +134,6 @@ impl<'a> Rows<'a> {
     }
 
     /// The rows of what `each` makes motors of.
-    #[inline(always)]
     fn run<S: Scalar<Base = S>, const MOTORS: usize>(
         &self,
         stepper: impl Stepped<S>,
@@ -171,22 +170,6 @@ impl<'a> Rows<'a> {
 
     fn off(&self, modelled: &[f64]) -> Vec<f64> {
         modelled.iter().zip(self.measured()).map(|(model, (measured, _))| model - measured).collect()
-    }
-}
-
-/// A free run of motors in lockstep, compiled for the vector registers that the processor turns out to have: all that
-/// it calls is inlined. Nothing is fused, so that the bits are the same.
-struct Together<'a, 'b> {
-    rows: &'a Rows<'b>,
-    lockstep: Lockstep,
-}
-
-impl pulp::NullaryFnOnce for Together<'_, '_> {
-    type Output = [Vec<f64>; LANES];
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        self.rows.run(self.lockstep, Imposed::Nothing, |lanes: Lanes| lanes.0)
     }
 }
 

@@ -54,8 +54,6 @@ impl Lockstep {
         Some(Self { reading: together.state(), together, alone: alone.try_into().ok()?, apart: 0 })
     }
 
-    #[cold]
-    #[inline(never)]
     fn each_alone(&mut self, before: &Snapshot<Lanes>, from: Lanes, to: Lanes, constraints: Constraints<Lanes>) {
         self.apart += 1;
         for (k, stepper) in self.alone.iter_mut().enumerate() {
@@ -86,7 +84,6 @@ impl Stepped<Lanes> for Lockstep {
         }
     }
 
-    #[inline(always)]
     fn step(&mut self, from: Lanes, to: Lanes, constraints: Constraints<Lanes>) {
         let before = self.together.snapshot();
         self.together.step(from, to, constraints);
@@ -167,63 +164,6 @@ mod tests {
     use super::*;
 
     const INTERVAL_S: f64 = 2e-4;
-
-    /// A run whose readings are kept as bits: current and speed of each motor.
-    struct Bits(Lockstep);
-
-    impl pulp::NullaryFnOnce for Bits {
-        type Output = Vec<[[u64; 2]; LANES]>;
-
-        #[inline(always)]
-        fn call(mut self) -> Self::Output {
-            let step = |n: usize| {
-                let [from, to] = [n - 1, n].map(|n| Lanes([voltage(n); LANES]));
-                self.0.step(from, to, Constraints::FREE);
-                let State { current, speed } = self.0.reading();
-                array::from_fn(|k| [current.0[k], speed.0[k]].map(f64::to_bits))
-            };
-            (1..2000).map(step).collect()
-        }
-    }
-
-    fn voltage(n: usize) -> f64 {
-        300.0 * (0.0628 * n as f64).sin()
-    }
-
-    /// The registers that every processor of this kind has, and each kind of wider ones that this processor has.
-    fn registers() -> Vec<pulp::Arch> {
-        let mut registers = vec![pulp::Arch::Scalar];
-        #[cfg(target_arch = "x86_64")]
-        registers.extend(pulp::x86::V3::try_new().map(pulp::Arch::V3));
-        #[cfg(not(target_arch = "x86_64"))]
-        registers.push(pulp::Arch::new());
-        registers
-    }
-
-    /// Effect by effect: whichever registers do it, each motor has the bits that it has alone.
-    #[test]
-    fn vector_registers_do_not_change_the_bits() {
-        for d in Description::all() {
-            let motors: [Motor<f64>; LANES] = array::from_fn(|k| {
-                let base = [2.2, 0.02, 0.01 * (1.0 + 1e-6 * k as f64), 2e-5, 0.015, 8e-6, 3e-8];
-                let values: Vec<f64> = d.parameters.iter().map(|p| p.start).collect();
-                Motor::build(Parameters::from_values(FluxLaw::Series, base), &[Effect::new(d.id, &values)]).unwrap()
-            });
-            let mut alone = motors.each_ref().map(|m| Stepper::with_substeps(m.clone(), INTERVAL_S, 2).unwrap());
-            let step = |n: usize| {
-                alone.each_mut().map(|stepper| {
-                    stepper.step(voltage(n - 1), voltage(n), Constraints::FREE);
-                    let State { current, speed } = stepper.reading();
-                    [current, speed].map(f64::to_bits)
-                })
-            };
-            let expected: Vec<_> = (1..2000).map(step).collect();
-            for arch in registers() {
-                let together = arch.dispatch(Bits(Lockstep::build(&motors, INTERVAL_S, 2).unwrap()));
-                assert!(together == expected, "{} by {arch:?}", d.id);
-            }
-        }
-    }
 
     /// Every effect of the catalogue, in motors that hardly differ and in such that do, so that branches are taken
     /// apart: driven to and fro, with the rotor held and the supply open for a while, each has the bits that it has
