@@ -151,7 +151,7 @@ fn a_lot_passes_and_its_gross_faults_fail() {
 }
 
 /// Kinds of damage that are found in 95 of 100 and more (`cargo xtask exam --only 'rig-*'`).
-const FOUND: [&str; 29] = [
+const FOUND: [&str; 28] = [
     "sign-u",
     "sign-i",
     "sign-w",
@@ -163,7 +163,6 @@ const FOUND: [&str; 29] = [
     "milli-u",
     "rpm-with-angle",
     "deg-s",
-    "rms",
     "gap",
     "resampled",
     "clipped-i",
@@ -187,13 +186,17 @@ const FOUND: [&str; 29] = [
 fn what_others_do_to_a_recording_is_named() {
     let asked: Vec<_> = KINDS.iter().filter(|kind| FOUND.contains(&kind.name)).collect();
     assert_eq!(asked.len(), FOUND.len());
-    asked.into_par_iter().for_each(|kind| {
-        let answers: Vec<rig::Answer> = (9_301..9_305).map(|seed| rig::ask(kind, seed).unwrap()).collect();
-        let missed: Vec<String> =
-            answers.iter().filter(|a| !a.named).map(|a| format!("{} {}", a.title, a.damage)).collect();
-        // Of four that are found nineteen times of twenty, two are missed once in seventy kinds.
-        assert!(missed.len() <= 1, "{}: {missed:?}", kind.name);
-    });
+    let missed: Vec<String> = asked
+        .into_par_iter()
+        .flat_map_iter(|kind| {
+            let answers: Vec<rig::Answer> = (9_301..9_305).map(|seed| rig::ask(kind, seed).unwrap()).collect();
+            let missed = answers.into_iter().filter(|a| !a.named);
+            let missed: Vec<String> = missed.map(|a| format!("{}: {} {}", kind.name, a.title, a.damage)).collect();
+            // Of four that are found nineteen times of twenty, two are missed once in seventy kinds.
+            if missed.len() > 1 { missed } else { Vec::new() }
+        })
+        .collect();
+    assert!(missed.is_empty(), "{missed:#?}");
 }
 
 #[test]
