@@ -31,6 +31,9 @@ fn host_code_knows_no_effect_by_name() {
     for file in &files {
         let text = std::fs::read_to_string(file).expect("a source");
         let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        // A documented example is no knowledge.
+        let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let code = lines.collect::<Vec<&str>>().join("\n");
         let name = file.strip_prefix(&root).expect("below the root").display().to_string();
         for id in EffectId::ALL {
             if code.contains(&format!("\"{id}\"")) {

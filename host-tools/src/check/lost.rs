@@ -37,7 +37,7 @@ const BY_CONTROL: f64 = 0.5;
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
     let (places, seconds) = match s.voltage.and_then(|u| Some((u, mains::period_s(u, s.interval_s)?))) {
-        Some((u, period_s)) => of_mains(u, period_s / s.interval_s, s.interval_s),
+        Some((u, period_s)) => of_mains(s, u, period_s / s.interval_s, s.interval_s),
         None => {
             let stepped = found.iter().any(|f| {
                 f.recording == s.path()
@@ -69,7 +69,7 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
 }
 
 /// Where the phase of the supply jumps, and by how much at first, s.
-fn of_mains(u: &[f64], period: f64, interval_s: f64) -> (Vec<usize>, Option<f64>) {
+fn of_mains(s: &Signals<'_>, u: &[f64], period: f64, interval_s: f64) -> (Vec<usize>, Option<f64>) {
     let none = (Vec::new(), None);
     let nothing = 0.01 * largest(u);
     let chopped = u.iter().filter(|x| x.abs() < nothing).count() as f64 > CHOPPED * u.len() as f64;
@@ -93,7 +93,8 @@ fn of_mains(u: &[f64], period: f64, interval_s: f64) -> (Vec<usize>, Option<f64>
     let loud = AMPLITUDE * periods.iter().fold(0.0f64, |m, p| m.max(p.1));
     let has_phase = |k: usize| {
         let [before, after] = [periods[k - 1].1, periods[k + 1].1];
-        periods[k - 1..=k + 1].iter().all(|p| p.1 > loud) && (after / before).ln().abs() < SWITCHED
+        let counts = ((k - 1) * length..(k + 2) * length).all(|n| s.is_valid(n));
+        counts && periods[k - 1..=k + 1].iter().all(|p| p.1 > loud) && (after / before).ln().abs() < SWITCHED
     };
     let wrap = |x: f64| x - TAU * (x / TAU).round();
     let change = |k: usize| wrap(phases[k + 1] - phases[k - 1]);

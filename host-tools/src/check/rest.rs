@@ -12,6 +12,8 @@ const WINDOW_S: f64 = 0.1;
 const RESTS: f64 = 0.01;
 /// The same for the change of a channel that rests elsewhere.
 const STILL: f64 = 2e-3;
+/// Share of the largest speed from which on a shaft that does not slow down coasts and has no offset.
+const COASTS: f64 = 0.1;
 /// An offset below this share of the largest magnitude matters to nothing.
 const MATTERS: f64 = 0.005;
 /// Fewest windows of rest.
@@ -20,6 +22,7 @@ const FEWEST: usize = 2;
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
     let all = balance::windows_of_all(s, WINDOW_S);
+    let length = s.window(WINDOW_S);
     let largest = |of: fn(&Window) -> f64| all.iter().map(|x| of(x).abs()).fold(0.0, f64::max);
     let peaks = [largest(|x| x.u), largest(|x| x.i), largest(|x| x.w)];
     let quiet = |x: &Window, channel: Channel| {
@@ -36,8 +39,11 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
         let change = |x: &Window| if channel == Channel::Current { x.di } else { x.dw };
         let rests: Vec<&Window> = all
             .iter()
-            .filter(|x| quiet(x, channel) || (channel == Channel::Current && s.is_open(x.at)))
-            .filter(|x| change(x).abs() * WINDOW_S < STILL * peak.max(f64::MIN_POSITIVE) || channel == Channel::Current)
+            .filter(|x| match channel {
+                Channel::Current => quiet(x, channel) || (x.at..x.at + length).all(|n| s.is_open(n)),
+                // A shaft that coasts is at no rest.
+                _ => quiet(x, channel) && of(x).abs() < COASTS * peak && change(x).abs() * WINDOW_S < STILL * peak,
+            })
             .collect();
         if rests.len() < FEWEST {
             continue;

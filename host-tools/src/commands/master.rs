@@ -67,7 +67,6 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let detector = model.limits(&args.model)?;
     let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
     if !args.study && by_motor(&recordings).len() > 1 && recordings.iter().any(|r| r.metadata().contains_key("serial"))
     {
         return Err(Error::usage(
@@ -75,6 +74,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             "give runs of the golden motor only (# serial: in the file), or --study for a gauge study",
         ));
     }
+    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
     let mut tests = Vec::new();
     for recording in &recordings {
         crate::compare::same_type(&model, recording)?;

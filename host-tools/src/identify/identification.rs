@@ -71,7 +71,8 @@ pub struct Outcome {
 const WIDEST: f64 = 10.0;
 
 /// Whether an interval is so wide that nothing is known: of more than the decades of [`WIDEST`], or no number at all;
-/// of friction, of more than the largest torque either way, which is ten times the typical friction.
+/// of friction, of more than the largest torque either way, which is ten times the typical friction, and of more than
+/// the decades of its own value.
 fn says_nothing(entry: &Entry, [low, high]: [f64; 2]) -> bool {
     if !low.is_finite() || !high.is_finite() {
         return true;
@@ -82,7 +83,7 @@ fn says_nothing(entry: &Entry, [low, high]: [f64; 2]) -> bool {
     if entry.positive {
         !(high <= WIDEST * entry.value && low * WIDEST >= entry.value)
     } else {
-        high - low > 2.0 * 10.0 * entry.scale
+        high - low > 2.0 * 10.0 * entry.scale && high - low > 2.0 * WIDEST * entry.value.abs()
     }
 }
 

@@ -149,12 +149,13 @@ impl Assembly<'_> {
             self.whole(e.to_string(), "give a recording with values that can be used, or map other columns")
         })?;
         for channel in measured {
-            let values = recording.channel(channel).unwrap_or_default();
-            for mut clipped in clipping::find(channel, values) {
-                clipped.samples.retain(|n| !recording.gaps().iter().any(|gap| gap.contains(n)));
-                if clipped.samples.is_empty() {
-                    continue;
-                }
+            // What bridges missing samples is no value that rests.
+            let masked = recording.masked(channel);
+            let bridged = |n: &usize| masked.binary_search(n).is_ok() || recording.gaps().iter().any(|g| g.contains(n));
+            let at: Vec<usize> = (0..recording.len()).filter(|n| !bridged(n)).collect();
+            let all = recording.channel(channel).unwrap_or_default();
+            let values: Vec<f64> = at.iter().map(|n| all[*n]).collect();
+            for clipped in clipping::find(channel, &values) {
                 self.warnings.push(format!(
                     "{} is clipped at {} {}: {} samples are masked",
                     channel.column(),
@@ -163,7 +164,7 @@ impl Assembly<'_> {
                     clipped.samples.len()
                 ));
                 // They keep their values: the limit is the best that is known of them.
-                recording.exclude(clipped.samples);
+                recording.exclude(clipped.samples.into_iter().map(|k| at[k]));
             }
         }
         Ok(recording.with_warnings(self.warnings))
