@@ -74,7 +74,8 @@ impl Assembly<'_> {
         self.leave_out_doubled(raster, &uses);
         let rows = self.rows(raster);
         if rows == 0 {
-            return Err(self.whole("there are no samples", "record at least two samples"));
+            let what = format!("there are no samples{}", self.left_out());
+            return Err(self.whole(what, "record at least two samples"));
         }
         self.refuse_phase_currents(&uses)?;
         self.ask_for_the_motors_voltage(&uses)?;

@@ -32,7 +32,7 @@ impl Assembly<'_> {
     }
 
     /// What was left out, for the end of a sentence.
-    fn left_out(&self) -> String {
+    pub(super) fn left_out(&self) -> String {
         let all: Vec<String> =
             self.table.left_out.iter().take(4).map(|l| format!("'{}': {}", l.name, l.reason)).collect();
         if all.is_empty() { String::new() } else { format!(" (left out are {})", all.join("; ")) }
