@@ -294,11 +294,6 @@ fn cases_of_others_are_read_or_named() {
         let u = run.channel(Channel::Voltage).expect("a voltage");
         assert!((u[0] + 9.0).abs() < 1e-9 && (u[1] + 8.9).abs() < 1e-9, "{name}: {:?}", &u[..2]);
     }
-    if cfg!(feature = "parquet") {
-        let map = &["u_v=l_partkey", "sample_time_s=1"];
-        let run = open(&folder.join("parquet_dict_page_offset_zero.parquet"), map).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(run.len(), 39);
-    }
     // Its own signals: the second row holds 0.001, 0.359946, 0.999800, 0.899988.
     let structured = open(&folder.join("npz_structured.npz"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let second = |c| structured.channel(c).map(|x| x[1]).unwrap_or(f64::NAN);
