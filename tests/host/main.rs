@@ -21,6 +21,7 @@ mod master;
 mod monitor;
 mod monitor_live;
 mod plan_and_challenge;
+mod random;
 mod rates;
 mod real_data;
 mod recording;

@@ -11,28 +11,9 @@ use greyrig_host::recording::{Channel, Mapping, Recording, load, write};
 use greyrig_host::rig::{Kind, Motor, PROFILES, Setup};
 use serde_json::Value;
 
+use crate::random::Random;
+
 const CHANNELS: [Channel; 3] = [Channel::Voltage, Channel::Current, Channel::Speed];
-
-/// Uniform numbers of a fixed sequence (SplitMix64, Steele et al. 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-    /// Uniform within so much to either side.
-    fn within(&mut self, reach: f64) -> f64 {
-        reach * (2.0 * self.next() - 1.0)
-    }
-    /// Standard deviation 1 (Box and Muller 1958).
-    fn gaussian(&mut self) -> f64 {
-        (-2.0 * (1.0 - self.next()).ln()).sqrt() * (std::f64::consts::TAU * self.next()).cos()
-    }
-}
 
 /// A magnet motor on DC steps at 10 kHz.
 fn steps(seconds: f64, noise: f64) -> Recording {
@@ -198,7 +179,7 @@ fn gaps_and_scatter_are_told_on_every_profile_and_nothing_else_is() {
         let reach = run.sample_time_s() * (0.1 + 0.3 * random.next());
         let random = std::cell::RefCell::new(random);
         let late = rewritten(&run, |rows| {
-            rows.iter_mut().for_each(|row| row[0] += 1.0 + random.borrow_mut().within(reach));
+            rows.iter_mut().for_each(|row| row[0] += 1.0 + random.borrow_mut().between(-reach, reach));
         });
         assert!(found(&late, Code::TimeJitter).len() == 1, "{title}, ±{reach} s: {:?}", late.findings());
         assert!(late.gaps().is_empty() && late.len() == run.len(), "{title}");
@@ -241,7 +222,7 @@ fn samples_taken_beside_their_rows_are_brought_there() {
     let even: Vec<f64> = (1..5990).map(f64::from).collect();
     let truth = slowly(&run, &even, 0.0, &mut random);
     for reach in [0.1, 0.25, 0.4] {
-        let taken: Vec<f64> = even.iter().map(|n| n + random.within(reach)).collect();
+        let taken: Vec<f64> = even.iter().map(|n| n + random.between(-reach, reach)).collect();
         // A twelve-bit converter's noise.
         let noise = 3e-4;
         let measured = slowly(&run, &taken, noise, &mut random);
@@ -268,7 +249,7 @@ fn stamps_that_are_merely_printed_late_change_no_sample() {
     let even: Vec<f64> = (1..5990).map(f64::from).collect();
     let mut rows = slowly(&run, &even, 3e-4, &mut random);
     let values: Vec<f64> = rows.iter().map(|row| row[3]).collect();
-    rows.iter_mut().for_each(|row| row[0] += 1e-3 * random.within(0.4));
+    rows.iter_mut().for_each(|row| row[0] += 1e-3 * random.between(-0.4, 0.4));
     let run = through_csv(&rows, 7);
     let jitter = found(&run, Code::TimeJitter);
     assert!(matches!(&jitter[..], [f] if f.handled == Handled::None), "{jitter:?}");

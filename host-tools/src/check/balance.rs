@@ -48,6 +48,14 @@ pub struct Window {
 /// More windows than these tell no more.
 const MOST: usize = 40_000;
 
+/// Weights of samples over a window: φ for the mean, −φ' h for the mean of the derivative, 1/s.
+pub fn weights(length: usize, interval_s: f64) -> [Vec<f64>; 2] {
+    let n = length as f64;
+    let rate = TAU / (n * n * interval_s);
+    let angle = |k: usize| TAU * (k as f64 + 0.5) / n;
+    [(0..length).map(|k| (1.0 - angle(k).cos()) / n).collect(), (0..length).map(|k| -rate * angle(k).sin()).collect()]
+}
+
 /// The windows of a recording in which every sample counts and the supply is closed.
 pub fn windows(s: &Signals<'_>, seconds: f64) -> Vec<Window> {
     windows_where(s, seconds, |n| s.is_valid(n) && !s.is_open(n))
@@ -64,10 +72,7 @@ fn windows_where(s: &Signals<'_>, seconds: f64, usable: impl Fn(usize) -> bool) 
     if n < length {
         return Vec::new();
     }
-    let phi: Vec<f64> =
-        (0..length).map(|k| (1.0 - (TAU * (k as f64 + 0.5) / length as f64).cos()) / length as f64).collect();
-    let rate = TAU / (length as f64 * length as f64 * s.interval_s);
-    let psi: Vec<f64> = (0..length).map(|k| -rate * (TAU * (k as f64 + 0.5) / length as f64).sin()).collect();
+    let [phi, psi] = weights(length, s.interval_s);
     let hop = (length / 2).max(n / MOST);
     let bad: Vec<bool> = (0..n).map(|k| !usable(k)).collect();
     let mut next_bad = vec![n; n + 1];

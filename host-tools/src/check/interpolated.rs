@@ -5,7 +5,7 @@
 //! 2005.
 
 use super::differences::{periodogram, second};
-use super::signals::{Signals, short};
+use super::signals::{self, Signals, short};
 use crate::mains;
 use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Severity};
@@ -25,16 +25,9 @@ const STRAIGHT: f64 = 0.1;
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
     let period = s.voltage.and_then(|u| mains::period_s(u, s.interval_s)).map(|t| t / s.interval_s);
-    let stepped = |c: Channel| {
-        let own = |f: &&DataFinding| f.recording == s.path() && f.channel == Some(c);
-        let steps = |f: &DataFinding| {
-            matches!(f.code, Code::HeldValues | Code::EncoderCounts | Code::PulsePeriod | Code::CoarseSteps)
-        };
-        found.iter().filter(own).any(steps)
-    };
     let lines: Vec<(f64, f64)> = s
         .channels()
-        .filter(|(c, _)| *c != Channel::Angle && !stepped(*c))
+        .filter(|(c, _)| *c != Channel::Angle && !signals::goes_in_steps(s, *c, found))
         .filter_map(|(_, values)| line(values, period))
         .collect();
     // All channels went through the logger.

@@ -5,7 +5,7 @@
 
 use std::f64::consts::TAU;
 
-use super::signals::{Signals, largest, short};
+use super::signals::{self, Signals, largest, short};
 use crate::mains;
 use crate::noise;
 use crate::recording::Channel;
@@ -39,13 +39,8 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
     let (places, seconds) = match s.voltage.and_then(|u| Some((u, mains::period_s(u, s.interval_s)?))) {
         Some((u, period_s)) => of_mains(s, u, period_s / s.interval_s, s.interval_s),
         None => {
-            let stepped = found.iter().any(|f| {
-                f.recording == s.path()
-                    && f.channel == Some(Channel::Speed)
-                    && !matches!(f.code, Code::OneSided | Code::Outliers | Code::MovingAverage)
-            });
             let resampled = found.iter().any(|f| f.recording == s.path() && f.code == Code::Resampled);
-            if stepped || resampled {
+            if resampled || signals::goes_in_steps(s, Channel::Speed, found) {
                 return;
             }
             (of_speed(s), None)

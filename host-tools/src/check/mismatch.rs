@@ -3,7 +3,7 @@
 use super::balance::{self, Window};
 use super::evidence::{Evidence, variance};
 use super::regression;
-use super::signals::Signals;
+use super::signals::{self, Signals};
 use crate::model::Kind;
 use crate::noise;
 use crate::recording::Channel;
@@ -43,20 +43,20 @@ fn torque(s: &Signals<'_>, kind: Kind) -> Option<DataFinding> {
 /// What to look for.
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
     // Something that explains it is named already.
-    let named = |f: &DataFinding| {
-        let explains = matches!(
-            f.code,
-            Code::ChannelShift | Code::PulsePeriod | Code::EncoderCounts | Code::HeldValues | Code::MovingAverage
-        );
-        f.recording == s.path() && (!matches!(f.severity, Severity::Info) || explains)
+    let explains = |f: &DataFinding| {
+        !matches!(f.severity, Severity::Info) || matches!(f.code, Code::ChannelShift | Code::MovingAverage)
     };
-    if let Some(finding) = torque(s, e.told.unwrap_or(kind)).filter(|_| !found.iter().any(named)) {
+    let in_steps = s.channels().any(|(channel, _)| signals::goes_in_steps(s, channel, found));
+    if in_steps || found.iter().any(|f| f.recording == s.path() && explains(f)) {
+        return;
+    }
+    if let Some(finding) = torque(s, e.told.unwrap_or(kind)) {
         found.push(finding);
         return;
     }
     let Some(left) = e.unexplained(e.told.unwrap_or(kind)) else { return };
     let mean_square = e.short.iter().map(|x| x.u * x.u).sum::<f64>() / e.short.len().max(1) as f64;
-    if variance(e.short.iter().map(|x| x.u)) < 0.05 * mean_square || found.iter().any(named) {
+    if variance(e.short.iter().map(|x| x.u)) < 0.05 * mean_square {
         return;
     }
     if left > UNEXPLAINED {

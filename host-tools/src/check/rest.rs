@@ -56,30 +56,21 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
         // What windows beside one another differ by is noise.
         let steps: Vec<f64> = rests.windows(2).map(|w| (of(w[1]) - of(w[0])).abs()).collect();
         let noise = crate::noise::median(steps);
-        if wanders.abs() > T_SIGN * noise && wanders.abs() > MATTERS * peak {
-            let text = format!(
-                "{} at rest goes from {} to {} {}: it drifts",
-                signals::name(channel),
-                short(of(first)),
-                short(of(last)),
-                s.unit(channel)
-            );
-            found.push(
-                s.finding(Code::Drift, Severity::Info, text)
-                    .on(channel)
-                    .between(s.time_s(first.at), s.time_s(last.at))
-                    .value(wanders, s.unit(channel))
-                    .handled(Handled::Modelled),
-            );
-        } else if mean.abs() > T_SIGN * scatter / n.sqrt() && mean.abs() > MATTERS * peak {
-            let text = format!("{} at rest is {} {}", signals::name(channel), short(mean), s.unit(channel));
-            found.push(
-                s.finding(Code::OffsetAtRest, Severity::Info, text)
-                    .on(channel)
-                    .between(s.time_s(first.at), s.time_s(last.at))
-                    .value(mean, s.unit(channel))
-                    .handled(Handled::Modelled),
-            );
-        }
+        let (name, unit) = (signals::name(channel), s.unit(channel));
+        let (code, value, text) = if wanders.abs() > (T_SIGN * noise).max(MATTERS * peak) {
+            let (from, to) = (short(of(first)), short(of(last)));
+            (Code::Drift, wanders, format!("{name} at rest goes from {from} to {to} {unit}: it drifts"))
+        } else if mean.abs() > (T_SIGN * scatter / n.sqrt()).max(MATTERS * peak) {
+            (Code::OffsetAtRest, mean, format!("{name} at rest is {} {unit}", short(mean)))
+        } else {
+            continue;
+        };
+        found.push(
+            s.finding(code, Severity::Info, text)
+                .on(channel)
+                .between(s.time_s(first.at), s.time_s(last.at))
+                .value(value, unit)
+                .handled(Handled::Modelled),
+        );
     }
 }

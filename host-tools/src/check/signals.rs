@@ -150,6 +150,18 @@ impl<'a> Signals<'a> {
     }
 }
 
+/// Whether a channel's samples go in steps by their sensor or their logger, as has been found: its differences say
+/// nothing else.
+pub fn goes_in_steps(s: &Signals<'_>, channel: Channel, found: &[DataFinding]) -> bool {
+    let steps = |code| {
+        matches!(
+            code,
+            Code::HeldValues | Code::EncoderCounts | Code::PulsePeriod | Code::CoarseSteps | Code::SilentBelow
+        )
+    };
+    found.iter().any(|f| f.recording == s.path() && f.channel == Some(channel) && steps(f.code))
+}
+
 fn slope(angle: &[f64], interval_s: f64) -> Vec<f64> {
     let last = angle.len().saturating_sub(1);
     (0..angle.len())

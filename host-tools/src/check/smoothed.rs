@@ -30,7 +30,7 @@ pub fn look(s: &Signals<'_>, kind: Kind, found: &mut Vec<DataFinding>) {
     }
     let mut windows = Vec::new();
     for (channel, values) in s.channels() {
-        if channel == Channel::Angle || found.iter().any(|f| is_taken(f, s, channel)) {
+        if channel == Channel::Angle || signals::goes_in_steps(s, channel, found) {
             continue;
         }
         if let Some(window) = window(values) {
@@ -73,13 +73,6 @@ pub fn look(s: &Signals<'_>, kind: Kind, found: &mut Vec<DataFinding>) {
         let finding = s.finding(Code::MovingAverage, Severity::Info, text).on(channel).value(seconds, "s");
         found.push(finding.handled(Handled::Modelled));
     }
-}
-
-/// Whether a channel's steps explain what its differences do.
-fn is_taken(f: &DataFinding, s: &Signals<'_>, channel: Channel) -> bool {
-    f.recording == s.path()
-        && f.channel == Some(channel)
-        && matches!(f.code, Code::HeldValues | Code::EncoderCounts | Code::PulsePeriod | Code::CoarseSteps)
 }
 
 /// The window, samples.

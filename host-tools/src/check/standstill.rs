@@ -78,7 +78,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         found.push(s.finding(code, Severity::Stop, text).on(Channel::Current));
     }
     if let Some(u) = &voltage
-        && (signals::largest(u) == 0.0 || is_noise(u))
+        && (signals::largest(u) == 0.0 || (is_white(u) && at_rest(u, &windows, |x| x.u)))
         && !open
         && (moves || current.as_ref().is_some_and(|i| signals::largest(i) > 0.0))
         && !(kind == Kind::PmDc && braked(&windows))
@@ -105,14 +105,16 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     }
 }
 
-/// Whether a channel holds nothing but white noise about zero.
-fn is_noise(samples: &[f64]) -> bool {
+/// Whether samples are white noise about their mean.
+fn is_white(samples: &[f64]) -> bool {
     let n = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / n;
     let spread = variance(samples.iter().copied());
     let beside: f64 = samples.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>() / n;
+    let (low, high) = signals::extremes(samples);
     // Of white noise the correlation scatters by 1/√n.
-    beside.abs() < 5.0 / n.sqrt() * spread && signals::largest(samples) < MOST_OF_NOISE * spread.sqrt()
+    let white = beside.abs() < 5.0 / n.sqrt() * spread;
+    white && (high - mean).max(mean - low) < MOST_OF_NOISE * spread.sqrt()
 }
 
 /// Whether the terminals are shorted: the current brakes.
@@ -142,14 +144,7 @@ fn no_current(s: &Signals<'_>, samples: &[f64], windows: &[Window]) -> bool {
     if low == high {
         return true;
     }
-    let n = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / n;
-    let spread = variance(samples.iter().copied());
-    let beside: f64 = samples.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>() / n;
-    // Of white noise the correlation scatters by 1/√n.
-    let white = beside.abs() < 5.0 / n.sqrt() * spread;
-    let compact = (high - mean).max(mean - low) < MOST_OF_NOISE * spread.sqrt();
-    if !(white && compact && at_rest(samples, windows, |x| x.i)) {
+    if !(is_white(samples) && at_rest(samples, windows, |x| x.i)) {
         return false;
     }
     let at = |signal: Option<&[f64]>, n: usize| signal.map_or(0.0, |x| x[n]);

@@ -4,8 +4,7 @@
 //! it holds best are that channel's shift and the skew of its clock. A lag of the motor or of a sensor's filter shows
 //! the same; it is an effect, and this finding says only that it is there.
 
-use std::f64::consts::TAU;
-
+use super::balance;
 use super::criteria::ELECTRICAL_WINDOW_S;
 use super::evidence::{Evidence, variance};
 use super::regression::{self, Fit};
@@ -123,8 +122,7 @@ impl<'a> Balance<'a> {
         let usable = |from: usize| {
             [from, from + length / 2, from + length - 1].into_iter().all(|k| s.is_valid(k) && !s.is_open(k))
         };
-        let rate = TAU / (length as f64 * length as f64 * s.interval_s);
-        let angle = |k: usize| TAU * (k as f64 + 0.5) / length as f64;
+        let [phi, psi] = balance::weights(length, s.interval_s);
         Self {
             voltage: s.voltage.unwrap_or_default(),
             current: s.current.unwrap_or_default(),
@@ -133,8 +131,8 @@ impl<'a> Balance<'a> {
             kind,
             length,
             windows: (margin..last).step_by(hop).filter(|from| usable(*from)).collect(),
-            phi: (0..length).map(|k| (1.0 - angle(k).cos()) / length as f64).collect(),
-            psi: (0..length).map(|k| -rate * angle(k).sin()).collect(),
+            phi,
+            psi,
         }
     }
 

@@ -26,8 +26,8 @@ pub struct Kind {
     pub codes: &'static [Code],
     /// Findings that are true besides.
     pub besides: &'static [Code],
-    /// Whether the kind of motor is told.
-    pub kind_is_told: bool,
+    /// The kind of motor that it is taken for.
+    pub taken_for: fn(MotorKind) -> MotorKind,
     /// Profiles on which it can be seen.
     pub shows: fn(MotorKind, &str) -> bool,
     /// Does it; none where it cannot be seen on this recording.
@@ -43,7 +43,18 @@ impl Kind {
 }
 
 const fn kind(name: &'static str, codes: &'static [Code], damage: fn(&Sound, &mut Random) -> Option<Damaged>) -> Kind {
-    Kind { name, codes, besides: &[], kind_is_told: true, shows: driven, damage }
+    Kind { name, codes, besides: &[], taken_for: itself, shows: driven, damage }
+}
+
+fn itself(motor: MotorKind) -> MotorKind {
+    motor
+}
+
+fn the_other(motor: MotorKind) -> MotorKind {
+    match motor {
+        MotorKind::PmDc => MotorKind::Universal,
+        MotorKind::Universal => MotorKind::PmDc,
+    }
 }
 
 /// The motor turns under more than one voltage.
@@ -493,7 +504,7 @@ pub const KINDS: &[Kind] = &[
         })
     },
     kind("short", &[Code::TooShort], |s, random| whole(s.recording.part(0..20 + random.below(29)), "")),
-    Kind { kind_is_told: true, ..kind("wrong-kind", &[Code::WrongKind], |s, _| whole(s.recording.clone(), "")) },
+    Kind { taken_for: the_other, ..kind("wrong-kind", &[Code::WrongKind], |s, _| whole(s.recording.clone(), "")) },
     kind("another-motor", &[Code::DifferentMotors], |s, random| {
         let factor = random.one_of(&[0.2, 0.4, 2.5, 5.0]);
         let other = times(&s.recording, W, factor).named("other.csv");
