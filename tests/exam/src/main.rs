@@ -33,7 +33,7 @@ struct Args {
     /// Cases for each question
     #[arg(long, default_value_t = 320)]
     cases: u64,
-    /// Questions to ask, such as one-ac or two-set; all without
+    /// Questions to ask, such as one-ac, two-set or rig-counts (`rig-*`: all of these); all without
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
     /// First number
