@@ -260,6 +260,14 @@ fn validated(table: &Table, check: Option<&Table>, settings: &Settings) -> Resul
             return Err(Error::usage(what, remedy));
         }
     }
+    let (low, high) = table.target_range();
+    // Neighbouring numbers are one rounding apart.
+    if high - low <= f64::EPSILON * low.abs().max(high.abs()) {
+        return Err(Error::usage(
+            format!("the target never changes: it is {low} in all {} rows", table.rows()),
+            "give a table whose target depends on its inputs",
+        ));
+    }
     if let Some(check) = check.filter(|c| c.inputs() != inputs) {
         return Err(Error::usage(
             format!("the checking data have {} inputs, the training data {inputs}", check.inputs()),

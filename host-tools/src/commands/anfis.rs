@@ -208,10 +208,13 @@ pub(super) fn notes(trained: &Trained) -> Vec<String> {
         notes.push(format!("{weak} of {rules} rules have no data, yet take part: --prune 0.01 sets them to zero"));
     }
     if trained.reach.excess > Reach::FLAGGED {
+        let times = match trained.reach.excess {
+            excess if excess < 1e4 => format!("{excess:.1}"),
+            excess => format!("{excess:.0e}"),
+        };
         notes.push(format!(
-            "between the data the output leaves the range of the targets by {:.1} times that range; evaluation clamps it, \
-             a larger --ridge bounds it",
-            trained.reach.excess
+            "between the data the output leaves the range of the targets by {times} times that range; evaluation clamps it, \
+             a larger --ridge bounds it"
         ));
     }
     notes

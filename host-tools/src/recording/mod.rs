@@ -16,6 +16,7 @@ pub mod units;
 mod arrays;
 mod assemble;
 mod build;
+mod cf;
 mod channel;
 mod damage;
 mod gaps;
@@ -30,6 +31,7 @@ mod arrow;
 mod hdf5;
 mod mat;
 mod mdf;
+mod netcdf;
 mod npz;
 #[cfg(feature = "parquet")]
 mod parquet;

@@ -14,7 +14,9 @@ use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUn
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{ColumnChunkMetaData, KeyValue, ParquetMetaDataReader};
+use parquet::file::metadata::{
+    ColumnChunkMetaData, KeyValue, ParquetMetaDataOptions, ParquetMetaDataReader, ParquetStatisticsPolicy,
+};
 use parquet::file::properties::WriterProperties;
 use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::file::writer::SerializedFileWriter;
@@ -96,7 +98,10 @@ impl Meaning {
 /// Damaged content, among it a page whose checksum does not hold, and too many values.
 pub fn read(path: &Path) -> Result<Table> {
     let file = Arc::new(File::open(path).map_err(|e| Error::io(path, e))?);
-    let content = ParquetMetaDataReader::new().parse_and_finish(&*file).map_err(|e| damaged(path, "Parquet", e))?;
+    let content = ParquetMetaDataReader::new()
+        .with_metadata_options(Some(without_statistics()))
+        .parse_and_finish(&*file)
+        .map_err(|e| damaged(path, "Parquet", e))?;
     let about = content.file_metadata();
     let schema = about.schema_descr_ptr();
     let rows = usize::try_from(about.num_rows()).map_err(|_| damaged(path, "Parquet", "a negative number of rows"))?;
@@ -150,6 +155,14 @@ pub fn read(path: &Path) -> Result<Table> {
         table.columns.push(Column { unit, is_time: meaning.is_time(), position: k + 1, ..Column::new(name, values) });
     }
     Ok(table)
+}
+
+/// Statistics are not used, and some writers wrote theirs before the format had settled what they look like.
+fn without_statistics() -> ParquetMetaDataOptions {
+    ParquetMetaDataOptions::new()
+        .with_encoding_stats_policy(ParquetStatisticsPolicy::SkipAll)
+        .with_column_stats_policy(ParquetStatisticsPolicy::SkipAll)
+        .with_size_stats_policy(ParquetStatisticsPolicy::SkipAll)
 }
 
 /// The pages of a column. Some writers state a dictionary at the begin of the file, where none can be, for "none".

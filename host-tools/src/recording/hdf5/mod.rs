@@ -1,24 +1,28 @@
 //! HDF5, NetCDF-4 and MATLAB 7.3 (which are HDF5 inside), decoded by hdf5-reader.
 //!
 //! Every numeric data set of one or two dimensions becomes a column (or several), every field of a table (compound
-//! type) one. Attributes `unit`, `units` give the unit; `scale_factor`, `add_offset`, `_FillValue`, `missing_value` and
-//! `valid_range` are those of the CF Conventions 1.11, sections 2.5 and 8.1: what is packed is unpacked, what is
-//! missing is missing. A fill value that the file itself declares, other than zero, marks what was never written.
+//! type) one. Attributes `unit`, `units` give the unit; those by which values are packed or missing are those of
+//! [`super::cf`]. A fill value that the file itself declares, other than zero, marks what was never written.
 //! Scalar data sets and attributes of groups are metadata. pandas' two layouts (fixed and table) give its columns.
 //!
 //! A data set whose encoding the decoder does not know is left out, and said so; one that is damaged refuses the file.
 
+mod header;
+mod lzf;
+
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use hdf5_reader::error::Error as Hdf5Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::messages::datatype::CompoundField;
-use hdf5_reader::{Attribute, ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, ByteOrder, Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions};
 
 use super::arrays::{Found, TOO_MANY};
+use super::cf::{self, Packing};
 use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Groups nest; damaged files nest without end.
 const DEEPEST: usize = 16;
@@ -34,12 +38,9 @@ type Walked<T> = std::result::Result<T, String>;
 /// # Errors
 /// Damaged content, too many values.
 pub fn read(path: &Path, format: &str) -> Result<Table> {
-    let options = OpenOptions::default().with_max_read_bytes(MAX_VALUES * 8).with_max_chunk_bytes(MAX_VALUES * 8);
-    // Read into memory, not mapped: a file that is cut short by another program while being read is then an error.
-    let bytes = std::fs::read(path).map_err(|e| crate::error::Error::io(path, e))?;
-    let file = Hdf5File::from_vec_with_options(bytes, options).map_err(|e| damaged(path, format, e))?;
-    let root = file.root_group().map_err(|e| damaged(path, format, e))?;
-    let mut walk = Walk { found: Found::default(), left: MOST };
+    let mut found = Found::default();
+    let (root, without) = open(path, format, &mut found)?;
+    let mut walk = Walk { found, without, left: MOST };
     match walk.group(&root, &[], 0) {
         Ok(()) => Ok(walk.found.table()),
         Err(reason) if reason == TOO_MANY => Err(too_large(path, TOO_MANY)),
@@ -47,8 +48,109 @@ pub fn read(path: &Path, format: &str) -> Result<Table> {
     }
 }
 
+/// Attributes that are taken out, by the path of their object.
+type Without = BTreeMap<Vec<String>, Vec<String>>;
+
+/// Opens a file without what keeps the decoder from listing its content, and says what that is.
+fn open(path: &Path, format: &str, found: &mut Found) -> Result<(Group, Without)> {
+    let (mut without, mut taken) = (Without::new(), Vec::new());
+    loop {
+        // Read into memory, not mapped: a file that is cut short by another program while being read is then an error.
+        let mut bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let apply = |bytes: &mut [u8], (base, address, whole): (usize, usize, bool)| -> Option<Vec<String>> {
+            let bytes = bytes.get_mut(base..)?;
+            if whole {
+                return header::without_messages(bytes, address).then(Vec::new);
+            }
+            Some(header::without_shared_attributes(bytes, address)).filter(|names| !names.is_empty())
+        };
+        for place in &taken {
+            apply(&mut bytes, *place);
+        }
+        let file = Hdf5File::from_vec_with_options(bytes, options()).map_err(|e| damaged(path, format, e))?;
+        let root = file.root_group().map_err(|e| damaged(path, format, e))?;
+        let Some(unknown) = Unknown::first(&root, &[], 0, &mut { MOST }).filter(|_| taken.len() < MOST) else {
+            return Ok((root, without));
+        };
+        let base = file.superblock().base_address;
+        let (Ok(base), Ok(address)) = (usize::try_from(base), usize::try_from(unknown.address)) else {
+            return Ok((root, without));
+        };
+        drop((root, file));
+        let mut bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+        let attributes = (base, address, false);
+        if let Some(names) = Some(attributes).filter(|a| !taken.contains(a)).and_then(|a| apply(&mut bytes, a)) {
+            for name in &names {
+                let of = unknown.path.join("/");
+                found.warnings.push(format!("attribute '{name}' of '{of}' is left out: its type is stored apart from it"));
+            }
+            without.insert(unknown.path, names);
+            taken.push(attributes);
+            continue;
+        }
+        let object = (base, address, true);
+        if unknown.is_group || taken.contains(&object) || apply(&mut bytes, object).is_none() {
+            return Err(damaged(path, format, unknown.reason));
+        }
+        found.leave_out(&unknown.path, &unknown.reason);
+        taken.push(object);
+    }
+}
+
+fn options() -> OpenOptions {
+    const MOST_BYTES: usize = MAX_VALUES * 8;
+    let mut filters = FilterRegistry::new();
+    filters.register(lzf::FILTER, Box::new(|filter, packed, _| lzf::unpack(filter, packed, MOST_BYTES)));
+    OpenOptions::default()
+        .with_max_read_bytes(MOST_BYTES)
+        .with_max_chunk_bytes(MOST_BYTES)
+        .with_filter_registry(filters)
+}
+
+/// An object whose header the decoder does not know.
+struct Unknown {
+    path: Vec<String>,
+    address: u64,
+    reason: String,
+    /// It is the group itself, not a member.
+    is_group: bool,
+}
+
+impl Unknown {
+    /// The first one in a group.
+    fn first(group: &Group, path: &[String], depth: usize, left: &mut usize) -> Option<Self> {
+        *left = left.checked_sub(1)?;
+        let error = match group.member_names() {
+            Ok((groups, _)) => {
+                return groups.iter().filter(|_| depth < DEEPEST).find_map(|name| {
+                    let inner = group.group(name).ok()?;
+                    Self::first(&inner, &[path, std::slice::from_ref(name)].concat(), depth + 1, left)
+                });
+            }
+            Err(error) => error,
+        };
+        // The decoder tells the member and its place in words alone.
+        let member = match &error {
+            Hdf5Error::Context { path, .. } => path.strip_prefix("child '").and_then(|rest| rest.rsplit_once("' at 0x")),
+            _ => None,
+        };
+        let member = member.and_then(|(name, at)| Some((name.to_owned(), u64::from_str_radix(at, 16).ok()?)));
+        let Failure::Unknown(reason) = Failure::from(error) else { return None };
+        let (mut path, is_group) = (path.to_vec(), member.is_none());
+        let address = match member {
+            Some((name, address)) => {
+                path.push(name);
+                address
+            }
+            None => group.address(),
+        };
+        Some(Self { path, address, reason, is_group })
+    }
+}
+
 struct Walk {
     found: Found,
+    without: Without,
     left: usize,
 }
 
@@ -116,6 +218,10 @@ impl Walk {
         if elements > MAX_VALUES as u64 {
             return Err(Failure::Damaged(TOO_MANY.into()));
         }
+        let missing = self.without.get(path).and_then(|names| names.iter().find(|n| cf::CHANGES_VALUES.contains(&n.as_str())));
+        if let Some(name) = missing {
+            return Err(Failure::Unknown(format!("without its attribute '{name}' its numbers are no values")));
+        }
         let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
         let kind = dataset.dtype();
         if matches!(kind, Datatype::String { .. } | Datatype::VarLen { .. }) {
@@ -165,16 +271,18 @@ impl Walk {
             }
             return Ok(());
         }
-        unpack(dataset, &mut values);
+        packing(dataset).unpack(&mut values);
         let instants = attribute("kind").filter(|_| path.last().is_some_and(|n| n.starts_with("axis")));
         if let Some(factor) = instants.as_deref().and_then(seconds_of_kind) {
             self.instants(path, &mut values, factor);
         }
-        for name in ["unit", "units", "Unit", "Units"] {
-            if let Some(unit) = attribute(name) {
-                self.found.units.insert(path.to_vec(), unit);
-                break;
+        if let Some(unit) = ["unit", "units", "Unit", "Units"].into_iter().find_map(attribute) {
+            let time = cf::since(&unit);
+            if time.is_some() {
+                cf::count_from_first(&mut values);
+                self.found.times.push(path.to_vec());
             }
+            self.found.units.insert(path.to_vec(), time.unwrap_or(&unit).to_owned());
         }
         self.found.matrix(path, rows, columns, values).map_err(|e| Failure::Damaged(e.into()))
     }
@@ -263,7 +371,6 @@ impl From<Hdf5Error> for Failure {
                 // Numbers of the format's description say little to whoever reads them.
                 // The decoder tells a filter by its number in a text alone; it decides nothing but the words.
                 let known = match inner {
-                    E::UnsupportedFilter(text) if text.ends_with("32000") => Some("it is packed by LZF"),
                     E::UnsupportedFilter(text) if text.ends_with("32001") => Some("it is packed by Blosc"),
                     E::UnsupportedLayoutClass(3) => Some("it is put together of other data sets (virtual)"),
                     _ => None,
@@ -275,31 +382,15 @@ impl From<Hdf5Error> for Failure {
     }
 }
 
-/// What is packed is unpacked, what is missing becomes NaN.
-fn unpack(dataset: &Dataset, values: &mut [f64]) {
+/// How the values of a data set are packed.
+fn packing(dataset: &Dataset) -> Packing {
     let numbers = |name: &str| -> Option<Vec<f64>> {
         let attribute = dataset.attribute(name).ok()?;
         let (number, size) = (number(&attribute.datatype)?, hdf5_reader::dtype_element_size(&attribute.datatype).ok()?);
         Some(attribute.raw_data.chunks_exact(size.max(1)).map(number).collect())
     };
-    let first = |name: &str| numbers(name).and_then(|n| n.first().copied());
     let declared = dataset.fill_value().and_then(|fill| Some((number(dataset.dtype())?)(fill.value.as_deref()?)));
-    let mut absent = numbers("missing_value").unwrap_or_default();
-    absent.extend(first("_FillValue"));
-    // Zero is what is declared where nothing is.
-    absent.extend(declared.filter(|fill| *fill != 0.0));
-    let range = numbers("valid_range").filter(|r| r.len() == 2);
-    let least = range.as_ref().map(|r| r[0]).or_else(|| first("valid_min")).unwrap_or(f64::NEG_INFINITY);
-    let most = range.as_ref().map(|r| r[1]).or_else(|| first("valid_max")).unwrap_or(f64::INFINITY);
-    let (scale, offset) = (first("scale_factor").unwrap_or(1.0), first("add_offset").unwrap_or(0.0));
-    let plain = scale == 1.0 && offset == 0.0;
-    for x in values {
-        if absent.contains(x) || *x < least || *x > most {
-            *x = f64::NAN;
-        } else if !plain {
-            *x = *x * scale + offset;
-        }
-    }
+    Packing::of(numbers, declared)
 }
 
 /// How a value of a type is read, if it is a real number.
