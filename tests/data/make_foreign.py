@@ -10,6 +10,7 @@ import zlib
 from decimal import Decimal
 
 import h5py
+import netCDF4
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -62,6 +63,76 @@ def parquet():
     write("int96.parquet", {"t": stamps, "u": u, "i": i, "w": w}, use_deprecated_int96_timestamps=True)
     write("half.parquet", {"t": t, "u": u.astype("f2"), "i": i})
     write("checksum.parquet", {"t": t, "u": u, "i": i, "w": w}, write_page_checksum=True, compression="none", use_dictionary=False)
+    spoil("checksum.parquet", "bad_checksum.parquet", u[7].tobytes())
+    packed = dict(write_page_checksum=True, compression="zstd", data_page_version="2.0")
+    write("packed_checksum.parquet", {"t": t, "u": u, "i": i, "w": w}, **packed)
+    # A byte of the first page of u, behind its header.
+    group = pq.ParquetFile(at("packed_checksum.parquet")).metadata.row_group(0).column(1)
+    spoil("packed_checksum.parquet", "bad_packed_checksum.parquet", group.data_page_offset + group.total_compressed_size - 3)
+    os.remove(at("packed_checksum.parquet"))
+    # Field 17 of a column, which is a structure of its own, as a list: a fork of the format had another use for a number.
+    raw = open(at("int96.parquet"), "rb").read()
+    length = struct.unpack_from("<I", raw, len(raw) - 8)[0]
+    footer = bytearray(raw[-8 - length : -8])
+    for column in range(4):
+        footer = with_field_17(footer, column)
+    open(at("fork.parquet"), "wb").write(raw[: -8 - length] + footer + struct.pack("<I", len(footer)) + b"PAR1")
+
+
+def with_field_17(footer, column):
+    """The metadata of a column get a list of one structure as field 17 (Thrift, compact protocol)."""
+    place, ends = 0, []
+
+    def number():
+        nonlocal place
+        value = shift = 0
+        while True:
+            byte = footer[place]
+            place += 1
+            value |= (byte & 127) << shift
+            shift += 7
+            if byte < 128:
+                return value
+
+    def value(kind, path):
+        nonlocal place
+        if kind in (3,):
+            place += 1
+        elif kind in (4, 5, 6):
+            number()
+        elif kind == 7:
+            place += 8
+        elif kind == 8:
+            length = number()
+            place += length
+        elif kind in (9, 10):
+            head = footer[place]
+            place += 1
+            count = head >> 4 if head >> 4 < 15 else number()
+            for _ in range(count):
+                value(head & 15, path)
+        elif kind == 12:
+            field = 0
+            while footer[place]:
+                head = footer[place]
+                place += 1
+                field += head >> 4
+                value(head & 15, path + (field,))
+            if path == (4, 1, 3):
+                ends.append((place, field))
+            place += 1
+
+    value(12, ())
+    at, last = ends[column]
+    return footer[:at] + bytes([(17 - last) << 4 | 9, 1 << 4 | 12, 0x15, 0, 0]) + footer[at:]
+
+
+def spoil(name, other, where):
+    """One bit of a file turned, at a place or behind some bytes."""
+    raw = bytearray(open(at(name), "rb").read())
+    raw[where if isinstance(where, int) else raw.find(where) + 3] ^= 1
+    open(at(other), "wb").write(raw)
+
 
 
 def hdf5():
@@ -85,7 +156,33 @@ def hdf5():
     with file("not_all_is_known.h5") as f:
         for name, x in (("t", t), ("u", u), ("i", i), ("w", w)):
             f[name] = x
-        f.create_dataset("notes", data=np.arange(100.0), compression="lzf")
+        f["notes"] = i + 1j
+        layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+        layout[:] = h5py.VirtualSource("elsewhere.h5", "i", shape=(N,))
+        f.create_virtual_dataset("elsewhere", layout)
+    with file("lzf.h5") as f:
+        for name, x in (("t", t), ("u", u), ("i", i), ("w", w)):
+            f.create_dataset(name, data=x, compression="lzf", shuffle=name != "w", chunks=(16,))
+    for name, version in (("virtual_1.h5", "v110"), ("virtual_2.h5", "latest")):
+        with h5py.File(at(name), "w", libver=("earliest", version)) as f:
+            f["t"], f["raw/first"], f["raw/second"], f["raw/both"] = t, u[:15], u[15:], np.column_stack([i, w])
+            layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+            layout[:15] = h5py.VirtualSource(".", "raw/first", shape=(15,))
+            layout[15:] = h5py.VirtualSource(".", "raw/second", shape=(N - 15,))
+            f.create_virtual_dataset("u", layout)
+            for k, channel in enumerate("iw"):
+                layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+                for half in (0, 1):
+                    layout[half::2] = h5py.VirtualSource(".", "raw/both", shape=(N, 2))[half::2, k]
+                f.create_virtual_dataset(channel, layout)
+    for name, version in (("committed_1.h5", "earliest"), ("committed_2.h5", "latest")):
+        with h5py.File(at(name), "w", libver=version, userblock_size=512) as f:
+            f["kind"] = np.dtype("f8")
+            g = f.create_group("run")
+            for channel, x in (("t", t), ("u", u), ("i", i), ("w", w), ("packed", u)):
+                g[channel] = x
+            for of, attribute in ((f, "rig"), (g, "number"), (g["u"], "gain"), (g["packed"], "scale_factor")):
+                of.attrs.create(attribute, 2.0, dtype=f["kind"])
     with file("fletcher.h5") as f:
         f["t"], f["i"], f["w"] = t, i, w
         f.create_dataset("u", data=u, chunks=(N,), fletcher32=True)
@@ -101,6 +198,20 @@ def hdf5():
     packed = {"u": {"dtype": "i2", "scale_factor": 1e-3, "_FillValue": -32768}}
     set_.to_netcdf(at("packed.nc"), engine="netcdf4", encoding=packed)
     set_.to_netcdf(at("classic.nc"), engine="scipy", format="NETCDF3_64BIT")
+    for name, kind in (("classic_1.nc", "NETCDF3_CLASSIC"), ("classic_5.nc", "NETCDF3_64BIT_DATA")):
+        with netCDF4.Dataset(at(name), "w", format=kind) as f:
+            f.createDimension("time", None)
+            f.rig = "bench 3"
+            times = f.createVariable("time", "i4", "time")
+            times.units = "milliseconds since 2026-03-01 08:00:00"
+            times[:] = np.arange(N) + 5000
+            volts = f.createVariable("u", "i2", "time", fill_value=-32768)
+            volts.scale_factor, volts.add_offset, volts.units = 1e-3, 1.0, "V"
+            volts[:] = np.ma.masked_where(np.arange(N) == 5, u)
+            amperes = f.createVariable("i", "f8", "time")
+            # The ninth value is never written.
+            amperes[:9], amperes[10:] = i[:9], i[10:]
+            f.createVariable("w", "f4", "time")[:] = w
 
 
 def matlab():

@@ -354,6 +354,12 @@ fn impossible_settings_are_refused() {
     let constant = Table::collect(2, (0..9).map(|k| ([f64::from(k), 1.0], 0.5))).unwrap();
     let error = train(&constant, None, &Settings::new(Method::Varpro, 2, 9), &Context::quiet());
     assert!(error.unwrap_err().to_string().contains("input 2 never changes"));
+    // Five, and the next number above it.
+    for other in [5.0, f64::from_bits(5.0_f64.to_bits() + 1)] {
+        let flat = Table::collect(1, (0..9).map(|k| ([f64::from(k)], if k == 3 { other } else { 5.0 }))).unwrap();
+        let error = train(&flat, None, &Settings::new(Method::Varpro, 2, 9), &Context::quiet());
+        assert!(error.unwrap_err().to_string().contains("the target never changes: it is 5 in all 9 rows"));
+    }
     assert!(Table::collect(1, [([f64::NAN], 0.0)]).is_err());
     assert!(Table::collect::<[f64; 1]>(1, []).is_err());
 }

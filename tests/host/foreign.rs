@@ -65,14 +65,24 @@ fn values_and_times_are_those_of_the_writer() {
         ("half.parquet", &[], [half, exact]),
         #[cfg(feature = "parquet")]
         ("checksum.parquet", &[], [exact; 2]),
+        #[cfg(feature = "parquet")]
+        ("fork.parquet", &[], [exact; 2]),
         ("scale_factor.h5", &[], [millivolt, packed]),
         ("fill_value.h5", &[], [exact; 2]),
         ("compound.h5", &[], [exact; 2]),
         ("not_all_is_known.h5", &[], [exact; 2]),
         ("fletcher.h5", &[], [exact; 2]),
+        ("lzf.h5", &[], [exact; 2]),
+        ("virtual_1.h5", &[], [exact; 2]),
+        ("virtual_2.h5", &[], [exact; 2]),
+        ("committed_1.h5", &[], [exact; 2]),
+        ("committed_2.h5", &[], [exact; 2]),
         ("pandas_table.h5", &[], [exact; 2]),
         ("pandas_fixed.h5", &[], [exact; 2]),
         ("packed.nc", &[], [millivolt, exact]),
+        ("classic.nc", &[], [exact; 2]),
+        ("classic_1.nc", &[], [millivolt, exact]),
+        ("classic_5.nc", &[], [millivolt, exact]),
         ("simulink.mat", &[], [exact; 2]),
         ("empty_struct.mat", &[], [exact; 2]),
         ("object.mat", &[], [exact; 2]),
@@ -104,6 +114,11 @@ fn what_is_missing_is_masked() {
     assert_eq!(masked, [5, 9]);
     assert_eq!(filled.masked(Channel::Voltage), [5]);
     assert!(filled.channels().values().flatten().all(|x| x.abs() < 100.0));
+    for name in ["classic_1.nc", "classic_5.nc"] {
+        let run = read(name, &[]);
+        assert_eq!((run.masked(Channel::Voltage), run.masked(Channel::Current)), (vec![5], vec![9]), "{name}");
+        assert_eq!(run.metadata().get("rig").map(String::as_str), Some("bench 3"), "{name}");
+    }
     // A current that begins ten samples later has none before.
     let later = read("later_start.tdms", &[]);
     assert_eq!(later.masked(Channel::Current), (0..10).collect::<Vec<_>>());
@@ -116,9 +131,14 @@ fn what_cannot_be_read_is_named() {
         ("mdf_wrong_record_length.mf4", &[][..], &["cycles", "bytes of data"][..]),
         ("bad_checksum.npz", &[], &["checksum of 'u'"]),
         ("bad_fletcher.h5", &[], &["checksum"]),
-        ("classic.nc", &[], &["classic NetCDF", "nccopy"]),
         ("complex.mat", &["i_a=i"], &["'i'", "complex"]),
-        ("not_all_is_known.h5", &["u_v=notes"], &["LZF"]),
+        ("not_all_is_known.h5", &["u_v=notes"], &["complex"]),
+        ("not_all_is_known.h5", &["u_v=elsewhere"], &["other files"]),
+        ("committed_1.h5", &["u_v=run/packed"], &["scale_factor"]),
+        #[cfg(feature = "parquet")]
+        ("bad_checksum.parquet", &[], &["checksum"]),
+        #[cfg(feature = "parquet")]
+        ("bad_packed_checksum.parquet", &[], &["checksum"]),
         ("object.mat", &["u_v=remark"], &["MATLAB object (string)"]),
     ] {
         let told = open(&file(name), map).expect_err(name);
@@ -129,7 +149,9 @@ fn what_cannot_be_read_is_named() {
     }
     for (name, map, words) in [
         ("complex.mat", &[][..], &["'i'", "complex"][..]),
-        ("not_all_is_known.h5", &[], &["'notes'", "LZF"]),
+        ("not_all_is_known.h5", &[], &["'notes'", "complex"]),
+        ("not_all_is_known.h5", &[], &["'elsewhere'", "other files"]),
+        ("committed_2.h5", &[], &["'gain' of 'run/u'"]),
         ("object.mat", &[], &["'remark'", "MATLAB object"]),
         ("cut_off.wav", &["u_v=ch1"], &["cut off"]),
     ] {
@@ -249,6 +271,8 @@ fn cases_of_others_are_read_or_named() {
         ("h5_compound_table.h5", &[], 1e-9),
         ("h5_pandas_table.h5", &[], 1e-9),
         ("h5_lzf_dataset_beside.h5", &[], 1e-9),
+        ("h5_virtual_dataset.h5", &[], 1e-9),
+        ("h5_committed_type_attribute.h5", &[], 1e-9),
         ("mat5_empty_struct_array.mat", &[], 1e-9),
         ("mat5_with_string_object.mat", &[], 1e-9),
         ("mat5_with_table_datetime.mat", &[], 1e-9),
@@ -260,6 +284,11 @@ fn cases_of_others_are_read_or_named() {
         let worst = [error(&run, Channel::Voltage, volts), error(&run, Channel::Current, amperes)];
         assert!(worst[0] <= tolerance && worst[1] <= tolerance, "{name}: {worst:?} {:?}", run.warnings());
     }
+    #[cfg(feature = "parquet")]
+    {
+        let keys = open(&folder.join("parquet_dict_page_offset_zero.parquet"), &["u_v=l_partkey", "sample_time_s=1"]);
+        assert_eq!(keys.unwrap_or_else(|e| panic!("{e}")).len(), 39);
+    }
     // Half of what 16 bits resolve at 12 V is 4 mV.
     let run = open(&folder.join("npz_float16.npz"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let voltage = run.channel(Channel::Voltage).unwrap();
@@ -268,6 +297,8 @@ fn cases_of_others_are_read_or_named() {
     for (name, words) in [
         ("mdf_cycle_count_contradicts_length.mf4", &["cycles"][..]),
         ("npz_bad_crc.npz", &["checksum"]),
+        #[cfg(feature = "parquet")]
+        ("parquet_bad_page_crc.parquet", &["checksum"]),
         ("mat73_timeseries_objects.mat", &["MATLAB object"]),
         ("vesc_log.csv", &["duty_cycle*input_voltage"]),
     ] {

@@ -29,10 +29,7 @@ impl Packing {
         let bound = |k: usize, name: &str| range.as_ref().map(|range| range[k]).or_else(|| first(name));
         Self {
             absent,
-            valid: (
-                bound(0, "valid_min").unwrap_or(f64::NEG_INFINITY),
-                bound(1, "valid_max").unwrap_or(f64::INFINITY),
-            ),
+            valid: (bound(0, "valid_min").unwrap_or(f64::NEG_INFINITY), bound(1, "valid_max").unwrap_or(f64::INFINITY)),
             scale: first("scale_factor").unwrap_or(1.0),
             offset: first("add_offset").unwrap_or(0.0),
         }

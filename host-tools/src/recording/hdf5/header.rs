@@ -2,8 +2,8 @@
 //!
 //! The decoder refuses a whole group where the header of one member holds what it does not know: an attribute whose type
 //! is stored apart from it (a committed type), the layout of a virtual data set. In the bytes in memory such an attribute
-//! becomes a message without meaning (type "NIL"), as a writer leaves where it deleted one; of anything else all messages
-//! of the object do, so that it is none any more.
+//! becomes a message without meaning (type "NIL"), as a writer leaves where it deleted one; a virtual layout becomes one
+//! that is empty; of anything else all messages of the object go, so that it is none any more.
 
 use std::ops::Range;
 
@@ -11,6 +11,7 @@ use hdf5_reader::checksum::jenkins_lookup3;
 
 /// Types of messages.
 const NIL: u16 = 0x00;
+const LAYOUT: u16 = 0x08;
 const ATTRIBUTE: u16 = 0x0c;
 const CONTINUATION: u16 = 0x10;
 
@@ -29,6 +30,20 @@ pub fn without_shared_attributes(bytes: &mut [u8], address: usize) -> Vec<String
     }
     header.seal(bytes);
     names
+}
+
+/// Empties the layout of the virtual data set at `address`: what it was.
+pub fn without_virtual_layout(bytes: &mut [u8], address: usize) -> Option<Vec<u8>> {
+    /// Version and class of a virtual layout, of an empty one that stands in the header itself, and its size of zero.
+    const VIRTUAL: [u8; 2] = [4, 3];
+    const EMPTY: [u8; 4] = [4, 0, 0, 0];
+    let header = Header::parse(bytes, address)?;
+    let is_virtual = |message: &&Message| message.kind == LAYOUT && bytes[message.body.clone()].starts_with(&VIRTUAL);
+    let body = header.messages.iter().find(is_virtual)?.body.clone();
+    let layout = bytes[body.clone()].to_vec();
+    bytes[body].get_mut(..EMPTY.len())?.copy_from_slice(&EMPTY);
+    header.seal(bytes);
+    Some(layout)
 }
 
 /// Takes all messages of the object at `address` out; whether there were any.
@@ -108,7 +123,13 @@ impl Header {
     }
 
     /// The messages of one block; further ones are put to `places`.
-    fn block(&mut self, bytes: &[u8], place: Range<usize>, numbered: bool, places: &mut Vec<Range<usize>>) -> Option<()> {
+    fn block(
+        &mut self,
+        bytes: &[u8],
+        place: Range<usize>,
+        numbered: bool,
+        places: &mut Vec<Range<usize>>,
+    ) -> Option<()> {
         let head = if self.old { 8 } else { 4 + if numbered { 2 } else { 0 } };
         let size_of_kind = if self.old { 2 } else { 1 };
         let mut at = place.start;

@@ -9,6 +9,7 @@
 
 mod header;
 mod lzf;
+mod mapped;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,6 +24,7 @@ use super::cf::{self, Packing};
 use super::damage::{damaged, too_large};
 use super::table::{MAX_VALUES, Table};
 use crate::error::{Error, Result};
+use mapped::Piece;
 
 /// Groups nest; damaged files nest without end.
 const DEEPEST: usize = 16;
@@ -30,6 +32,9 @@ const DEEPEST: usize = 16;
 const MOST: usize = 4096;
 /// Longest text that is kept, letters.
 const LONGEST_TEXT: u64 = 4096;
+
+/// Fields of a complex number, as NumPy's users and MATLAB write it.
+const COMPLEX: [[&str; 2]; 2] = [["r", "i"], ["real", "imag"]];
 
 type Walked<T> = std::result::Result<T, String>;
 
@@ -39,8 +44,8 @@ type Walked<T> = std::result::Result<T, String>;
 /// Damaged content, too many values.
 pub fn read(path: &Path, format: &str) -> Result<Table> {
     let mut found = Found::default();
-    let (root, without) = open(path, format, &mut found)?;
-    let mut walk = Walk { found, without, left: MOST };
+    let (root, taken) = open(path, format, &mut found)?;
+    let mut walk = Walk { found, taken, root: root.clone(), left: MOST };
     match walk.group(&root, &[], 0) {
         Ok(()) => Ok(walk.found.table()),
         Err(reason) if reason == TOO_MANY => Err(too_large(path, TOO_MANY)),
@@ -48,52 +53,100 @@ pub fn read(path: &Path, format: &str) -> Result<Table> {
     }
 }
 
-/// Attributes that are taken out, by the path of their object.
-type Without = BTreeMap<Vec<String>, Vec<String>>;
+/// What is taken out of headers, since the decoder does not know it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Attributes,
+    Layout,
+    Object,
+}
+
+/// What was taken out.
+#[derive(Default)]
+struct Taken {
+    /// Attributes, by the path of their object.
+    attributes: BTreeMap<Vec<String>, Vec<String>>,
+    /// Pieces of virtual data sets, by the address of those.
+    pieces: BTreeMap<u64, Vec<Piece>>,
+}
 
 /// Opens a file without what keeps the decoder from listing its content, and says what that is.
-fn open(path: &Path, format: &str, found: &mut Found) -> Result<(Group, Without)> {
-    let (mut without, mut taken) = (Without::new(), Vec::new());
+fn open(path: &Path, format: &str, found: &mut Found) -> Result<(Group, Taken)> {
+    let (mut taken, mut done) = (Taken::default(), Vec::new());
     loop {
-        // Read into memory, not mapped: a file that is cut short by another program while being read is then an error.
-        let mut bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-        let apply = |bytes: &mut [u8], (base, address, whole): (usize, usize, bool)| -> Option<Vec<String>> {
-            let bytes = bytes.get_mut(base..)?;
-            if whole {
-                return header::without_messages(bytes, address).then(Vec::new);
+        let mut bytes = load(path)?;
+        for &(base, address, part) in &done {
+            if let Some(bytes) = bytes.get_mut(base..) {
+                take_out(bytes, address, part);
             }
-            Some(header::without_shared_attributes(bytes, address)).filter(|names| !names.is_empty())
-        };
-        for place in &taken {
-            apply(&mut bytes, *place);
         }
         let file = Hdf5File::from_vec_with_options(bytes, options()).map_err(|e| damaged(path, format, e))?;
         let root = file.root_group().map_err(|e| damaged(path, format, e))?;
-        let Some(unknown) = Unknown::first(&root, &[], 0, &mut { MOST }).filter(|_| taken.len() < MOST) else {
-            return Ok((root, without));
+        let Some(unknown) = Unknown::first(&root, &[], 0, &mut { MOST }).filter(|_| done.len() < MOST) else {
+            return Ok((root, taken));
         };
         let base = file.superblock().base_address;
-        let (Ok(base), Ok(address)) = (usize::try_from(base), usize::try_from(unknown.address)) else {
-            return Ok((root, without));
-        };
         drop((root, file));
-        let mut bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-        let attributes = (base, address, false);
-        if let Some(names) = Some(attributes).filter(|a| !taken.contains(a)).and_then(|a| apply(&mut bytes, a)) {
+        let (Ok(base), Ok(address)) = (usize::try_from(base), usize::try_from(unknown.address)) else {
+            return Err(damaged(path, format, unknown.reason));
+        };
+        let mut bytes = load(path)?;
+        let mut take = |part: Part| {
+            let place = (base, address, part);
+            let out = bytes.get_mut(base..).filter(|_| !done.contains(&place));
+            let out = out.and_then(|bytes| take_out(bytes, address, part));
+            done.extend(out.is_some().then_some(place));
+            out
+        };
+        if let Some(Out::Attributes(names)) = take(Part::Attributes) {
+            let at = if unknown.path.is_empty() { "/".into() } else { unknown.path.join("/") };
             for name in &names {
-                let of = unknown.path.join("/");
-                found.warnings.push(format!("attribute '{name}' of '{of}' is left out: its type is stored apart from it"));
+                found
+                    .warnings
+                    .push(format!("attribute '{name}' of '{at}' is left out: its type is stored apart from it"));
             }
-            without.insert(unknown.path, names);
-            taken.push(attributes);
+            taken.attributes.insert(unknown.path, names);
             continue;
         }
-        let object = (base, address, true);
-        if unknown.is_group || taken.contains(&object) || apply(&mut bytes, object).is_none() {
-            return Err(damaged(path, format, unknown.reason));
+        let mut reason = unknown.reason;
+        match take(Part::Layout) {
+            Some(Out::Pieces(Ok(pieces))) => {
+                taken.pieces.insert(unknown.address, pieces);
+                continue;
+            }
+            Some(Out::Pieces(Err(told))) => reason = told.into(),
+            _ => {}
         }
-        found.leave_out(&unknown.path, &unknown.reason);
-        taken.push(object);
+        if unknown.is_group || take(Part::Object).is_none() {
+            return Err(damaged(path, format, reason));
+        }
+        found.leave_out(&unknown.path, &reason);
+    }
+}
+
+/// Reads into memory, not mapped: a file that is cut short by another program while being read is then an error.
+fn load(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|e| Error::io(path, e))
+}
+
+/// What came out of a header.
+enum Out {
+    Attributes(Vec<String>),
+    Pieces(std::result::Result<Vec<Piece>, &'static str>),
+    Object,
+}
+
+fn take_out(bytes: &mut [u8], address: usize, part: Part) -> Option<Out> {
+    match part {
+        Part::Attributes => {
+            let names = header::without_shared_attributes(bytes, address);
+            (!names.is_empty()).then_some(Out::Attributes(names))
+        }
+        Part::Layout => {
+            let layout = header::without_virtual_layout(bytes, address)?;
+            Some(Out::Pieces(mapped::pieces(bytes, &layout)))
+        }
+        Part::Object => header::without_messages(bytes, address).then_some(Out::Object),
     }
 }
 
@@ -131,7 +184,9 @@ impl Unknown {
         };
         // The decoder tells the member and its place in words alone.
         let member = match &error {
-            Hdf5Error::Context { path, .. } => path.strip_prefix("child '").and_then(|rest| rest.rsplit_once("' at 0x")),
+            Hdf5Error::Context { path, .. } => {
+                path.strip_prefix("child '").and_then(|rest| rest.rsplit_once("' at 0x"))
+            }
             _ => None,
         };
         let member = member.and_then(|(name, at)| Some((name.to_owned(), u64::from_str_radix(at, 16).ok()?)));
@@ -150,7 +205,8 @@ impl Unknown {
 
 struct Walk {
     found: Found,
-    without: Without,
+    taken: Taken,
+    root: Group,
     left: usize,
 }
 
@@ -218,8 +274,12 @@ impl Walk {
         if elements > MAX_VALUES as u64 {
             return Err(Failure::Damaged(TOO_MANY.into()));
         }
-        let missing = self.without.get(path).and_then(|names| names.iter().find(|n| cf::CHANGES_VALUES.contains(&n.as_str())));
-        if let Some(name) = missing {
+        if self.taken.pieces.values().flatten().any(|piece| piece.path == path) {
+            // It comes as part of another one.
+            return Ok(());
+        }
+        let changes = |name: &&String| cf::CHANGES_VALUES.contains(&name.as_str());
+        if let Some(name) = self.taken.attributes.get(path).and_then(|names| names.iter().find(changes)) {
             return Err(Failure::Unknown(format!("without its attribute '{name}' its numbers are no values")));
         }
         let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
@@ -254,17 +314,13 @@ impl Walk {
             [a, b] => (*b as usize, *a as usize),
             _ => return Err(Failure::Unknown("it has more than two dimensions".into())),
         };
-        let size = dataset.raw_element_size()?;
-        let bytes = dataset.read_raw_bytes()?;
-        let Some(number) = number(kind) else {
-            return if matches!(kind, Datatype::Reference { .. }) {
-                Ok(())
-            } else {
-                Err(Failure::Unknown("it holds no real numbers".into()))
-            };
+        if matches!(kind, Datatype::Reference { .. }) {
+            return Ok(());
+        }
+        let mut values = match self.taken.pieces.get(&dataset.address()) {
+            Some(pieces) => self.gather(dataset, pieces)?,
+            None => numbers(dataset)?,
         };
-        let mut values: Vec<f64> = bytes.chunks_exact(size.max(1)).map(number).collect();
-        drop(bytes);
         if class.as_deref() == Some("char") {
             if elements < LONGEST_TEXT {
                 self.found.text(path, values.iter().filter_map(|&c| char::from_u32(c as u32)).collect());
@@ -287,6 +343,31 @@ impl Walk {
         self.found.matrix(path, rows, columns, values).map_err(|e| Failure::Damaged(e.into()))
     }
 
+    /// The values of a virtual data set; what no piece holds is missing.
+    fn gather(&self, dataset: &Dataset, pieces: &[Piece]) -> std::result::Result<Vec<f64>, Failure> {
+        let elements = usize::try_from(dataset.num_elements()?).unwrap_or(usize::MAX).min(MAX_VALUES);
+        let mut values = vec![f64::NAN; elements];
+        for piece in pieces {
+            let [groups @ .., name] = &piece.path[..] else { continue };
+            let mut group = self.root.clone();
+            for name in groups {
+                group = group.group(name)?;
+            }
+            let source = group.dataset(name)?;
+            if self.taken.pieces.contains_key(&source.address()) {
+                return Err(Failure::Unknown("it is put together of data sets that are put together (virtual)".into()));
+            }
+            let held = numbers(&source)?;
+            let places = piece.places(source.shape(), dataset.shape());
+            for (from, to) in places.ok_or_else(|| Failure::Damaged("a virtual data set has other sizes".into()))? {
+                if let (Some(value), Some(place)) = (held.get(from), values.get_mut(to)) {
+                    *place = *value;
+                }
+            }
+        }
+        Ok(values)
+    }
+
     /// A table: each field a column, or several where it is itself a row of values.
     fn compound(
         &mut self,
@@ -296,6 +377,19 @@ impl Walk {
         fields: &[CompoundField],
     ) -> std::result::Result<(), Failure> {
         let bytes = dataset.read_raw_bytes()?;
+        if let [real, imaginary] = fields
+            && COMPLEX.contains(&[&*real.name, &*imaginary.name])
+            && let (Some(number), Some(of_imaginary)) = (number(&real.datatype), number(&imaginary.datatype))
+        {
+            let part = |row: &[u8], field: &CompoundField, number: fn(&[u8]) -> f64| {
+                row.get(field.byte_offset as usize..).map_or(f64::NAN, number)
+            };
+            if bytes.chunks_exact(size).any(|row| part(row, imaginary, of_imaginary) != 0.0) {
+                return Err(Failure::Unknown("it is complex: give real samples".into()));
+            }
+            let values: Vec<f64> = bytes.chunks_exact(size).map(|row| part(row, real, number)).collect();
+            return self.found.matrix(path, values.len(), 1, values).map_err(|e| Failure::Damaged(e.into()));
+        }
         let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
         for field in fields {
             let mut path = path.to_vec();
@@ -380,6 +474,15 @@ impl From<Hdf5Error> for Failure {
             _ => Self::Damaged(error.to_string()),
         }
     }
+}
+
+/// The numbers of a data set as they stand there.
+fn numbers(dataset: &Dataset) -> std::result::Result<Vec<f64>, Failure> {
+    let Some(number) = number(dataset.dtype()) else {
+        return Err(Failure::Unknown("it holds no real numbers".into()));
+    };
+    let (size, bytes) = (dataset.raw_element_size()?, dataset.read_raw_bytes()?);
+    Ok(bytes.chunks_exact(size.max(1)).map(number).collect())
 }
 
 /// How the values of a data set are packed.

@@ -3,10 +3,12 @@
 //! Units: pyarrow and polars keep a field's metadata (`unit`) in an Arrow schema that is stored, in base64, among the
 //! file's metadata; the few fields needed are read from it here. Files of greyrig hold `unit:COLUMN` entries as well.
 
+mod footer;
+
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,9 +16,7 @@ use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUn
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{
-    ColumnChunkMetaData, KeyValue, ParquetMetaDataOptions, ParquetMetaDataReader, ParquetStatisticsPolicy,
-};
+use parquet::file::metadata::{ColumnChunkMetaData, KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
 use parquet::file::serialized_reader::SerializedPageReader;
 use parquet::file::writer::SerializedFileWriter;
@@ -98,10 +98,7 @@ impl Meaning {
 /// Damaged content, among it a page whose checksum does not hold, and too many values.
 pub fn read(path: &Path) -> Result<Table> {
     let file = Arc::new(File::open(path).map_err(|e| Error::io(path, e))?);
-    let content = ParquetMetaDataReader::new()
-        .with_metadata_options(Some(without_statistics()))
-        .parse_and_finish(&*file)
-        .map_err(|e| damaged(path, "Parquet", e))?;
+    let content = content(&file).map_err(|e| damaged(path, "Parquet", e))?;
     let about = content.file_metadata();
     let schema = about.schema_descr_ptr();
     let rows = usize::try_from(about.num_rows()).map_err(|_| damaged(path, "Parquet", "a negative number of rows"))?;
@@ -157,12 +154,23 @@ pub fn read(path: &Path) -> Result<Table> {
     Ok(table)
 }
 
-/// Statistics are not used, and some writers wrote theirs before the format had settled what they look like.
-fn without_statistics() -> ParquetMetaDataOptions {
-    ParquetMetaDataOptions::new()
-        .with_encoding_stats_policy(ParquetStatisticsPolicy::SkipAll)
-        .with_column_stats_policy(ParquetStatisticsPolicy::SkipAll)
-        .with_size_stats_policy(ParquetStatisticsPolicy::SkipAll)
+/// What the footer says, without what is not needed where the decoder does not understand that.
+fn content(file: &Arc<File>) -> std::result::Result<ParquetMetaData, ParquetError> {
+    let told = ParquetMetaDataReader::new().parse_and_finish(&**file);
+    told.or_else(|error| {
+        let bare = || {
+            let mut file = &**file;
+            // Its length and the magic number are the last eight bytes.
+            let (mut tail, end) = ([0; 8], file.seek(SeekFrom::End(-8)).ok()?);
+            file.read_exact(&mut tail).ok()?;
+            let length = u64::from(u32::from_le_bytes(*tail.first_chunk()?));
+            file.seek(SeekFrom::Start(end.checked_sub(length)?)).ok()?;
+            let mut footer = Vec::new();
+            file.take(length).read_to_end(&mut footer).ok()?;
+            ParquetMetaDataReader::decode_metadata(&footer::without_extensions(&footer)?).ok()
+        };
+        bare().ok_or(error)
+    })
 }
 
 /// The pages of a column. Some writers state a dictionary at the begin of the file, where none can be, for "none".
