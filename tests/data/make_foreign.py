@@ -194,6 +194,16 @@ def hdf5():
         if os.path.exists(at(name)):
             os.remove(at(name))
         frame.to_hdf(at(name), key="run", format=layout, index=False, complevel=9, complib="zlib")
+    stamps = pd.to_datetime((t * 1e6).round().astype("i8"), unit="us", origin="2026-03-01 08:00")
+    for name, of, layout in (
+        ("pandas_stamps.h5", frame.assign(t=stamps, w=w.round().astype("i4")), "table"),
+        ("pandas_index_table.h5", frame.set_index("t"), "table"),
+        ("pandas_index_fixed.h5", frame.assign(w=w.round().astype("i4")).set_index("t"), "fixed"),
+        ("pandas_stamps_fixed.h5", frame.drop(columns="t").set_index(stamps.astype("datetime64[ns]")), "fixed"),
+    ):
+        if os.path.exists(at(name)):
+            os.remove(at(name))
+        of.to_hdf(at(name), key="run", format=layout, index=False if layout == "table" else None, complevel=9, complib="zlib")
     set_ = xr.Dataset({"u": ("t", u), "i": ("t", i), "w": ("t", w)}, coords={"t": t})
     packed = {"u": {"dtype": "i2", "scale_factor": 1e-3, "_FillValue": -32768}}
     set_.to_netcdf(at("packed.nc"), engine="netcdf4", encoding=packed)
@@ -219,6 +229,10 @@ def matlab():
     for k, (name, x) in enumerate((("u", u), ("i", i), ("w", w))):
         signal[0, k] = (x.reshape(-1, 1), 1.0, name)
     scipy.io.savemat(at("simulink.mat"), {"out": {"time": t.reshape(-1, 1), "signals": signal, "blockName": "rig/scope"}})
+    blocks = np.zeros((1, 3), dtype=[*((n, "O") for n in signal.dtype.names), ("blockName", "O")])
+    for k, name in enumerate("uiw"):
+        blocks[0, k] = (signal[0, k]["values"], 1.0, "", "rig/" + name)
+    scipy.io.savemat(at("simulink_blocks.mat"), {"out": {"time": t.reshape(-1, 1), "signals": blocks}})
     scipy.io.savemat(at("complex.mat"), {"t": t, "u": u, "i": i + 1j, "w": w})
     empty = np.zeros((0, 0), dtype=[("a", "O"), ("b", "O")])
     scipy.io.savemat(at("empty_struct.mat"), {"t": t, "u": u, "i": i, "w": w, "notes": empty})
@@ -236,6 +250,7 @@ def numpy():
     np.savez(at("half.npz"), t=t, u=u.astype("f2"), i=i, w=w)
     table = np.rec.fromarrays([t, u, i, w], names="t,u,i,w")
     np.savez(at("structured.npz"), log=table)
+    np.save(at("structured.npy"), table)
     np.savez(at("checksum.npz"), t=t, u=u, i=i, w=w)
     raw = bytearray(open(at("checksum.npz"), "rb").read())
     raw[raw.find(u[7].tobytes()) + 3] ^= 1
@@ -275,6 +290,20 @@ def wav():
     codes = np.column_stack([u, i]) / 20 * 32767
     codes = np.round(codes).astype("<i2").tobytes()
     fmt = struct.pack("<HHIIHH", 1, 2, 1000, 4000, 4, 16)
+    # Big-endian; integers of 64 bits; a recorder that was switched off before it wrote the lengths.
+    turned = lambda name, body: name + struct.pack(">I", len(body)) + body
+    body = b"WAVE" + turned(b"fmt ", struct.pack(">HHIIHH", 1, 2, 1000, 4000, 4, 16))
+    codes_of_16 = np.frombuffer(codes, "<i2").astype(">i2").tobytes()
+    open(at("rifx.wav"), "wb").write(turned(b"RIFX", body + turned(b"data", codes_of_16)))
+    wide = np.round(np.column_stack([u, i]) / 20 * 2.0**63).astype("<i8").tobytes()
+    body = b"WAVE" + chunk(b"fmt ", struct.pack("<HHIIHH", 1, 2, 1000, 16000, 16, 64)) + chunk(b"data", wide)
+    open(at("int64.wav"), "wb").write(chunk(b"RIFF", body))
+    body = b"WAVE" + chunk(b"fmt ", fmt) + b"data" + struct.pack("<I", 0) + codes
+    open(at("switched_off.wav"), "wb").write(b"RIFF" + struct.pack("<I", 0) + body)
+    body = b"WAVE" + chunk(b"fmt ", struct.pack("<HHIIHH", 7, 2, 1000, 2000, 2, 8)) + chunk(b"data", codes[: 2 * N])
+    open(at("mu_law.wav"), "wb").write(chunk(b"RIFF", body))
+    body = b"WAVE" + chunk(b"fmt ", struct.pack("<HHIIHH", 1, 2, 1000, 8000, 8, 24)) + chunk(b"data", codes)
+    open(at("wide_frames.wav"), "wb").write(chunk(b"RIFF", body))
     large = struct.pack("<QQQI", 0, len(codes), N, 0)
     everywhere = struct.pack("<I", 0xFFFFFFFF)
     body = b"WAVE" + chunk(b"ds64", large) + chunk(b"fmt ", fmt) + b"data" + everywhere + codes

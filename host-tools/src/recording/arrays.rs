@@ -43,7 +43,11 @@ impl Found {
             return Ok(());
         }
         if rows == 1 || columns == 1 {
-            self.arrays.push((path.to_vec(), values));
+            let mut path = path.to_vec();
+            if let Some([name]) = self.names.get(&path).map(Vec::as_slice) {
+                path.push(name.clone());
+            }
+            self.arrays.push((path, values));
             return Ok(());
         }
         // Channels are the short side, whichever way the matrix lies.

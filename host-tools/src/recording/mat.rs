@@ -246,7 +246,7 @@ const OPAQUE: u32 = 17;
 /// More signals than this are no recording.
 const MOST_SIGNALS: usize = 1024;
 
-/// Simulink's "structure with time": signals with their values and their label.
+/// Simulink's "structure with time": signals with their values and their label, or else the block that they come from.
 fn signals(
     cursor: &mut Cursor<'_>,
     fields: &[String],
@@ -259,12 +259,15 @@ fn signals(
         let mut signal = Found::default();
         for field in fields {
             let (kind, body) = element(cursor)?;
-            if kind == 14 && (field == "label" || field == "values") {
+            if kind == 14 && ["label", "blockName", "values"].contains(&field.as_str()) {
                 matrix_5(body, cursor.big, std::slice::from_ref(field), &mut signal, depth + 1)?;
             }
         }
-        let label = signal.texts.iter().find(|(path, _)| path[0] == "label").map(|(_, text)| text.clone());
-        let label = label.filter(|label| !label.is_empty()).unwrap_or_else(|| format!("signal{}", k + 1));
+        let told = |field: &str| {
+            let text = signal.texts.iter().find(|(path, text)| path[0] == field && !text.is_empty())?;
+            text.1.rsplit('/').next().map(ToOwned::to_owned)
+        };
+        let label = told("label").or_else(|| told("blockName")).unwrap_or_else(|| format!("signal{}", k + 1));
         for (name, values) in signal.arrays {
             let mut inner = path.to_vec();
             // A signal of several dimensions has numbered columns.

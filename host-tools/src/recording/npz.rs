@@ -1,4 +1,4 @@
-//! NumPy .npz: a ZIP archive of .npy arrays, stored or deflated (NumPy Enhancement Proposal 1; PKWARE APPNOTE 6.3). The
+//! NumPy .npy, and .npz: a ZIP archive of .npy arrays, stored or deflated (NumPy Enhancement Proposal 1; PKWARE APPNOTE 6.3). The
 //! archive's checksums must hold. A structured array gives a column for each field.
 
 use std::io::Read;
@@ -11,18 +11,25 @@ use crate::error::{Error, Result};
 
 type Parsed<T> = std::result::Result<T, String>;
 
-/// Reads an .npz file.
+/// Reads an .npz file, or an .npy file, which is one array of such an archive.
 ///
 /// # Errors
 /// Damaged content, too many values.
 pub fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    match archive(&bytes) {
+    let alone = || {
+        let (name, mut found) = (path.file_stem().unwrap_or_default().to_string_lossy(), Found::default());
+        npy(&name, &bytes, &mut found).map(|()| found)
+    };
+    match if bytes.starts_with(MAGIC) { alone() } else { archive(&bytes) } {
         Ok(found) => Ok(found.table()),
         Err(reason) if reason == TOO_MANY => Err(too_large(path, TOO_MANY)),
         Err(reason) => Err(damaged(path, "NumPy", reason)),
     }
 }
+
+/// How an array begins.
+const MAGIC: &[u8] = b"\x93NUMPY";
 
 fn int<const N: usize>(bytes: &[u8], at: usize) -> Parsed<usize> {
     let part = at.checked_add(N).and_then(|end| bytes.get(at..end)).ok_or("it ends too early")?;
@@ -199,7 +206,7 @@ fn fields(descr: &str) -> Parsed<Vec<Field>> {
 }
 
 fn npy(name: &str, bytes: &[u8], found: &mut Found) -> Parsed<()> {
-    if !bytes.starts_with(b"\x93NUMPY") {
+    if !bytes.starts_with(MAGIC) {
         return Err("an array has no NumPy header".into());
     }
     let (length, start) =

@@ -19,7 +19,7 @@ use crate::error::{Error, Place, Result};
 /// each.
 const MAX_BYTES: u64 = 2 << 30;
 
-const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz, .lvm, .nc";
+const KNOWN: &str = "known are .csv .tsv .txt .dat (each also .gz), .parquet, .mat, .h5 .hdf5, .mf4 .mdf .dat (MDF), .tdms, .wav, .feather .arrow, .npz .npy, .lvm, .nc";
 
 /// The formats, by extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ impl Format {
             "mf4" | "mdf" | "mf3" => Ok(Self::Mdf),
             "tdms" => Ok(Self::Tdms),
             "wav" => Ok(Self::Wav),
-            "npz" => Ok(Self::Npz),
+            "npz" | "npy" => Ok(Self::Npz),
             _ => Err(unknown(path, extension)),
         }
     }

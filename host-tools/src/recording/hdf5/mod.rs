@@ -45,7 +45,7 @@ type Walked<T> = std::result::Result<T, String>;
 pub fn read(path: &Path, format: &str) -> Result<Table> {
     let mut found = Found::default();
     let (root, taken) = open(path, format, &mut found)?;
-    let mut walk = Walk { found, taken, root: root.clone(), left: MOST };
+    let mut walk = Walk { found, taken, root: root.clone(), index: None, left: MOST };
     match walk.group(&root, &[], 0) {
         Ok(()) => Ok(walk.found.table()),
         Err(reason) if reason == TOO_MANY => Err(too_large(path, TOO_MANY)),
@@ -207,6 +207,8 @@ struct Walk {
     found: Found,
     taken: Taken,
     root: Group,
+    /// Name of the index of pandas' tables in the group.
+    index: Option<String>,
     left: usize,
 }
 
@@ -233,6 +235,8 @@ impl Walk {
                 }
             }
         }
+        let about = attributes.iter().find(|a| a.name == "info").filter(|_| own_layout).and_then(text_of);
+        self.index = about.and_then(|about| pickled_name_of_index(&about));
         let (groups, datasets) = group.member_names().map_err(|e| e.to_string())?;
         for name in &datasets {
             // pandas' fixed layout: the names of the columns of a block stand beside it.
@@ -328,10 +332,18 @@ impl Walk {
             return Ok(());
         }
         packing(dataset).unpack(&mut values);
-        let instants = attribute("kind").filter(|_| path.last().is_some_and(|n| n.starts_with("axis")));
-        if let Some(factor) = instants.as_deref().and_then(seconds_of_kind) {
-            self.instants(path, &mut values, factor);
+        let mut path = path.to_vec();
+        if let Some(name) = path.last_mut().filter(|name| name.starts_with("axis") || *name == "index") {
+            // pandas' index, which may have a name of its own ("N." is none).
+            if let Some(own) = attribute("name").filter(|own| attribute("kind").is_some() && own != "N.") {
+                *name = own;
+            }
         }
+        let told = attribute("kind").or_else(|| attribute("value_type"));
+        if let Some(factor) = told.as_deref().and_then(seconds_of_kind) {
+            values = self.instants(&path, dataset.read_raw_bytes()?.chunks_exact(8), kind, factor);
+        }
+        let path = &path[..];
         if let Some(unit) = ["unit", "units", "Unit", "Units"].into_iter().find_map(attribute) {
             let time = cf::since(&unit);
             if time.is_some() {
@@ -393,7 +405,8 @@ impl Walk {
         let attribute = |name: &str| dataset.attribute(name).ok().and_then(|a| text_of(&a));
         for field in fields {
             let mut path = path.to_vec();
-            path.push(field.name.clone());
+            let index = self.index.clone().filter(|_| field.name == "index");
+            path.push(index.unwrap_or_else(|| field.name.clone()));
             let (kind, width) = match &field.datatype {
                 Datatype::Array { base, dims } => (&**base, dims.iter().product::<u64>() as usize),
                 kind => (kind, 1),
@@ -415,9 +428,11 @@ impl Walk {
                 if width > 1 || names.len() == 1 {
                     path.push(names.get(k).cloned().unwrap_or_else(|| format!("{}_{}", field.name, k + 1)));
                 }
-                let kind = attribute(&format!("{}_kind", field.name)).filter(|_| width == 1);
-                if let Some(factor) = kind.as_deref().and_then(seconds_of_kind) {
-                    self.instants(&path, &mut values, factor);
+                // That of an index is its kind, that of other columns the type that they had.
+                let told = ["kind", "dtype"].map(|about| attribute(&format!("{}_{about}", field.name)));
+                if let Some(factor) = told.iter().flatten().find_map(|told| seconds_of_kind(told)).filter(|_| step == 8)
+                {
+                    values = self.instants(&path, bytes.chunks_exact(size).map(|row| &row[at..at + 8]), kind, factor);
                 }
                 let rows = values.len();
                 self.found.matrix(&path, rows, 1, values).map_err(|e| Failure::Damaged(e.into()))?;
@@ -426,12 +441,29 @@ impl Walk {
         Ok(())
     }
 
-    /// Counts since 1970 become seconds since the first one.
-    fn instants(&mut self, path: &[String], values: &mut [f64], factor: f64) {
-        let first = values.first().copied().unwrap_or(0.0);
-        values.iter_mut().for_each(|t| *t = (*t - first) * factor);
+    /// Counts since 1970 of eight bytes become seconds since the first one. (As doubles they would be a quarter of a
+    /// microsecond apart.)
+    fn instants<'a>(
+        &mut self,
+        path: &[String],
+        counts: impl Iterator<Item = &'a [u8]>,
+        kind: &Datatype,
+        factor: f64,
+    ) -> Vec<f64> {
+        let big = matches!(kind, Datatype::FixedPoint { byte_order: ByteOrder::BigEndian, .. });
+        let count = |bytes: &[u8]| {
+            let bytes = bytes.first_chunk().copied().unwrap_or_default();
+            if big { i64::from_be_bytes(bytes) } else { i64::from_le_bytes(bytes) }
+        };
+        let mut first = None;
+        let since_first = |count: i64| match count {
+            // "Not a time".
+            i64::MIN => f64::NAN,
+            _ => count.saturating_sub(*first.get_or_insert(count)) as f64 * factor,
+        };
         self.found.units.insert(path.to_vec(), "s".into());
         self.found.times.push(path.to_vec());
+        counts.map(count).map(since_first).collect()
     }
 }
 
@@ -466,6 +498,9 @@ impl From<Hdf5Error> for Failure {
                 // The decoder tells a filter by its number in a text alone; it decides nothing but the words.
                 let known = match inner {
                     E::UnsupportedFilter(text) if text.ends_with("32001") => Some("it is packed by Blosc"),
+                    E::UnsupportedFilter(text) if text.ends_with("32026") => Some("it is packed by Blosc 2"),
+                    E::UnsupportedFilter(text) if text.ends_with("32015") => Some("it is packed by Zstandard"),
+                    E::UnsupportedFilter(text) if text.ends_with(" 307") => Some("it is packed by bzip2"),
                     E::UnsupportedLayoutClass(3) => Some("it is put together of other data sets (virtual)"),
                     _ => None,
                 };
@@ -554,6 +589,13 @@ fn pickled_names(text: &str) -> Vec<String> {
     names
 }
 
+/// The name of the index in what pandas has pickled about a table (protocol 0): the text behind that key.
+fn pickled_name_of_index(text: &str) -> Option<String> {
+    let mut lines = text.lines().skip_while(|line| !line.ends_with("Vindex_name"));
+    // The key itself, and where the pickle has put it.
+    lines.find_map(|line| line.strip_prefix('V').filter(|name| *name != "index_name")).map(ToOwned::to_owned)
+}
+
 fn text_of(attribute: &Attribute) -> Option<String> {
     if let Ok(text) = attribute.read_string() {
         return Some(text);
@@ -569,6 +611,8 @@ mod tests {
     fn names_of_pandas_columns() {
         // pickle.dumps(['t', 'au'], protocol=0) of Python 3.
         assert_eq!(pickled_names("(lp0\nVt\np1\naVau\np2\na."), ["t", "au"]);
+        // As a frame with an index `t` has it.
+        assert_eq!(pickled_name_of_index("(dp0\nVindex\np6\n(dp7\nVindex_name\np8\nVt\np9\nss."), Some("t".into()));
         assert_eq!(seconds_of_kind("datetime64[us]"), Some(1e-6));
         assert_eq!(seconds_of_kind("integer"), None);
     }

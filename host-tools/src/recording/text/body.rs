@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::cell::{Cell, cell, comment, split};
-use super::dialect::Dialect;
+use super::dialect::{Dialect, LABVIEW_TIME};
 use super::lines::Lines;
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
@@ -19,6 +19,35 @@ enum Kind {
     Numbers,
     Stamps,
     Text,
+}
+
+/// Times as LabVIEW writes them: in one column, in one for each channel, or in none beside the interval in the header.
+struct LabView {
+    /// Columns that say nothing of their own.
+    dropped: Vec<usize>,
+    /// The interval, where no column holds times.
+    interval_s: Option<f64>,
+    /// The first column whose times are not those of the first.
+    differs: Option<usize>,
+}
+
+impl LabView {
+    fn of(dialect: &Dialect, columns: &[Vec<f64>]) -> Self {
+        let times: Vec<usize> = (0..columns.len()).filter(|&k| dialect.names[k] == LABVIEW_TIME).collect();
+        let empty = |k: &usize| columns[*k].iter().all(|x| x.is_nan());
+        if times.iter().all(empty) {
+            let told = dialect.metadata.get("Delta_X").filter(|_| !times.is_empty());
+            let interval_s = told.and_then(|told| told.replacen(',', ".", 1).parse().ok()).filter(|dt: &f64| *dt > 0.0);
+            let dropped = if interval_s.is_some() { times } else { Vec::new() };
+            return Self { dropped, interval_s, differs: None };
+        }
+        let others = times.get(1..).unwrap_or(&[]).to_vec();
+        let differs = others
+            .iter()
+            .copied()
+            .find(|&k| columns[k].iter().zip(&columns[times[0]]).any(|(a, b)| a != b && !(a.is_nan() && b.is_nan())));
+        Self { dropped: others, interval_s: None, differs }
+    }
 }
 
 /// The rows below the header.
@@ -114,7 +143,7 @@ impl<'a> Body<'a> {
             return Err(Error::input(
                 at(cells.len().min(width) + usize::from(cells.len() > width)),
                 format!("the row has {} fields, the header {width}", cells.len()),
-                "complete or delete this row",
+                "complete or delete this row, or cut the file here if another table begins",
             ));
         }
         for (k, text) in cells.iter().enumerate().take(width) {
@@ -162,6 +191,14 @@ impl<'a> Body<'a> {
     }
 
     fn finish(self) -> Result<Table> {
+        let labview = LabView::of(&self.dialect, &self.columns);
+        if let Some(k) = labview.differs {
+            return Err(Error::input(
+                Place::at(self.path, self.dialect.header_line as usize, k + 1),
+                "the channels have times of their own, which differ",
+                "write the file with one X column, or a file for each channel",
+            ));
+        }
         let mut table = Table { metadata: self.dialect.metadata, lines: self.lines, ..Table::default() };
         if table.lines.is_empty() {
             return Err(Error::input(
@@ -176,6 +213,9 @@ impl<'a> Body<'a> {
         for (k, (((values, label), unit), kind)) in parts.enumerate() {
             if kind == Kind::Text {
                 table.leave_out(label, "it holds text");
+                continue;
+            }
+            if labview.dropped.contains(&k) {
                 continue;
             }
             // A separator at the end of each line makes a column without name and content.
@@ -195,7 +235,17 @@ impl<'a> Body<'a> {
             }
             let is_time = kind == Kind::Stamps && (!has_time || names::header(&label).role == Some(Role::Time));
             let unit = if kind == Kind::Stamps { Some("s".into()) } else { unit };
-            table.columns.push(Column { name, label, unit, values, is_time, position: k + 1, ..Column::default() });
+            let interval_s = labview.interval_s;
+            table.columns.push(Column {
+                name,
+                label,
+                unit,
+                values,
+                is_time,
+                interval_s,
+                position: k + 1,
+                ..Column::default()
+            });
         }
         Ok(table)
     }

@@ -113,8 +113,10 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
         _ => None,
     });
     let text = if afternoon.is_some() { text[..text.len() - 2].trim_end() } else { text };
-    let (date, time) = match text.split_once(['T', ' ']) {
-        Some((date, time)) => (Some(date), time.trim()),
+    // The time follows the last blank before it; a date in words has blanks of its own. An offset follows a colon.
+    let before_time = text.find(':').and_then(|colon| text[..colon].rfind(['T', ' ']));
+    let (date, time) = match before_time {
+        Some(at) => (Some(text[..at].trim_end()), text[at + 1..].trim()),
         None => (None, text),
     };
     let days = match date {
@@ -132,9 +134,16 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
     };
     let mut parts = time.trim().split(':');
     let (h, m, s) = (parts.next()?, parts.next()?, parts.next().unwrap_or("0"));
+    // Some loggers write a colon before the milliseconds, too.
+    let with_milliseconds = match parts.next() {
+        Some(digits) if digits.len() == 3 && is_digits(digits) && is_digits(s) => format!("{s}.{digits}"),
+        Some(_) => return None,
+        None => s.to_owned(),
+    };
     if parts.next().is_some() {
         return None;
     }
+    let s = with_milliseconds.as_str();
     let s = if decimal_comma || s.contains(',') { s.replacen(',', ".", 1) } else { s.to_owned() };
     let (h, m): (i64, i64) = (h.parse().ok()?, m.parse().ok()?);
     let h = match afternoon {
@@ -154,17 +163,25 @@ fn stamp(text: &str, decimal_comma: bool) -> Option<(i64, f64)> {
     Some((days * 86_400 + h * 3600 + m * 60 + whole - zone * 60, part))
 }
 
-/// `2026-03-01`, `01.03.2026`, `3/1/2026`: days since 1970.
+/// `2026-03-01`, `01.03.2026`, `3/1/2026`, `01-Mar-2026`, `20260301`: days since 1970.
 fn day(date: &str) -> Option<i64> {
-    let (separator, backwards) = if date.contains('.') {
-        ('.', true)
-    } else if date.contains('/') {
-        ('/', false)
-    } else {
-        ('-', false)
+    if let Some((year, rest)) = date.split_at_checked(4).filter(|_| date.len() == 8 && is_digits(date)) {
+        return calendar_day(year.parse().ok()?, rest[..2].parse().ok()?, rest[2..].parse().ok()?);
+    }
+    let (separator, backwards) = match date.chars().find(|c| !c.is_ascii_alphanumeric())? {
+        '.' => ('.', true),
+        '/' => ('/', false),
+        // As people write it in words.
+        ' ' => (' ', true),
+        _ => ('-', false),
     };
-    let parts: Vec<i64> = date.split(separator).map(|p| p.parse().ok()).collect::<Option<_>>()?;
-    let [a, month, b] = parts[..] else { return None };
+    let parts: Vec<&str> = date.split(separator).collect();
+    let [a, b, c] = parts[..] else { return None };
+    if let Some(month) = month(b) {
+        let (a, c) = (a.parse().ok()?, c.parse().ok()?);
+        return if c > 31 { calendar_day(c, month, a) } else { calendar_day(a, month, c) };
+    }
+    let (a, month, b): (i64, i64, i64) = (a.parse().ok()?, b.parse().ok()?, c.parse().ok()?);
     // A year at the end: the month comes first after slashes, and the day otherwise or where it can be none.
     let (year, month, day) = match (backwards, b > 31) {
         (true, _) => (b, month, a),
@@ -172,6 +189,35 @@ fn day(date: &str) -> Option<i64> {
         (false, true) if separator == '/' && a <= 12 => (b, a, month),
         (false, true) => (b, month, a),
     };
+    calendar_day(year, month, day)
+}
+
+fn is_digits(text: &str) -> bool {
+    text.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// The number of a month by its English or German name, of which three letters count.
+fn month(name: &str) -> Option<i64> {
+    const NAMES: [&[&str]; 12] = [
+        &["jan"],
+        &["feb"],
+        &["mar", "m\u{e4}r", "mrz"],
+        &["apr"],
+        &["may", "mai"],
+        &["jun"],
+        &["jul"],
+        &["aug"],
+        &["sep"],
+        &["oct", "okt"],
+        &["nov"],
+        &["dec", "dez"],
+    ];
+    let start: String = name.to_lowercase().chars().take(3).collect();
+    let place = NAMES.iter().position(|names| names.contains(&start.as_str()))?;
+    Some(place as i64 + 1)
+}
+
+fn calendar_day(year: i64, month: i64, day: i64) -> Option<i64> {
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1..=9999).contains(&year) {
         return None;
     }
@@ -213,6 +259,11 @@ mod tests {
         assert_eq!(stamp("3/1/2026 8:00:00 AM", false), Some((1_772_352_000, 0.0)));
         assert_eq!(stamp("01-03-2026 08:00:00", false), Some((1_772_352_000, 0.0)));
         assert_eq!(stamp("12:30:00 PM", false), Some((45_000, 0.0)));
+        for same in ["01-Mar-2026 08:00:00", "1 March 2026 08:00:00", "20260301 08:00:00", "1-Mrz-2026 08:00"] {
+            assert_eq!(stamp(same, false), Some((1_772_352_000, 0.0)), "{same}");
+        }
+        assert_eq!(stamp("2026-03-01 08:00:00:250", false), Some((1_772_352_000, 0.25)));
+        assert_eq!(day("20260301"), Some(20_513));
         for bad in ["2026-13-01 00:00:00", "abc", "12:61:00", "1:2:3:4", ""] {
             assert_eq!(stamp(bad, false), None, "{bad}");
         }

@@ -13,6 +13,9 @@ use layout::Layout;
 
 const HEADER_HINT: &str = "write one line of names first, such as t_s,u_v,i_a,omega_rad_s, then rows of numbers";
 
+/// What LabVIEW calls the time of a channel.
+pub const LABVIEW_TIME: &str = "X_Value";
+
 /// Numbered lines from the beginning of a file.
 pub type Window = [(u32, String)];
 
@@ -72,9 +75,10 @@ impl Dialect {
         };
         let (header_line, mut names) = heading.names;
         let mut units = heading.units;
-        // LabVIEW writes units on a line of their own, one for each column but the first.
+        // LabVIEW writes units on a line of their own, one for each channel: not for the times beside them.
         let stated = preamble.iter().map(|&k| layout.split(&window[k].1)).find(|cells| cells[0] == "Y_Unit_Label");
-        for (unit, stated) in units.iter_mut().zip(stated.iter().flatten()).skip(1) {
+        let channels = units.iter_mut().zip(&names).filter(|(_, name)| *name != LABVIEW_TIME);
+        for ((unit, _), stated) in channels.zip(stated.iter().flatten().skip(1)) {
             *unit = unit.take().or_else(|| Some(stated.to_string()).filter(|stated| !stated.is_empty()));
         }
         let remarks = names.len() == layout.width + 1 && names.last().is_some_and(|name| heading::is_remark(name));
