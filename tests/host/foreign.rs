@@ -233,6 +233,9 @@ fn texts_of_loggers() {
     assert!(text("run.csv", whole, &[]).expect("a recording").warnings().is_empty());
     let cut = text("run.csv", &whole[..whole.len() - 6], &[]).expect("a recording");
     assert!(cut.warnings().iter().any(|w| w.contains("line 4") && w.contains("no line end")), "{:?}", cut.warnings());
+    let cut = text("run.csv", &whole[..whole.len() - 9], &[]).expect("a recording");
+    assert_eq!(cut.len(), 2);
+    assert!(cut.warnings().iter().any(|w| w.contains("line 4") && w.contains("cut off")), "{:?}", cut.warnings());
 }
 
 #[test]

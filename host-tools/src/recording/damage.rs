@@ -25,7 +25,11 @@ pub(super) fn damaged(path: &Path, format: &str, detail: impl std::fmt::Display)
     }
     let detail: String =
         detail.to_string().split_whitespace().collect::<Vec<_>>().join(" ").chars().take(160).collect();
+    // A hint at the extension that it has would be none.
+    let own = path.extension().map(|extension| format!(".{}", extension.to_string_lossy().to_lowercase()));
+    let has_own = |found: &str| own.as_deref().is_some_and(|own| found.contains(own));
     let remedy = match looks_like(&head) {
+        Some(found) if has_own(found) => "copy the file again from its source, or export it anew".into(),
         Some(found) if !format.starts_with(found) && !found.starts_with(format) => {
             format!("it looks like {found}: give it that extension")
         }

@@ -111,10 +111,17 @@ impl<'a> Body<'a> {
     /// A row with another number of fields, a cell that is no number: with line and column.
     pub fn read(mut self, window: Vec<(u32, String)>, mut lines: Lines<'_>, ctx: &Context) -> Result<Table> {
         let first = self.dialect.first_row;
-        for (number, line) in window.into_iter().skip(first) {
-            self.row(number, &line)?;
-        }
-        while let Some((number, line)) = lines.next()? {
+        let (mut rows, mut incomplete) = (window.into_iter().skip(first).peekable(), None);
+        loop {
+            let (next, is_last_read) = match rows.next() {
+                Some(next) => (Some(next), rows.peek().is_none()),
+                None => (lines.next()?, true),
+            };
+            let Some((number, line)) = next else { break };
+            if is_last_read && !lines.ended() && self.is_short(&line) {
+                incomplete = Some(number);
+                break;
+            }
             self.row(number, &line)?;
             if number & 0xffff == 0 {
                 ctx.check()?;
@@ -122,12 +129,20 @@ impl<'a> Body<'a> {
         }
         let cut = !lines.ended();
         let mut table = self.finish()?;
-        if let (true, Some(last)) = (cut, table.lines.last()) {
+        if let Some(last) = incomplete {
+            table.warnings.push(format!("line {last}, the last one, is cut off and left out"));
+        } else if let (true, Some(last)) = (cut, table.lines.last()) {
             table.warnings.push(format!(
                 "line {last}, the last one, has no line end: if the file was cut off, its last value may be incomplete"
             ));
         }
         Ok(table)
+    }
+
+    /// Whether a line has too few fields, and is none of those that are passed over.
+    fn is_short(&self, line: &str) -> bool {
+        let fields = split(line, self.dialect.separator).len();
+        !line.trim().is_empty() && comment(line).is_none() && fields < self.columns.len()
     }
 
     fn row(&mut self, number: u32, line: &str) -> Result<()> {
