@@ -86,6 +86,9 @@ fn time() {
     let mut gap = good(50);
     gap.drain(20..45);
     bad_csv(&gap.join("\n"), &["run.csv:21:1", "25 samples are missing"]);
+    // A damaged stamp, told in few digits.
+    bad_csv(&spoil(50, "7e306"), &["run.csv:51:1", "a gap of 7e306 s", "damaged stamp"]);
+    bad_csv(&spoil(49, "7e306"), &["run.csv:51:1", "jumps back from 7e306 s"]);
     let mut reversed = good(50);
     reversed[1..].reverse();
     bad_csv(&reversed.join("\n"), &["run.csv:3:1", "backwards"]);

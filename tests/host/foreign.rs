@@ -208,6 +208,9 @@ fn texts_of_loggers() {
         assert_eq!(run.channel(Channel::Current).map(|i| i[3]), Some(3.0), "{head}");
         assert!((run.sample_time_s() - 1e-3).abs() < 1e-12, "{head}");
     }
+    let rows: String = (0..20).map(|k| format!("\t1,5\t{k},25\n")).collect();
+    let commas = format!("Delta_X\t0,001000\t0,001000\nX_Value\tu [V]\ti [A]\n{rows}");
+    assert!((text("run.lvm", &commas, &[]).expect("a recording").sample_time_s() - 1e-3).abs() < 1e-12);
     let rows: String = (0..20).map(|k| format!("0.{k:03}\t1\t1.{k:03}\t{k}\n")).collect();
     let told = text("run.lvm", &format!("X_Value\tu [V]\tX_Value\ti [A]\n{rows}"), &[]).expect_err("times apart");
     assert!(told.contains("times of their own"), "{told}");

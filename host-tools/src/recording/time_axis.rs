@@ -5,7 +5,7 @@
 //! wander from a straight line by one interval or 10^-4 of the run, whichever is more (a crystal stays within 50 ppm
 //! over temperature; a change of the sampling rate does not).
 
-use super::table::Table;
+use super::table::{MAX_VALUES, Table};
 
 /// A uniform time axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,10 @@ pub fn check(t: &[f64]) -> Result<TimeAxis, Fault> {
         let (what, remedy) = if steps[k] == 0.0 {
             (format!("the time {} s appears twice", t[k + 1]), coarse)
         } else {
-            (format!("the time jumps back from {} s to {} s", t[k], t[k + 1]), "give one run per file, sorted by time")
+            // Whole numbers of that size are no times.
+            let told = |x: f64| if x.abs() < 1e15 { x.to_string() } else { format!("{x:e}") };
+            let what = format!("the time jumps back from {} s to {} s", told(t[k]), told(t[k + 1]));
+            (what, "give one run per file, sorted by time")
         };
         return fault(k + 1, what, remedy);
     }
@@ -98,7 +101,9 @@ pub fn check(t: &[f64]) -> Result<TimeAxis, Fault> {
     if let Some(k) = steps.iter().position(|&s| unlike(s, median)) {
         if odd * 10 <= steps.len() && steps[k] > median {
             let missing = (steps[k] / median).round() - 1.0;
-            let what = if missing < 1.0 {
+            let what = if missing > MAX_VALUES as f64 {
+                format!("a gap of {} s is longer than any recording: a damaged stamp", short(steps[k]))
+            } else if missing < 1.0 {
                 format!("the interval of {} s does not fit the {} s of the other rows", short(steps[k]), short(median))
             } else {
                 format!("a gap of {} s: {missing} samples are missing", short(steps[k]))
@@ -140,7 +145,9 @@ pub fn short(x: f64) -> String {
     }
     let digits = 5 - x.abs().log10().floor() as i32;
     let rounded = format!("{:.*e}", 5, x).parse::<f64>().unwrap_or(x);
-    if (0..=12).contains(&digits) || x.abs() >= 1e-4 { format!("{rounded}") } else { format!("{rounded:e}") }
+    // Doubles are whole numbers from there on, and people read no more digits.
+    let plain = (0..=12).contains(&digits) || (1e-4..1e15).contains(&x.abs());
+    if plain { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
 /// Whether a metadata key states a sampling rate (true) or interval (false), and its factor to Hz or s.

@@ -5,6 +5,7 @@
 
 use super::raster::Raster;
 use crate::noise::median;
+use crate::recording::table::MAX_VALUES;
 
 /// Samples over which the loop settles: its phase then scatters by √(1.25/2/16) = 0.2 of the stamps' scatter.
 const SETTLING: f64 = 16.0;
@@ -47,6 +48,10 @@ pub fn raster(t: &[f64]) -> Option<Raster> {
             let following = run(n, interval);
             let all = median(following.iter().enumerate().map(|(k, t)| (t - due) / interval - k as f64).collect());
             missing = if all > 0.5 { all.round().max(1.0) } else { 0.0 };
+        }
+        // No gap is longer than any recording.
+        if missing > MAX_VALUES as f64 {
+            return None;
         }
         row += 1 + missing as usize;
         if missing > 0.0 {

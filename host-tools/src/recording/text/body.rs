@@ -25,8 +25,6 @@ enum Kind {
 struct LabView {
     /// Columns that say nothing of their own.
     dropped: Vec<usize>,
-    /// The interval, where no column holds times.
-    interval_s: Option<f64>,
     /// The first column whose times are not those of the first.
     differs: Option<usize>,
 }
@@ -36,17 +34,15 @@ impl LabView {
         let times: Vec<usize> = (0..columns.len()).filter(|&k| dialect.names[k] == LABVIEW_TIME).collect();
         let empty = |k: &usize| columns[*k].iter().all(|x| x.is_nan());
         if times.iter().all(empty) {
-            let told = dialect.metadata.get("Delta_X").filter(|_| !times.is_empty());
-            let interval_s = told.and_then(|told| told.replacen(',', ".", 1).parse().ok()).filter(|dt: &f64| *dt > 0.0);
-            let dropped = if interval_s.is_some() { times } else { Vec::new() };
-            return Self { dropped, interval_s, differs: None };
+            let dropped = if dialect.metadata.contains_key("Delta_X") { times } else { Vec::new() };
+            return Self { dropped, differs: None };
         }
         let others = times.get(1..).unwrap_or(&[]).to_vec();
         let differs = others
             .iter()
             .copied()
             .find(|&k| columns[k].iter().zip(&columns[times[0]]).any(|(a, b)| a != b && !(a.is_nan() && b.is_nan())));
-        Self { dropped: others, interval_s: None, differs }
+        Self { dropped: others, differs }
     }
 }
 
@@ -250,17 +246,7 @@ impl<'a> Body<'a> {
             }
             let is_time = kind == Kind::Stamps && (!has_time || names::header(&label).role == Some(Role::Time));
             let unit = if kind == Kind::Stamps { Some("s".into()) } else { unit };
-            let interval_s = labview.interval_s;
-            table.columns.push(Column {
-                name,
-                label,
-                unit,
-                values,
-                is_time,
-                interval_s,
-                position: k + 1,
-                ..Column::default()
-            });
+            table.columns.push(Column { name, label, unit, values, is_time, position: k + 1, ..Column::default() });
         }
         Ok(table)
     }

@@ -89,5 +89,9 @@ pub fn in_preamble(line: &str, layout: Layout) -> Option<(String, String)> {
     let (Some(key), Some(value)) = (full.next(), full.next()) else { return key_value(line) };
     let is_unit = |unit: &str| unit.len() <= LONGEST_UNIT && layout.cell(unit) == Cell::Text;
     let unit = full.next().filter(|unit| is_unit(unit)).map(|unit| format!(" {unit}")).unwrap_or_default();
+    let value = match layout.cell(value) {
+        Cell::Number(number) if layout.decimal_comma => number.to_string(),
+        _ => value.to_string(),
+    };
     Some((key.trim_end_matches([':', '=']).trim().to_owned(), format!("{value}{unit}")))
 }
