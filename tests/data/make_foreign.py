@@ -246,6 +246,45 @@ def matlab():
     open(at("object.mat"), "wb").write(raw + struct.pack("<II", 14, len(body)) + body)
 
 
+def matlab_73():
+    """Structures with time as MATLAB 7.3 keeps them: three signals by reference, and one by itself."""
+
+    def put(group, name, x, kind="double"):
+        group[name] = x
+        group[name].attrs["MATLAB_class"] = np.bytes_(kind)
+        return group[name]
+
+    def letters(text):
+        return np.frombuffer(text.encode("utf-16-le"), "<u2").reshape(-1, 1)
+
+    for name, signals in (("simulink_73.mat", "uiw"), ("simulink_73_one.mat", "u")):
+        with h5py.File(at(name), "w", userblock_size=512) as f:
+            out = f.create_group("out")
+            out.attrs["MATLAB_class"] = np.bytes_("struct")
+            put(out, "time", t.reshape(1, -1))
+            g = out.create_group("signals")
+            g.attrs["MATLAB_class"] = np.bytes_("struct")
+            if len(signals) == 1:
+                put(g, "values", u.reshape(1, -1))
+                put(g, "label", letters("u"), "char")
+            place = f.create_group("#refs#")
+            for field in ("values", "label", "blockName") if len(signals) > 1 else ():
+                references = []
+                for channel, x in zip(signals, (u, i, w)):
+                    if field == "values":
+                        to = put(place, f"{field}_{channel}", x.reshape(1, -1))
+                    elif field == "blockName" or channel == "i":
+                        to = put(place, f"{field}_{channel}", letters("rig/" * (field == "blockName") + channel), "char")
+                    else:
+                        to = put(place, f"{field}_{channel}", np.zeros(2, "u8"), "char")
+                        to.attrs["MATLAB_empty"] = np.uint8(1)
+                    references.append([to.ref])
+                g.create_dataset(field, data=np.array(references, dtype=object), dtype=h5py.ref_dtype)
+        raw = bytearray(open(at(name), "rb").read())
+        raw[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + b"\0" * 8 + b"\0\2IM"
+        open(at(name), "wb").write(raw)
+
+
 def numpy():
     np.savez(at("half.npz"), t=t, u=u.astype("f2"), i=i, w=w)
     table = np.rec.fromarrays([t, u, i, w], names="t,u,i,w")
@@ -312,5 +351,5 @@ def wav():
 
 if __name__ == "__main__":
     os.makedirs(HERE, exist_ok=True)
-    for make in (mdf, parquet, hdf5, matlab, numpy, tdms, wav):
+    for make in (mdf, parquet, hdf5, matlab, matlab_73, numpy, tdms, wav):
         make()

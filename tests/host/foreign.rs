@@ -89,6 +89,7 @@ fn values_and_times_are_those_of_the_writer() {
         ("classic_5.nc", &[], [millivolt, exact]),
         ("simulink.mat", &[], [exact; 2]),
         ("simulink_blocks.mat", &[], [exact; 2]),
+        ("simulink_73.mat", &[], [exact; 2]),
         ("empty_struct.mat", &[], [exact; 2]),
         ("object.mat", &[], [exact; 2]),
         ("half.npz", &[], [half, exact]),
@@ -130,6 +131,8 @@ fn what_is_missing_is_masked() {
         assert_eq!((run.masked(Channel::Voltage), run.masked(Channel::Current)), (vec![5], vec![9]), "{name}");
         assert_eq!(run.metadata().get("rig").map(String::as_str), Some("bench 3"), "{name}");
     }
+    let one = read("simulink_73_one.mat", &[]);
+    assert!(error(&one, Channel::Voltage, volts) < 1e-12);
     // A current that begins ten samples later has none before.
     let later = read("later_start.tdms", &[]);
     assert_eq!(later.masked(Channel::Current), (0..10).collect::<Vec<_>>());

@@ -10,6 +10,7 @@
 mod header;
 mod lzf;
 mod mapped;
+mod simulink;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -247,16 +248,13 @@ impl Walk {
                 self.found.names.insert(values, names);
             }
         }
+        let signals = simulink::signals(&self.root, group, &datasets);
+        for (name, dataset) in signals.columns {
+            self.member(Ok(dataset), path, name)?;
+        }
         for name in datasets {
-            self.left = self.left.checked_sub(1).ok_or("there are too many data sets")?;
-            let mut path = path.to_vec();
-            path.push(name.clone());
-            let read = group.dataset(&name).map_err(Failure::from).and_then(|dataset| self.dataset(&dataset, &path));
-            match read {
-                Ok(()) => {}
-                Err(Failure::Unknown(reason)) => self.found.leave_out(&path, &reason),
-                Err(Failure::Damaged(reason)) => return Err(reason),
-            }
+            let shown = signals.label.clone().filter(|_| name == simulink::VALUES).unwrap_or_else(|| name.clone());
+            self.member(group.dataset(&name).map_err(Failure::from), path, shown)?;
         }
         for name in groups {
             self.left = self.left.checked_sub(1).ok_or("there are too many groups")?;
@@ -270,6 +268,20 @@ impl Walk {
             self.group(&inner, &path, depth + 1)?;
         }
         Ok(())
+    }
+
+    /// A data set of a group, under a name.
+    fn member(&mut self, dataset: std::result::Result<Dataset, Failure>, path: &[String], name: String) -> Walked<()> {
+        self.left = self.left.checked_sub(1).ok_or("there are too many data sets")?;
+        let path = [path, &[name]].concat();
+        match dataset.and_then(|dataset| self.dataset(&dataset, &path)) {
+            Ok(()) => Ok(()),
+            Err(Failure::Unknown(reason)) => {
+                self.found.leave_out(&path, &reason);
+                Ok(())
+            }
+            Err(Failure::Damaged(reason)) => Err(reason),
+        }
     }
 
     fn dataset(&mut self, dataset: &Dataset, path: &[String]) -> std::result::Result<(), Failure> {
