@@ -115,3 +115,16 @@ for name, save in [("stored", numpy.savez), ("deflate", numpy.savez_compressed)]
     out = io.BytesIO()
     save(out, **COLUMNS, n=numpy.arange(N, dtype=">i2"), h=T.astype("float16"))
     put("npz", f"{name}.npz", out.getvalue())
+
+# Variants that the tests of foreign files hold.
+FOREIGN = HERE.parent.parent / "data" / "foreign"
+for target, names in {
+    "hdf5": ["virtual_1.h5", "virtual_2.h5", "committed_1.h5", "committed_2.h5", "lzf.h5", "pandas_index_table.h5"],
+    "netcdf": ["classic_1.nc", "classic_5.nc"],
+    "parquet": ["fork.parquet", "checksum.parquet"],
+    "mat": ["simulink_73.mat", "simulink_blocks.mat"],
+    "wav": ["rifx.wav", "int64.wav", "switched_off.wav"],
+    "npz": ["structured.npy"],
+}.items():
+    for name in names:
+        put(target, name, (FOREIGN / name).read_bytes())

@@ -62,6 +62,7 @@ pub const TARGETS: &[Target] = &[
     new("arrow", |data| recordings::load("run.feather", data)),
     new("mat", |data| recordings::load("run.mat", data)),
     new("hdf5", |data| recordings::load("run.h5", data)),
+    new("netcdf", |data| recordings::load("run.nc", data)),
     new("mdf", |data| recordings::load("run.mf4", data)),
     new("tdms", |data| recordings::load("run.tdms", data)),
     new("wav", |data| recordings::load("run.wav", data)),
