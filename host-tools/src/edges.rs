@@ -49,7 +49,7 @@ const FARTHEST: f64 = 3.0;
 /// Rounds of iterations that converge within three.
 const ROUNDS: usize = 8;
 /// Variance of a share of which nothing is known: evenly between 0 and 1.
-const UNKNOWN: f64 = 1.0 / 12.0;
+pub(crate) const UNKNOWN: f64 = 1.0 / 12.0;
 
 /// A sampling interval within which the voltage is not straight between its samples: the straight line over the
 /// interval with its mean and first moment.
@@ -98,14 +98,20 @@ pub fn at(edges: &[Edge], n: usize) -> Option<&Edge> {
     edges.binary_search_by_key(&n, |e| e.n).ok().map(|k| &edges[k])
 }
 
+/// Share of an interval after an edge, as that edge alone tells it, and its variance.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Share {
+    pub value: f64,
+    pub variance: f64,
+}
+
 /// What the current tells of the instant of an edge.
 #[derive(Debug, Clone, Copy)]
 struct Meeting {
     /// The sample after the edge.
     n: usize,
-    /// Share of the interval after the edge, and its variance.
-    share: f64,
-    variance: f64,
+    /// Share of the interval after the edge.
+    share: Share,
     /// Change of the current's slope, A per interval.
     bend: f64,
 }
@@ -114,10 +120,11 @@ struct Meeting {
 /// current that was measured.
 pub fn find(voltage: &[f64], current: &[f64], steady: impl Fn(usize) -> bool) -> Vec<Edge> {
     let meetings = meetings(voltage, current, steady);
-    let Some((mean, scatter)) = in_common(&meetings) else { return Vec::new() };
+    let shares: Vec<Share> = meetings.iter().map(|m| m.share).collect();
+    let Some(common) = Common::of(&shares) else { return Vec::new() };
     let edge = |m: &Meeting| {
-        let share = (m.share * scatter + mean * m.variance) / (scatter + m.variance);
-        Edge::switched(m.n, share.clamp(0.0, 1.0), voltage[m.n] - voltage[m.n - 1], m.bend)
+        let share = common.with(m.share).clamp(0.0, 1.0);
+        Edge::switched(m.n, share, voltage[m.n] - voltage[m.n - 1], m.bend)
     };
     meetings.iter().map(edge).collect()
 }
@@ -194,7 +201,7 @@ fn meeting(current: &[f64], n: usize, noise: f64) -> Option<Meeting> {
     })?;
     let bend = bend(meeting);
     let variance = EXTRAPOLATION * (noise / bend).powi(2) + ROUNDING;
-    variance.is_finite().then_some(Meeting { n, share: -meeting, variance, bend })
+    variance.is_finite().then_some(Meeting { n, share: Share { value: -meeting, variance }, bend })
 }
 
 /// Least squares through equidistant values, round their middle: constant, slope and bend, of a degree of one or two.
@@ -207,20 +214,37 @@ fn polynomial<const N: usize>(values: &[f64], degree: usize) -> [f64; 3] {
     [(sum(0) - bend * m2) / m0, sum(1) / m2, bend]
 }
 
-/// Mean and variance of the shares of all edges.
-fn in_common(edges: &[Meeting]) -> Option<(f64, f64)> {
-    if edges.is_empty() {
-        return None;
+/// What the edges of a recording have in common: mean and variance of their shares.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Common {
+    pub mean: f64,
+    pub scatter: f64,
+    /// Standard deviation of the mean.
+    pub uncertain: f64,
+}
+
+impl Common {
+    /// Of the shares of all edges; `None` without any.
+    pub fn of(shares: &[Share]) -> Option<Self> {
+        if shares.is_empty() {
+            return None;
+        }
+        let (mut mean, mut scatter, mut weights) = (0.5, UNKNOWN, 0.0);
+        for _ in 0..ROUNDS {
+            let weight = |s: &Share| 1.0 / (s.variance + scatter);
+            let sum = |of: &dyn Fn(&Share) -> f64| shares.iter().map(of).sum::<f64>();
+            weights = sum(&|s| weight(s)) + 1.0 / UNKNOWN;
+            mean = (sum(&|s| weight(s) * s.value) + 0.5 / UNKNOWN) / weights;
+            let excess = sum(&|s| weight(s).powi(2) * ((s.value - mean).powi(2) - s.variance));
+            scatter = (excess / sum(&|s| weight(s).powi(2))).clamp(0.0, UNKNOWN);
+        }
+        Some(Self { mean, scatter, uncertain: weights.recip().sqrt() })
     }
-    let (mut mean, mut scatter) = (0.5, UNKNOWN);
-    for _ in 0..ROUNDS {
-        let weight = |e: &Meeting| 1.0 / (e.variance + scatter);
-        let sum = |of: &dyn Fn(&Meeting) -> f64| edges.iter().map(of).sum::<f64>();
-        mean = (sum(&|e| weight(e) * e.share) + 0.5 / UNKNOWN) / (sum(&|e| weight(e)) + 1.0 / UNKNOWN);
-        let excess = sum(&|e| weight(e).powi(2) * ((e.share - mean).powi(2) - e.variance));
-        scatter = (excess / sum(&|e| weight(e).powi(2))).clamp(0.0, UNKNOWN);
+
+    /// An edge's share with what the others tell.
+    pub fn with(&self, share: Share) -> f64 {
+        (share.value * self.scatter + self.mean * share.variance) / (self.scatter + share.variance)
     }
-    Some((mean, scatter))
 }
 
 #[cfg(test)]

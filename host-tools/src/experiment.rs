@@ -91,6 +91,13 @@ pub struct Experiment {
     pub pulses: Option<u32>,
     /// Equal parts in which the model goes through an interval.
     pieces: usize,
+    /// What an ampere by which the prediction over an interval is off is worth in the voltage balance, V, and a radian
+    /// per second in the torque balance, N m s: those of one motor while others are fitted. In their own units of
+    /// volts and torque a fit would find the motor with the smallest R and J, not the best prediction.
+    pub response: [f64; 2],
+    /// Share of the distance to the measured state that a short run begins nearer to it than the last one has ended: the
+    /// gain of an observer. 1: at the measured state, 0: the model runs free.
+    pub gain: f64,
     /// Measured current, A.
     pub current: Option<Vec<f64>>,
     /// Measured speed, rad/s. Not there while only a locked rotor was recorded.
@@ -209,6 +216,8 @@ impl Experiment {
             instants: Vec::new(),
             pulses,
             pieces: 1,
+            response: [1.0; 2],
+            gain: 1.0,
             current,
             position: match recording.channel(Channel::Speed) {
                 Some(_) => None,
@@ -243,6 +252,16 @@ impl Experiment {
         if !self.is_as_sampled() {
             self.edges.clear();
         }
+        self
+    }
+
+    /// The same with predictions that are weighed by the response of a motor: an ampere by `R/(1 − e^(−h R/L))`, a
+    /// radian per second by J.
+    #[must_use]
+    pub fn with_response_of(mut self, motor: &Motor<f64>) -> Self {
+        let p = motor.parameters();
+        let rate = self.interval_s * p.resistance / p.inductance;
+        self.response = [p.resistance / -(-rate).exp_m1(), p.inertia];
         self
     }
 
@@ -346,6 +365,8 @@ impl Experiment {
             pulses: self.pulses,
             instants: if factor == 1 { self.instants.clone() } else { Vec::new() },
             pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },
+            response: self.response,
+            gain: self.gain,
             current: self.current.as_deref().map(average),
             speed: self.speed.as_deref().map(average),
             position: self.position.as_deref().map(average),
@@ -436,8 +457,9 @@ impl Experiment {
         if self.pulses.is_some() { State { speed: mean_speed, ..reading } } else { reading }
     }
 
-    /// Steps the model in runs of so many samples, each from the measured state, `[current, speed]`, and hands what the
-    /// measuring chain shows at each sample but the first of a run.
+    /// Steps the model in runs of so many samples and hands what the measuring chain shows at each sample but the first.
+    /// The first run begins at the measured state, `[current, speed]`, each other one where the last has ended, corrected
+    /// by the [`gain`](Self::gain) times what it is off by.
     pub fn short_runs<S: Scalar<Base = S>>(
         &self,
         mut stepper: impl Stepped<S>,
@@ -447,13 +469,19 @@ impl Experiment {
     ) {
         let measured = |n: usize| State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
         stepper.begin(measured(0));
+        let gain = S::constant(self.gain);
+        let mut shown = measured(0);
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             if (n - 1) % length == 0 && n > 1 {
-                stepper.put(measured(n - 1));
+                let (state, measured) = (stepper.reading(), measured(n - 1));
+                let off = State { current: measured.current - shown.current, speed: measured.speed - shown.speed };
+                stepper
+                    .put(State { current: state.current + gain * off.current, speed: state.speed + gain * off.speed });
             }
             let mean = self.advance(&mut stepper, n, Imposed::Nothing, &mut edges);
-            take(n, self.shown(stepper.reading(), mean));
+            shown = self.shown(stepper.reading(), mean);
+            take(n, shown);
         }
     }
 

@@ -8,6 +8,7 @@
 use greyrig::motor::{Motor, State, Stepper};
 
 use crate::between::{Between, Course};
+use crate::edges::{Common, Share, UNKNOWN};
 use crate::experiment::Experiment;
 use crate::noise;
 
@@ -18,8 +19,17 @@ const FOR_LESS_NOT: f64 = 0.02;
 /// Shares of the interval that are tried first, and how often the distance is halved afterwards.
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const HALVINGS: usize = 5;
-/// A usual share this close to 0 or 1 is that: twice the last distance looked at, and what noise does to a median.
-const NEAR_AN_END: f64 = 0.04;
+/// Standard deviations of what all edges have in common within which that is 0 or 1, as of a supply that is switched by
+/// the clock that samples, and the least of them: the last distance looked at.
+const NEAR_AN_END: f64 = 3.0;
+const LEAST_NEAR: f64 = 0.008;
+/// Distance from the best share at which its variance is looked for, and how far beyond the interval an instant is
+/// believed to lie, as a share of it.
+const BESIDE: f64 = 1.0 / 32.0;
+const BEYOND: f64 = 0.25;
+
+/// Courses along which the usual error of prediction is looked for: that of the best.
+const COURSES: [Between; 4] = [Between::Linear, Between::Switched(0.0), Between::Switched(0.5), Between::Switched(1.0)];
 
 /// Least step of a hard edge, as a share of the largest voltage, and in standard deviations of its noise.
 const HARD: f64 = 0.05;
@@ -41,7 +51,10 @@ pub fn along(e: Experiment, course: Option<Course>, motor: &Motor<f64>) -> Exper
         Some(Course::Linear) => Between::Linear,
         Some(Course::Held) => Between::Switched(0.0),
         Some(Course::Mean) => Between::Switched(1.0),
-        Some(Course::Edges) => switched(&e, motor),
+        Some(Course::Edges) => {
+            let common = Edges::of(&e, motor).and_then(|edges| edges.in_common());
+            switched(&e, common.as_ref(), motor)
+        }
     };
     e.with_course(known, motor)
 }
@@ -55,34 +68,41 @@ pub fn as_told(e: Experiment, motor: &Motor<f64>) -> Experiment {
 /// A recording along the course of its voltage that predicts each sample of current and speed best from the one before;
 /// a hard edge that lies elsewhere than that course has it gets an instant of its own.
 fn choose(e: &Experiment, motor: &Motor<f64>) -> Experiment {
+    let edges = Edges::of(e, motor).and_then(|edges| Some((edges.in_common()?, edges)));
     let along = |between: Between| {
-        let along = with_own_instants(e.clone().with_course(between, motor), motor);
+        let mut along = e.clone().with_course(between, motor);
+        if let Some((common, edges)) = edges.as_ref().filter(|_| !along.is_as_sampled()) {
+            along.instants = common.told.iter().filter_map(|told| edges.own(&along, common, told)).collect();
+        }
         (misfit(&along, motor), along)
     };
     let (smooth, as_smooth) = along(Between::Smooth);
-    let [linear, switched] = [Between::Linear, switched(e, motor)].map(along);
+    let usual = switched(e, edges.as_ref().map(|(common, _)| common), motor);
+    let [linear, switched] = [Between::Linear, usual].map(along);
     let (best, along) = if linear.0 <= switched.0 { linear } else { switched };
     if best < smooth - FOR_LESS_NOT { along } else { as_smooth }
 }
 
-/// The share of the interval by which a supply is switched before a sample: the usual one of its hard edges or, without
-/// any, the one that predicts best.
-fn switched(e: &Experiment, motor: &Motor<f64>) -> Between {
-    let shares: Vec<f64> =
-        Edges::of(e, motor).map_or_else(Vec::new, |edges| edges.samples.iter().map(|n| edges.best(*n).0).collect());
-    let share = if shares.is_empty() {
+/// The share of the interval by which a supply is switched before a sample: what its hard edges have in common or,
+/// without any, that of a supply that is held or of one that was averaged, whichever predicts better. (Any other share
+/// would be a delay of the channel.)
+fn switched(e: &Experiment, common: Option<&InCommon>, motor: &Motor<f64>) -> Between {
+    let by_prediction = || {
         let at = |share: f64| misfit(&e.clone().with_course(Between::Switched(share), motor), motor);
-        least(at).0
-    } else {
-        noise::median(shares)
+        if at(0.0) <= at(1.0) { 0.0 } else { 1.0 }
     };
-    Between::Switched(if share < NEAR_AN_END {
+    Between::Switched(common.map_or_else(by_prediction, InCommon::usual))
+}
+
+/// A share from 0 to 1, which is an end if it lies within a distance of it.
+fn at_an_end(share: f64, near: f64) -> f64 {
+    if share < near {
         0.0
-    } else if share > 1.0 - NEAR_AN_END {
+    } else if share > 1.0 - near {
         1.0
     } else {
         share
-    })
+    }
 }
 
 /// The share from 0 to 1 at which a function is least, and its value there.
@@ -99,17 +119,34 @@ fn least(of: impl Fn(f64) -> f64) -> (f64, f64) {
     best
 }
 
-/// Hard edges that lie elsewhere than the course of the voltage has them, each at its own instant.
-fn with_own_instants(mut e: Experiment, motor: &Motor<f64>) -> Experiment {
-    if e.is_as_sampled() {
-        return e;
+/// What an edge tells of its instant.
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    /// The sample after it.
+    n: usize,
+    /// Where it is predicted best, on either side of the interval.
+    share: Share,
+    /// How far off the prediction is there, within the interval.
+    off: f64,
+}
+
+/// What all edges of a recording tell.
+#[derive(Debug)]
+struct InCommon {
+    common: Common,
+    told: Vec<Told>,
+}
+
+impl InCommon {
+    /// The share that the edges have in common.
+    fn usual(&self) -> f64 {
+        at_an_end(self.common.mean, (NEAR_AN_END * self.common.uncertain).max(LEAST_NEAR))
     }
-    let instants = match Edges::of(&e, motor) {
-        Some(edges) => edges.samples.iter().filter_map(|n| edges.own(*n)).collect(),
-        None => return e,
-    };
-    e.instants = instants;
-    e
+
+    /// The share of one of them.
+    fn of(&self, told: &Told) -> f64 {
+        if self.common.scatter == 0.0 { self.usual() } else { self.common.with(told.share).clamp(0.0, 1.0) }
+    }
 }
 
 /// Hard edges of the voltage, and how a motor predicts the samples after them.
@@ -117,7 +154,7 @@ struct Edges<'a> {
     experiment: &'a Experiment,
     motor: &'a Motor<f64>,
     measured: [Vec<f64>; 2],
-    /// Standard deviations of the error of prediction of current, A, and speed, rad/s, away from edges.
+    /// Standard deviations of the error of prediction of current, A, and speed, rad/s.
     deviations: [f64; 2],
     /// Samples after an edge.
     samples: Vec<usize>,
@@ -129,22 +166,20 @@ impl<'a> Edges<'a> {
         let measured = [e.current.clone()?, e.speed.clone()?];
         let largest = e.input.iter().fold(0.0f64, |m, u| m.max(u.abs()));
         let noise = noise::of_differences(&e.input);
-        let change = |n: usize| (e.input[n] - e.input[n - 1]).abs();
+        let change = |n: usize| -> f64 { (e.input[n] - e.input[n - 1]).abs() };
         let is_hard = |n: &usize| {
             let [before, after] = [n - 1, n + 1].map(|n| if n == 0 { 0.0 } else { change(n) });
             change(*n) > (HARD * largest).max(ABOVE_NOISE * noise)
                 && before.max(after) < STILL * change(*n) + 4.0 * noise
                 && [n - 1, *n].iter().all(|n| e.counted[*n] && !e.is_open(*n) && !e.is_locked(*n))
         };
-        let samples = (1..e.len().saturating_sub(1)).filter(is_hard).collect();
-        let mut errors: [Vec<f64>; 2] = Default::default();
-        let stepper = Stepper::with_substeps(motor.clone(), e.step_s(), e.substeps(motor).ok()?).ok()?;
-        e.short_runs(stepper, 1, [&measured[0], &measured[1]], |n, shown: State<f64>| {
-            errors[0].push((shown.current - measured[0][n]).abs());
-            errors[1].push((shown.speed - measured[1][n]).abs());
-        });
-        let deviations = errors.map(|errors| noise::median(errors) / MEDIAN);
-        deviations.iter().all(|d| *d > 0.0).then_some(Self { experiment, motor, measured, deviations, samples })
+        let samples: Vec<usize> = (1..e.len().saturating_sub(1)).filter(is_hard).collect();
+        if samples.is_empty() {
+            return None;
+        }
+        let least = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k: usize| a[k].min(b[k]));
+        let deviations = COURSES.iter().filter_map(|course| deviations(e, *course, motor, &measured)).reduce(least)?;
+        Some(Self { experiment, motor, measured, deviations, samples })
     }
 
     /// Sum of the squares of the errors after an edge, in their usual deviations, along a course of the voltage.
@@ -162,29 +197,75 @@ impl<'a> Edges<'a> {
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
-    /// The instant at which an edge is predicted best, as a share of the interval, and how far off it is then.
-    fn best(&self, n: usize) -> (f64, f64) {
+    /// What the edges tell of their instants; `None` without edges.
+    fn in_common(&self) -> Option<InCommon> {
+        let told: Vec<Told> = self.samples.iter().map(|n| self.tells(*n)).collect();
+        let shares: Vec<Share> = told.iter().map(|told| told.share).collect();
+        Common::of(&shares).map(|common| InCommon { common, told })
+    }
+
+    /// How far off the prediction over an interval is where its edge lies at a share of it.
+    fn off_at(&self, n: usize) -> impl Fn(f64) -> f64 {
         let e = self.experiment;
         // The interval and the samples beside it are all that a run over it asks for.
         let from = n.saturating_sub(2);
         let around = e.head(n + 2).tail(from);
         let measured = [0, 1].map(|k| self.measured[k][from..n + 2].to_vec());
-        let local = Edges {
-            experiment: &around,
-            motor: self.motor,
-            measured,
-            deviations: self.deviations,
-            samples: Vec::new(),
+        let local = (self.motor, measured, self.deviations);
+        move |share: f64| {
+            let (motor, measured, deviations) = &local;
+            let edges = Edges {
+                experiment: &around,
+                motor,
+                measured: measured.clone(),
+                deviations: *deviations,
+                samples: Vec::new(),
+            };
+            edges.off(n - from, &around.clone().with_course(Between::Switched(share), motor))
+        }
+    }
+
+    /// What an edge tells of its instant: the square of what the prediction is off by, in standard deviations, is a
+    /// parabola round the best share, whose bend tells the variance and whose vertex may lie beyond the interval.
+    fn tells(&self, n: usize) -> Told {
+        let off_at = self.off_at(n);
+        let (best, off) = least(&off_at);
+        let centre = best.clamp(BESIDE, 1.0 - BESIDE);
+        let [before, at, after] = [centre - BESIDE, centre, centre + BESIDE].map(off_at);
+        let bend = (before - 2.0 * at + after) / (BESIDE * BESIDE);
+        let share = match bend > 0.0 {
+            true => {
+                let vertex = centre - 0.5 * (after - before) / (BESIDE * bend);
+                Share { value: vertex.clamp(-BEYOND, 1.0 + BEYOND), variance: 2.0 / bend }
+            }
+            false => Share { value: best, variance: UNKNOWN },
         };
-        let at = |share: f64| local.off(n - from, &around.clone().with_course(Between::Switched(share), self.motor));
-        least(at)
+        Told { n, share, off }
     }
 
     /// The instant of an edge, if it tells the course from another by what chance does not: three standard deviations.
-    fn own(&self, n: usize) -> Option<(usize, f64)> {
-        let (share, off) = self.best(n);
-        (self.off(n, self.experiment) > off + ANOTHER).then_some((n, share))
+    fn own(&self, along: &Experiment, common: &InCommon, told: &Told) -> Option<(usize, f64)> {
+        let off_at = self.off_at(told.n);
+        let mut share = common.of(told);
+        if off_at(share) > told.off + ANOTHER {
+            share = told.share.value.clamp(0.0, 1.0);
+        }
+        (self.off(told.n, along) > off_at(share) + ANOTHER).then_some((told.n, share))
     }
+}
+
+/// Standard deviations of the error of prediction of current, A, and speed, rad/s, away from edges, along a course of
+/// the voltage.
+fn deviations(e: &Experiment, course: Between, motor: &Motor<f64>, measured: &[Vec<f64>; 2]) -> Option<[f64; 2]> {
+    let e = e.clone().with_course(course, motor);
+    let mut errors: [Vec<f64>; 2] = Default::default();
+    let stepper = Stepper::with_substeps(motor.clone(), e.step_s(), e.substeps(motor).ok()?).ok()?;
+    e.short_runs(stepper, 1, [&measured[0], &measured[1]], |n, shown: State<f64>| {
+        errors[0].push((shown.current - measured[0][n]).abs());
+        errors[1].push((shown.speed - measured[1][n]).abs());
+    });
+    let deviations = errors.map(|errors| noise::median(errors) / MEDIAN);
+    deviations.iter().all(|d| *d > 0.0).then_some(deviations)
 }
 
 /// Mean of the logarithms of the RMS errors of current and speed, predicted from one sample to the next.

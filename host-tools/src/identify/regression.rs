@@ -25,6 +25,14 @@ use crate::model::Kind;
 /// Windows of the weak form are at least this long, s.
 const WINDOW_S: f64 = 0.1;
 
+/// Singular values below this share of the largest are rounding.
+const ROUNDING: f64 = 1e-7;
+/// The same of slow samples, where short windows are of few samples and sums over reversals miss by their noise: a
+/// thirtieth of the largest is a tenth of a per cent of the squares.
+const NOISE_OF_SLOW_SAMPLES: f64 = 0.03;
+/// Share of a window without a direction that slow samples may have: they pass through standstill within a few.
+const WITHOUT_DIRECTION: f64 = 0.2;
+
 /// A linear regression with a column for each of some parameters, some of them with a known coefficient.
 #[derive(Debug, Clone)]
 pub struct Regression {
@@ -50,6 +58,12 @@ impl Regression {
     /// Solves for the free coefficients, with the fixed ones moved to the target. `None` when there are fewer than
     /// twice as many rows as unknowns or a column says nothing.
     pub fn solve(&self, space: &Space) -> Option<Vec<(BaseParameter, f64)>> {
+        self.solve_within(space, ROUNDING)
+    }
+
+    /// The same, where directions in which the columns, each of a mean square of 1, have less than a share of the
+    /// largest singular value are left alone: of columns that say the same each takes a part.
+    pub fn solve_within(&self, space: &Space, share: f64) -> Option<Vec<(BaseParameter, f64)>> {
         let mut target = self.target.clone();
         let mut columns = Vec::new();
         let mut parameters = Vec::new();
@@ -77,7 +91,7 @@ impl Regression {
         let matrix = DMatrix::from_fn(target.len(), columns.len(), |r, c| columns[c].0[r] / columns[c].1);
         let svd = matrix.svd(true, true);
         let largest = svd.singular_values.max();
-        let solution = svd.solve(&DVector::from_vec(target), 1e-7 * largest).ok()?;
+        let solution = svd.solve(&DVector::from_vec(target), share * largest).ok()?;
         let sizes = parameters.iter().zip(solution.iter()).zip(&columns);
         Some(sizes.map(|((parameter, x), (_, size))| (*parameter, x / size)).collect())
     }
@@ -206,7 +220,9 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
         while from + window < w.len() {
             let range = from..from + window;
             from += window;
-            if range.clone().any(|n| !e.counted[n] || e.is_locked(n) || direction[n] == 0.0) {
+            let undirected = range.clone().filter(|n| direction[*n] == 0.0).count();
+            let passes = if e.is_slow(None) { WITHOUT_DIRECTION * window as f64 } else { 0.0 };
+            if range.clone().any(|n| !e.counted[n] || e.is_locked(n)) || undirected as f64 > passes {
                 continue;
             }
             let sum = |f: &dyn Fn(usize) -> f64| range.clone().map(f).sum::<f64>() * e.interval_s;
@@ -222,7 +238,8 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
             );
         }
     }
-    let solution = regression.solve(space);
+    let slow = experiments.iter().any(|e| e.is_slow(None));
+    let solution = regression.solve_within(space, if slow { NOISE_OF_SLOW_SAMPLES } else { ROUNDING });
     take(space, solution);
 }
 

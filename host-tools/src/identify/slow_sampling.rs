@@ -6,14 +6,15 @@
 //! error counts. With the motor that this gives, each recording then tells its own course ([`crate::between`]).
 //!
 //! Of an electrical time constant L/R shorter than the interval h the samples tell next to nothing that the course of
-//! the voltage between them does not do as well: L is held where the fit has it, and said to be out of reach.
+//! the voltage between them does not do as well: L is said to be out of reach. It is still a delay of the torque, which
+//! R and J would make up for, and is fitted with them.
 
 use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::equation_error::EquationError;
 use super::identifiability::Weakness;
-use super::minimise::{Effort, Fit, Residuals as _, minimise};
+use super::minimise::{Effort, Fit, Residuals as _, have_rows, log_error, minimise, rms_of};
 use super::regression;
 use super::space::{Freedom, Space};
 use crate::between::{Between, Course};
@@ -24,12 +25,20 @@ use crate::prediction;
 
 /// Inductances from which fits start, in R h.
 const INDUCTANCES: [f64; 3] = [0.1, 1.0, 10.0];
+/// The same of one that is out of reach, from which a fit starts besides where the first has a larger one.
+const OUT_OF_REACH: f64 = 0.05;
+/// Fall of the error, sum of the logarithms of both balances, for which a supply is taken for switched rather than led:
+/// twice what either balance tells by chance at the fewest samples, and what a fit that is only estimated is off by.
+const FOR_LESS_NOT: f64 = 0.05;
 /// Courses that are tried with them.
 const COURSES: [Between; 5] =
     [Between::Linear, Between::Switched(0.0), Between::Switched(0.5), Between::Switched(1.0), Between::Smooth];
-/// Inductance out of reach is held at this or more, in R h: beyond, the current is settled within the first fiftieth of
-/// an interval, and a smaller one would only ask for shorter steps.
-const LEAST_INDUCTANCE: f64 = 0.02;
+/// Inductance out of reach is held at this or more, in R h: beyond, the current is settled within the first tenth of an
+/// interval, and a smaller one would only ask for shorter steps.
+const LEAST_INDUCTANCE: f64 = 0.04;
+
+/// Gains that are tried, the free run last.
+const GAINS: [f64; 8] = [1.0, 0.7, 0.5, 0.3, 0.15, 0.07, 0.03, 0.0];
 
 /// Samples of each recording with which courses and inductances are tried.
 const TRIED: usize = 3000;
@@ -40,7 +49,7 @@ pub fn is_slow(experiments: &[Experiment]) -> bool {
 }
 
 /// Finds start values and the course of the voltage in each recording, if it is not known already; tells whether L is
-/// out of reach, and holds it then. Nothing changes where no recording is sampled slowly.
+/// out of reach. Nothing changes where no recording is sampled slowly.
 ///
 /// # Errors
 /// An interrupt.
@@ -84,31 +93,103 @@ pub fn prepare(
             fit(start, &along, Effort::ESTIMATE, ctx)
         })
         .collect::<Result<_>>()?;
-    let best = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, best)) = best else { return Ok(None) };
-    bare = best;
-    limit(&mut bare, interval_s);
-    for effort in [Effort::ROUGH, Effort::USUAL] {
-        let Ok(motor) = bare.motor() else { break };
-        for e in experiments.iter_mut() {
-            *e = prediction::along(e.clone(), course, &motor);
-        }
-        if let Some((_, refined)) = fit(&bare, experiments, effort, ctx)? {
-            bare = refined;
-            limit(&mut bare, interval_s);
-        }
-    }
+    let ends = trials.iter().zip(tried).filter_map(|((course, _), tried)| {
+        let (error, space) = tried?;
+        Some(End { error, space, switched: matches!(course, Between::Switched(_)) })
+    });
+    let Some(End { space: bare, .. }) = End::best(ends) else { return Ok(None) };
+    let Some(mut bare) = from_two_inductances(&bare, interval_s, experiments, course, ctx)? else { return Ok(None) };
     let weakness = out_of_reach(&mut bare, interval_s);
     space.take_values(&bare);
-    if weakness.is_some() {
-        space.hold([BaseParameter::L], Freedom::Pinned);
-    }
     if let Ok(motor) = bare.motor() {
         for e in experiments.iter_mut() {
-            *e = prediction::along(e.clone(), course, &motor);
+            *e = prediction::along(e.clone(), course, &motor).with_response_of(&motor);
         }
+        set_gain(experiments, &bare);
     }
     Ok(weakness)
+}
+
+/// Where a fit has ended.
+struct End {
+    /// Sum of the logarithms of both balances.
+    error: f64,
+    space: Space,
+    /// Whether the supply was taken for switched in any recording.
+    switched: bool,
+}
+
+impl End {
+    /// The best; one with a switched supply only where it is better by more than chance is.
+    fn best(ends: impl Iterator<Item = Self>) -> Option<Self> {
+        let handicap = |end: &Self| end.error + if end.switched { FOR_LESS_NOT } else { 0.0 };
+        ends.min_by(|a, b| handicap(a).total_cmp(&handicap(b)))
+    }
+}
+
+/// The better of fits from where a space is and, if its inductance is free, from one that is out of reach, each along the
+/// courses that its own motor tells: a delay of the torque by L/R and one of the voltage do nearly the same, and the
+/// way from one to the other has a hump.
+fn from_two_inductances(
+    space: &Space,
+    interval_s: f64,
+    experiments: &[Experiment],
+    course: Option<Course>,
+    ctx: &Context,
+) -> Result<Option<Space>> {
+    let mut starts = vec![space.clone()];
+    let is_free = space.get(BaseParameter::L).is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
+    let another = OUT_OF_REACH * space.value(BaseParameter::R) * interval_s;
+    if is_free && space.value(BaseParameter::L) > another {
+        let mut start = space.clone();
+        start.start(BaseParameter::L, another);
+        starts.push(start);
+    }
+    let ends: Vec<Option<End>> = starts
+        .into_par_iter()
+        .map(|start| alternately(start, interval_s, experiments, course, ctx))
+        .collect::<Result<_>>()?;
+    Ok(End::best(ends.into_iter().flatten()).map(|end| end.space))
+}
+
+/// Fits the balances along the courses that the motor tells, and tells these anew, in turn.
+fn alternately(
+    mut space: Space,
+    interval_s: f64,
+    experiments: &[Experiment],
+    course: Option<Course>,
+    ctx: &Context,
+) -> Result<Option<End>> {
+    limit(&mut space, interval_s);
+    let mut end = None;
+    for effort in [Effort::ROUGH, Effort::USUAL] {
+        let Ok(motor) = space.motor() else { break };
+        let mut along: Vec<Experiment> =
+            experiments.par_iter().map(|e| prediction::along(e.clone(), course, &motor)).collect();
+        set_gain(&mut along, &space);
+        let Some((error, refined)) = fit(&space, &along, effort, ctx)? else { break };
+        space = refined;
+        limit(&mut space, interval_s);
+        let switched = along.iter().any(|e| matches!(e.between, Between::Switched(_)));
+        end = Some(End { error, space: space.clone(), switched });
+    }
+    Ok(end)
+}
+
+/// Sets the gain with which each recording is predicted best, by a motor as it is.
+fn set_gain(experiments: &mut [Experiment], space: &Space) {
+    let theta = space.coordinates();
+    for e in experiments.iter_mut().filter(|e| e.is_slow(None)) {
+        let error = |gain: &f64| {
+            let mut with = [e.clone()];
+            with[0].gain = *gain;
+            let Some(balances) = EquationError::new(&with) else { return f64::INFINITY };
+            log_error(rms_of(&balances.at(space, &theta), balances.groups()), have_rows(balances.groups()))
+        };
+        let errors: Vec<f64> = GAINS.par_iter().map(error).collect();
+        let best = GAINS.iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1));
+        e.gain = best.map_or(1.0, |(gain, _)| *gain);
+    }
 }
 
 /// Start values from where a space is, by the balances over whole intervals.
@@ -140,7 +221,7 @@ fn limit(space: &mut Space, interval_s: f64) {
     }
 }
 
-/// Holds an inductance whose time constant is shorter than the interval.
+/// Whether the time constant of the inductance is shorter than the interval; it is no smaller than need be then.
 fn out_of_reach(space: &mut Space, interval_s: f64) -> Option<Weakness> {
     let limit = space.value(BaseParameter::R) * interval_s;
     let l = space.get_mut(BaseParameter::L)?;
@@ -148,15 +229,13 @@ fn out_of_reach(space: &mut Space, interval_s: f64) -> Option<Weakness> {
         return None;
     }
     l.value = l.value.max(LEAST_INDUCTANCE * limit);
-    l.freedom = Freedom::Pinned;
     Some(Weakness {
         held: BaseParameter::L.into(),
         text: format!(
             "L cannot be identified: the interval is longer than L/R ({:.3} ms between samples, L/R is {:.3} ms or less), and the \
-             current settles between two samples; L is held at {:.2e} H. Record faster, or give L with --fix",
+             current settles between two samples. Record faster, or give L with --fix",
             1e3 * interval_s,
-            1e3 * l.value / (limit / interval_s),
-            l.value
+            1e3 * l.value / (limit / interval_s)
         ),
     })
 }

@@ -287,6 +287,7 @@ impl<'a> Climb<'a> {
         };
         ladder.found = kept.to_vec();
         ladder.floor = match self.repeats.is_empty() {
+            true if self.problem.is_of_slow_samples() => ladder.floor,
             true => ladder.floor.with_inertia(ladder.fit.space.value(BaseParameter::J) / inertia),
             false => self.floor(&ladder.fit),
         };

@@ -102,6 +102,11 @@ impl<'a> EquationError<'a> {
         self.whole_motor
     }
 
+    /// Whether all recordings were sampled slowly: the inertia that weighs an impulse is not the model's then.
+    pub fn is_of_slow_samples(&self) -> bool {
+        self.parts.iter().all(|p| matches!(p, Part::Slow(_)))
+    }
+
     /// The rows of a term on the side of R i or, braking, on the side of the friction: its value at current (A), speed
     /// (rad/s) and di/dt (A/s), filtered or integrated as the balances are. Zero in the rows of the other balance.
     pub fn column(&self, balance: Balance, term: &(impl Fn(f64, f64, f64) -> f64 + Sync)) -> DVector<f64> {

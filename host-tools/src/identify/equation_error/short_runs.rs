@@ -1,11 +1,14 @@
 //! Voltage, current and speed in slow samples: both balances over a whole interval.
 //!
 //! Where a current settles within an interval its rate cannot be told from samples, nor its mean from two of them.
-//! There the equations are asked over the interval itself: the model starts from a measured state and runs for a few
-//! samples along the voltage as it goes between them ([`crate::between`]). Times the step response of the current to a
-//! voltage that is there for one interval, what it is off by is the voltage that the balance leaves over, `R/(1 − e^(−h
-//! R/L)) (i − î)`: the algebraic equation u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is small.
-//! Times J, what the speed is off by at the end of a run is the impulse that the torque balance leaves over.
+//! There the equations are asked over the interval itself: the model runs for a few samples along the voltage as it goes
+//! between them ([`crate::between`]), is corrected by a share of what it is off by, as an observer is, and runs on. The
+//! share is what predicts best: all of it where the model lacks something, little where it is right and the samples are
+//! noise or counts. What the current is off by, times what an
+//! ampere is worth to the voltage that is there for one interval, is the voltage that the balance leaves over, `R/(1 −
+//! e^(−h R/L)) (i − î)`: the algebraic equation u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is
+//! small. Times J, what the speed is off by at the end of a run is the impulse that the torque balance leaves over. R, L
+//! and J in these factors are those of one motor ([`Experiment::response`]): what is fitted is the prediction.
 
 use std::array;
 
@@ -84,7 +87,7 @@ impl<'a> ShortRuns<'a> {
             without_chain(motor).and_then(|motor| Stepper::with_substeps(motor, self.experiment.step_s(), 1).ok());
         match stepper {
             Some(stepper) => {
-                let [rows] = self.left_over(stepper, [self.factors(motor)], &signals, |x| [x]);
+                let [rows] = self.left_over(stepper, &signals, |x| [x]);
                 rows
             }
             None => vec![f64::NAN; self.samples.len() + self.runs.len()],
@@ -98,36 +101,28 @@ impl<'a> ShortRuns<'a> {
             let bare = motors.iter().map(|motor| without_chain(motor)).collect::<Option<Vec<_>>>()?;
             let lanes = lockstep::as_many_as_lanes(&bare)?;
             let stepper = Lockstep::build(&lanes, self.experiment.step_s(), 1)?;
-            let factors: [_; LANES] = array::from_fn(|k| self.factors(&lanes[k]));
-            let rows = self.left_over(stepper, factors, &signals, |x: Lanes| x.0);
+            let rows: [_; LANES] = self.left_over(stepper, &signals, |x: Lanes| x.0);
             Some(rows.into_iter().take(motors.len()).collect())
         };
         together().unwrap_or_else(|| motors.iter().map(|motor| self.residuals(motor)).collect())
     }
 
-    /// What an ampere that is missing at the end of an interval is worth, V, and a radian per second, N m s.
-    fn factors(&self, motor: &Motor<f64>) -> [f64; 2] {
-        let p = motor.parameters();
-        let rate = self.experiment.interval_s * p.resistance / p.inductance;
-        [p.resistance / -(-rate).exp_m1(), p.inertia]
-    }
-
     fn left_over<S: Scalar<Base = S>, const MOTORS: usize>(
         &self,
         stepper: impl Stepped<S>,
-        factors: [[f64; 2]; MOTORS],
         [current, speed]: &[Vec<f64>; 2],
         each: impl Fn(S) -> [f64; MOTORS],
     ) -> [Vec<f64>; MOTORS] {
         let mut voltages: [Vec<f64>; MOTORS] =
             array::from_fn(|_| Vec::with_capacity(self.samples.len() + self.runs.len()));
         let mut impulses: [Vec<f64>; MOTORS] = array::from_fn(|_| Vec::with_capacity(self.runs.len()));
+        let [volts, inertia] = self.experiment.response;
         let mut runs = self.runs.iter().peekable();
         let mut sums = [0.0; MOTORS];
         self.experiment.short_runs(stepper, self.length, [current, speed], |n, state: State<S>| {
             if self.is_row[n] {
-                for ((rows, [factor, _]), i) in voltages.iter_mut().zip(factors).zip(each(state.current)) {
-                    rows.push(factor * (current[n] - i));
+                for (rows, i) in voltages.iter_mut().zip(each(state.current)) {
+                    rows.push(volts * (current[n] - i));
                 }
             }
             let Some((first, last)) = runs.peek() else { return };
@@ -137,8 +132,8 @@ impl<'a> ShortRuns<'a> {
                 }
             }
             if n == *last {
-                for ((rows, [_, factor]), sum) in impulses.iter_mut().zip(factors).zip(&mut sums) {
-                    rows.push(factor * *sum / self.averaged() as f64);
+                for (rows, sum) in impulses.iter_mut().zip(&mut sums) {
+                    rows.push(inertia * *sum / self.averaged() as f64);
                     *sum = 0.0;
                 }
                 runs.next();
@@ -162,8 +157,12 @@ impl<'a> ShortRuns<'a> {
         let rate = derivative(current, e.interval_s);
         let values: Vec<f64> = (0..e.len()).map(|n| term(current[n], speed[n], rate[n])).collect();
         let mean = |n: usize| 0.5 * (values[n - 1] + values[n]);
+        let mut integral = 0.0;
+        let mut before = 0;
         let impulse = |(first, last): &(usize, usize)| {
-            let mut integral = 0.0;
+            // What a run leaves at its end the next one keeps but for its correction.
+            integral *= if *first == before { 1.0 - e.gain } else { 0.0 };
+            before = *last;
             let mut sum = 0.0;
             for n in first + 1..=*last {
                 integral -= mean(n) * e.interval_s;
