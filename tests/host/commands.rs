@@ -110,7 +110,7 @@ fn adding_holds_what_a_part_of_a_recording_does_not_tell() {
     let added = json(&run(&["add", "current_offset", "--model", "model.toml", "ramp.csv", "--json"]));
     assert_eq!(added["accepted"], true, "{added}");
     // A motor that coasts has no current on which a brush drop could be judged.
-    run(&["simulate", "--profile", "coast-down", "--effect", "brush_drop", "--out", "coast.csv"]);
+    run(&["simulate", "--profile", "coast-down", "--seconds", "8", "--effect", "brush_drop", "--out", "coast.csv"]);
     run(&["identify", "coast.csv", "--out", "coast.toml"]);
     let said = run(&["add", "brush_drop", "--model", "coast.toml", "coast.csv"]);
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
@@ -121,7 +121,8 @@ fn adding_holds_what_a_part_of_a_recording_does_not_tell() {
 fn friction_is_judged_on_the_end_of_a_coast_down() {
     let folder = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| greyrig(folder.path(), arguments);
-    run(&["simulate", "--profile", "coast-down", "--effect", "stribeck", "--seed", "1", "--out", "coast.csv"]);
+    let coast_down = ["simulate", "--profile", "coast-down", "--seconds", "10", "--effect", "stribeck", "--seed", "1"];
+    run(&[&coast_down[..], &["--out", "coast.csv"]].concat());
     run(&["identify", "coast.csv", "--out", "coast.toml"]);
     let added = |effect: &str| json(&run(&["add", effect, "--model", "coast.toml", "coast.csv", "--json"]));
     let right = added("stribeck");
