@@ -95,8 +95,8 @@ pub struct Experiment {
     /// per second in the torque balance, N m s: those of one motor while others are fitted. In their own units of
     /// volts and torque a fit would find the motor with the smallest R and J, not the best prediction.
     pub response: [f64; 2],
-    /// Share of the distance to the measured state that a short run begins nearer to it than the last one has ended: the
-    /// gain of an observer. 1: at the measured state, 0: the model runs free.
+    /// Share of the distance to the measured state that a short run begins nearer to it than the last one has ended:
+    /// the gain of an observer. 1: at the measured state, 0: the model runs free.
     pub gain: f64,
     /// Measured current, A.
     pub current: Option<Vec<f64>>,
@@ -457,9 +457,9 @@ impl Experiment {
         if self.pulses.is_some() { State { speed: mean_speed, ..reading } } else { reading }
     }
 
-    /// Steps the model in runs of so many samples and hands what the measuring chain shows at each sample but the first.
-    /// The first run begins at the measured state, `[current, speed]`, each other one where the last has ended, corrected
-    /// by the [`gain`](Self::gain) times what it is off by.
+    /// Steps the model in runs of so many samples and hands what the measuring chain shows at each sample but the
+    /// first. The first run begins at the measured state, `[current, speed]`, each other one where the last has ended,
+    /// corrected by the [`gain`](Self::gain) times what it is off by.
     pub fn short_runs<S: Scalar<Base = S>>(
         &self,
         mut stepper: impl Stepped<S>,

@@ -127,9 +127,9 @@ impl End {
     }
 }
 
-/// The better of fits from where a space is and, if its inductance is free, from one that is out of reach, each along the
-/// courses that its own motor tells: a delay of the torque by L/R and one of the voltage do nearly the same, and the
-/// way from one to the other has a hump.
+/// The better of fits from where a space is and, if its inductance is free, from one that is out of reach, each along
+/// the courses that its own motor tells: a delay of the torque by L/R and one of the voltage do nearly the same, and
+/// the way from one to the other has a hump.
 fn from_two_inductances(
     space: &Space,
     interval_s: f64,

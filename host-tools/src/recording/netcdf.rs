@@ -1,7 +1,7 @@
 //! Classic NetCDF (CDF-1, CDF-2 and CDF-5), decoded by netcdf-reader; NetCDF-4 is HDF5.
 //!
-//! Every variable of numbers becomes a column (or several); its attributes are those of [`super::cf`]. Attributes of the
-//! whole are metadata.
+//! Every variable of numbers becomes a column (or several); its attributes are those of [`super::cf`]. Attributes of
+//! the whole are metadata.
 
 use std::path::Path;
 
@@ -106,8 +106,8 @@ fn one(file: &ClassicFile, variable: &NcVariable, found: &mut Found) -> std::res
     found.matrix(path, rows, columns, values).map_err(Into::into)
 }
 
-/// What stands where nothing was written, unless the variable says otherwise (NetCDF Users Guide, `netcdf.h`). Numbers of
-/// one and two bytes have none that could not be a value.
+/// What stands where nothing was written, unless the variable says otherwise (NetCDF Users Guide, `netcdf.h`). Numbers
+/// of one and two bytes have none that could not be a value.
 fn never_written(kind: &NcType) -> Option<f64> {
     match kind {
         NcType::Float => Some(f64::from(9.969_21e36_f32)),

@@ -1,5 +1,5 @@
-//! NumPy .npy, and .npz: a ZIP archive of .npy arrays, stored or deflated (NumPy Enhancement Proposal 1; PKWARE APPNOTE 6.3). The
-//! archive's checksums must hold. A structured array gives a column for each field.
+//! NumPy .npy, and .npz: a ZIP archive of .npy arrays, stored or deflated (NumPy Enhancement Proposal 1; PKWARE APPNOTE
+//! 6.3). The archive's checksums must hold. A structured array gives a column for each field.
 
 use std::io::Read;
 use std::path::Path;

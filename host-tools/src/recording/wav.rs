@@ -6,8 +6,8 @@
 //! they are.
 //!
 //! Own reader after EBU Tech 3306 (2009) and Microsoft's "Multiple Channel Audio Data and WAVE Files" (2007), because a
-//! recorder also writes floats of 64 bits, the large kind RF64 and big-endian RIFX, and is switched off before its file ends: then the
-//! whole frames are read, with a warning.
+//! recorder also writes floats of 64 bits, the large kind RF64 and big-endian RIFX, and is switched off before its file
+//! ends: then the whole frames are read, with a warning.
 
 use std::path::Path;
 
@@ -109,7 +109,8 @@ fn parse(bytes: &[u8]) -> Parsed<Sound<'_>> {
     Err("it holds no samples")
 }
 
-/// A sample of at most eight bytes, the least significant first: floats as they are, integers as fractions of full scale.
+/// A sample of at most eight bytes, the least significant first: floats as they are, integers as fractions of full
+/// scale.
 fn sample(bytes: &[u8], float: bool, bits: u16) -> f64 {
     match (float, bytes) {
         (true, _) if bytes.len() == 4 => bytes.first_chunk().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(*b))),

@@ -1,14 +1,14 @@
 //! Voltage, current and speed in slow samples: both balances over a whole interval.
 //!
 //! Where a current settles within an interval its rate cannot be told from samples, nor its mean from two of them.
-//! There the equations are asked over the interval itself: the model runs for a few samples along the voltage as it goes
-//! between them ([`crate::between`]), is corrected by a share of what it is off by, as an observer is, and runs on. The
-//! share is what predicts best: all of it where the model lacks something, little where it is right and the samples are
-//! noise or counts. What the current is off by, times what an
-//! ampere is worth to the voltage that is there for one interval, is the voltage that the balance leaves over, `R/(1 −
-//! e^(−h R/L)) (i − î)`: the algebraic equation u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is
-//! small. Times J, what the speed is off by at the end of a run is the impulse that the torque balance leaves over. R, L
-//! and J in these factors are those of one motor ([`Experiment::response`]): what is fitted is the prediction.
+//! There the equations are asked over the interval itself: the model runs for a few samples along the voltage as it
+//! goes between them ([`crate::between`]), is corrected by a share of what it is off by, as an observer is, and runs
+//! on. The share is what predicts best: all of it where the model lacks something, little where it is right and the
+//! samples are noise or counts. What the current is off by, times what an ampere is worth to the voltage that is there
+//! for one interval, is the voltage that the balance leaves over, `R/(1 − e^(−h R/L)) (i − î)`: the algebraic equation
+//! u − K φ ω − R i where h R/L is large, and L (Δi − Δî)/h where it is small. Times J, what the speed is off by at the
+//! end of a run is the impulse that the torque balance leaves over. R, L and J in these factors are those of one motor
+//! ([`Experiment::response`]): what is fitted is the prediction.
 
 use std::array;
 

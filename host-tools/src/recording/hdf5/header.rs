@@ -1,9 +1,9 @@
 //! Object headers, as far as one message can be taken out of them (HDF5 File Format Specification 3.0, IV.A).
 //!
-//! The decoder refuses a whole group where the header of one member holds what it does not know: an attribute whose type
-//! is stored apart from it (a committed type), the layout of a virtual data set. In the bytes in memory such an attribute
-//! becomes a message without meaning (type "NIL"), as a writer leaves where it deleted one; a virtual layout becomes one
-//! that is empty; of anything else all messages of the object go, so that it is none any more.
+//! The decoder refuses a whole group where the header of one member holds what it does not know: an attribute whose
+//! type is stored apart from it (a committed type), the layout of a virtual data set. In the bytes in memory such an
+//! attribute becomes a message without meaning (type "NIL"), as a writer leaves where it deleted one; a virtual layout
+//! becomes one that is empty; of anything else all messages of the object go, so that it is none any more.
 
 use std::ops::Range;
 
