@@ -389,6 +389,39 @@ mod tests {
         }
     }
 
+    fn shares(values: &[f64], deviation: f64) -> Vec<Share> {
+        let mut random = ChaCha8Rng::seed_from_u64(11);
+        let mut told = |value: f64| -> f64 {
+            let z: f64 = StandardNormal.sample(&mut random);
+            value + deviation * z
+        };
+        values.iter().map(|v| Share { value: told(*v), variance: deviation * deviation }).collect()
+    }
+
+    #[test]
+    fn edges_that_are_one_instant_stand_for_each_other() {
+        // Forty shares known to 0.05 tell their mean to 0.008; the prior of 1/2 takes a 1/1300 of the way.
+        let all = shares(&[0.9; 40], 0.05);
+        let common = Common::of(&all).unwrap();
+        assert!((common.mean - 0.9).abs() < 0.025 && (common.uncertain - 0.008).abs() < 0.003, "{common:?}");
+        // What is left as their own scatter is by chance: its variance is known to a fifth of 0.0025.
+        assert!(common.scatter < 0.6 * 0.0025, "{common:?}");
+        // One that alone tells 0.8 is taken for where the others are, but for what chance may be theirs.
+        let odd = common.with(Share { value: 0.8, variance: 0.0025 });
+        assert!((odd - common.mean).abs() < 0.04, "{odd}");
+    }
+
+    #[test]
+    fn edges_that_have_nothing_in_common_keep_their_instants() {
+        let values: Vec<f64> = (0..50).map(|k| (0.5 + f64::from(k)) / 50.0).collect();
+        let common = Common::of(&shares(&values, 0.02)).unwrap();
+        // Evenly over an interval: a variance of 1/12.
+        assert!((common.scatter - 1.0 / 12.0).abs() < 0.015 && (common.mean - 0.5).abs() < 0.05, "{common:?}");
+        // The prior of 1/12 takes 0.0004/(0.0004 + 1/12) of the distance of 0.4: 0.002.
+        let own = common.with(Share { value: 0.1, variance: 4e-4 });
+        assert!((own - 0.1).abs() < 0.004, "{own}");
+    }
+
     #[test]
     fn smooth_voltages_have_no_edges() {
         let voltage: Vec<f64> = (0..5000).map(|n| 325.0 * (0.031 * f64::from(n)).sin()).collect();
