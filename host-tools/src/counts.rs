@@ -1,7 +1,8 @@
-//! A speed that was counted: pulses of an encoder in the window from one sample to the next.
+//! A speed that was counted: pulses of an encoder in windows, of one sampling interval or of several.
 //!
-//! Such a speed is the mean over the window, (θ(n) − θ(n − 1))/h, in steps of one pulse a window, `q = 2π/(N h)` with N
-//! pulses a turn. The quantum tells it: h q goes into a turn a whole number of times.
+//! Such a speed is the mean over the window that ended last, (θ(n) − θ(n − m))/(m h), in steps of one pulse a window,
+//! `q = 2π/(N m h)` with N pulses a turn. The quantum tells it: m h q goes into a turn a whole number of times. m is
+//! told by the samples at which the value changes, which lie a multiple of it apart.
 
 use std::f64::consts::TAU;
 
@@ -14,6 +15,9 @@ const COARSE: f64 = 2e-3;
 /// Most pulses a turn that are told by being a whole number: beyond, any number is whole within [`ROUNDED`].
 const MOST_PULSES: f64 = 10_000.0;
 
+/// Changes that lie a multiple of two or more samples apart by chance less than once in a million.
+const FEWEST_CHANGES: usize = 21;
+
 /// The quantum of a coarse speed, rad/s.
 pub fn quantum(speed: &[f64]) -> Option<f64> {
     let largest = speed.iter().fold(0.0f64, |m, w| m.max(w.abs()));
@@ -24,7 +28,47 @@ pub fn quantum(speed: &[f64]) -> Option<f64> {
     (least.is_finite() && least > COARSE * largest && count as f64 >= ALL_BUT_FEW * speed.len() as f64).then_some(least)
 }
 
-/// Pulses a turn of an encoder that is counted from sample to sample.
+/// A speed that is renewed every so many samples, and shown until then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Samples from one value to the next.
+    pub samples: usize,
+    /// The first sample with a new value.
+    pub first: usize,
+    /// Whether a value is the mean over the window that it ends, or the speed at its end.
+    pub is_mean: bool,
+}
+
+impl Window {
+    /// From one sample to the next.
+    pub const ONE: Self = Self { samples: 1, first: 0, is_mean: true };
+
+    /// Of a speed that changes only every so many samples; `None` if there are not enough changes to tell.
+    pub fn of(speed: &[f64]) -> Option<Self> {
+        let changes: Vec<usize> = (1..speed.len()).filter(|n| speed[*n] != speed[n - 1]).collect();
+        let samples = changes.windows(2).map(|pair| pair[1] - pair[0]).fold(0, greatest_common_divisor);
+        let first = changes.first()? % samples.max(1);
+        (samples > 1 && changes.len() >= FEWEST_CHANGES).then_some(Self { samples, first, is_mean: true })
+    }
+
+    /// Whether a new value is shown at a sample.
+    pub fn ends_at(&self, n: usize) -> bool {
+        n % self.samples == self.first
+    }
+
+    /// The same for a signal without its first samples.
+    #[must_use]
+    pub fn without_first(self, samples: usize) -> Self {
+        let first = (self.first + self.samples - samples % self.samples) % self.samples;
+        Self { first, ..self }
+    }
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+}
+
+/// Pulses a turn of an encoder that is counted over windows of `interval_s`.
 pub fn pulses_a_turn(speed: &[f64], interval_s: f64) -> Option<u32> {
     let pulses = TAU / (quantum(speed)? * interval_s);
     let is_whole = (pulses.round() - pulses).abs() < ROUNDED * pulses.sqrt().max(1.0);
@@ -43,5 +87,19 @@ mod tests {
         assert_eq!(pulses_a_turn(&counted, 0.01), Some(120));
         let smooth: Vec<f64> = (0..500).map(|n| 100.0 * (1.0 - (-0.02 * f64::from(n)).exp())).collect();
         assert_eq!(pulses_a_turn(&smooth, 0.01), None);
+    }
+
+    #[test]
+    fn a_window_is_told_by_when_the_values_change() {
+        // A value every four samples, from the third on; some of them as the one before.
+        let value = |n: i32| f64::from((n + 1) / 4 * ((n + 1) / 4) % 7);
+        let held: Vec<f64> = (0..400).map(value).collect();
+        let window = Window::of(&held).unwrap();
+        assert_eq!((window.samples, window.first), (4, 3));
+        assert!(window.ends_at(3) && window.ends_at(7) && !window.ends_at(8));
+        let later = window.without_first(5);
+        assert!(later.ends_at(7 - 5) && !later.ends_at(3), "{later:?}");
+        assert_eq!(Window::of(&(0..400).map(f64::from).collect::<Vec<_>>()), None);
+        assert_eq!(Window::of(&held[..60]), None, "too few changes");
     }
 }

@@ -8,7 +8,7 @@ use greyrig::scalar::Scalar;
 
 use crate::averaging;
 use crate::between::{self, Between};
-use crate::counts;
+use crate::counts::{self, Window};
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::filtering::{FEWEST_SETTLINGS, Filter};
@@ -67,6 +67,43 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
     }
 }
 
+/// What a measuring chain shows of the speed from sample to sample.
+struct Shown<S> {
+    window: Option<Window>,
+    /// Sum of the means over the intervals since the last value, and their number.
+    sum: S,
+    intervals: u32,
+    speed: S,
+    renewed: bool,
+}
+
+impl<S: Scalar<Base = S>> Shown<S> {
+    fn new(window: Option<Window>, speed: S) -> Self {
+        Self { window, sum: S::ZERO, intervals: 0, speed, renewed: true }
+    }
+
+    /// What is shown at sample `n`, of what a chain without windows would show, and the mean of the speed since the
+    /// sample before.
+    #[inline(always)]
+    fn at(&mut self, n: usize, reading: State<S>, mean: S) -> State<S> {
+        let Some(window) = self.window else { return reading };
+        self.sum += mean;
+        self.intervals += 1;
+        if window.ends_at(n) {
+            let mean = self.sum / S::constant(f64::from(self.intervals));
+            self.speed = if window.is_mean { mean } else { reading.speed };
+            (self.sum, self.intervals, self.renewed) = (S::ZERO, 0, true);
+        }
+        State { speed: self.speed, ..reading }
+    }
+
+    /// Whether a value has been shown since this was asked last that had not been before.
+    #[inline(always)]
+    fn is_renewed(&mut self) -> bool {
+        self.window.is_none() || std::mem::take(&mut self.renewed)
+    }
+}
+
 /// A prepared recording.
 #[derive(Debug, Clone)]
 pub struct Experiment {
@@ -87,8 +124,10 @@ pub struct Experiment {
     /// Intervals within which the voltage is switched at an instant of its own, by the sample that they end with, in
     /// their order, and the share of the interval after it.
     pub instants: Vec<(usize, f64)>,
-    /// Pulses a turn of an encoder whose counts from sample to sample are the speed: it is the mean over each interval.
+    /// Pulses a turn of an encoder whose counts are the speed.
     pub pulses: Option<u32>,
+    /// Windows in which the speed is counted or held.
+    pub window: Option<Window>,
     /// Equal parts in which the model goes through an interval.
     pieces: usize,
     /// What an ampere by which the prediction over an interval is off is worth in the voltage balance, V, and a radian
@@ -200,7 +239,10 @@ impl Experiment {
         }
         let slow = drive == Drive::Voltage && current.is_some() && interval_s >= between::ASKED_FROM_S;
         let counted_speed = recording.channel(Channel::Speed).filter(|_| slow);
-        let pulses = counted_speed.and_then(|speed| counts::pulses_a_turn(speed, interval_s));
+        let held = counted_speed.and_then(Window::of);
+        let window_s = interval_s * held.map_or(1.0, |window| window.samples as f64);
+        let pulses = counted_speed.and_then(|speed| counts::pulses_a_turn(speed, window_s));
+        let window = held.or(pulses.map(|_| Window::ONE));
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -215,6 +257,7 @@ impl Experiment {
             between: Between::Smooth,
             instants: Vec::new(),
             pulses,
+            window,
             pieces: 1,
             response: [1.0; 2],
             gain: 1.0,
@@ -363,6 +406,7 @@ impl Experiment {
             edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
             between: self.between,
             pulses: self.pulses,
+            window: self.window,
             instants: if factor == 1 { self.instants.clone() } else { Vec::new() },
             pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },
             response: self.response,
@@ -443,18 +487,13 @@ impl Experiment {
         mut take: impl FnMut(usize, State<S>),
     ) {
         stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
+        let mut shown = Shown::new(self.window, stepper.reading().speed);
         take(0, stepper.reading());
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             let mean = self.advance(&mut stepper, n, imposed, &mut edges);
-            take(n, self.shown(stepper.reading(), mean));
+            take(n, shown.at(n, stepper.reading(), mean));
         }
-    }
-
-    /// What a chain shows that counts the speed over an interval.
-    #[inline(always)]
-    fn shown<S: Scalar<Base = S>>(&self, reading: State<S>, mean_speed: S) -> State<S> {
-        if self.pulses.is_some() { State { speed: mean_speed, ..reading } } else { reading }
     }
 
     /// Steps the model in runs of so many samples and hands what the measuring chain shows at each sample but the
@@ -470,18 +509,21 @@ impl Experiment {
         let measured = |n: usize| State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
         stepper.begin(measured(0));
         let gain = S::constant(self.gain);
-        let mut shown = measured(0);
+        let mut last = measured(0);
+        let mut shown = Shown::new(self.window, last.speed);
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             if (n - 1) % length == 0 && n > 1 {
                 let (state, measured) = (stepper.reading(), measured(n - 1));
-                let off = State { current: measured.current - shown.current, speed: measured.speed - shown.speed };
+                // What is held is a correction once.
+                let speed = if shown.is_renewed() { measured.speed - last.speed } else { S::ZERO };
+                let off = State { current: measured.current - last.current, speed };
                 stepper
                     .put(State { current: state.current + gain * off.current, speed: state.speed + gain * off.speed });
             }
             let mean = self.advance(&mut stepper, n, Imposed::Nothing, &mut edges);
-            shown = self.shown(stepper.reading(), mean);
-            take(n, shown);
+            last = shown.at(n, stepper.reading(), mean);
+            take(n, last);
         }
     }
 
@@ -495,7 +537,8 @@ impl Experiment {
     ) -> State<S> {
         stepper.begin(State { current: S::constant(current[n - 1]), speed: S::constant(speed[n - 1]) });
         let mean = self.advance(stepper, n, Imposed::Nothing, &mut self.edges.as_slice());
-        self.shown(stepper.reading(), mean)
+        let reading = stepper.reading();
+        if self.window == Some(Window::ONE) { State { speed: mean, ..reading } } else { reading }
     }
 
     /// All samples but the first `from`.
@@ -515,6 +558,7 @@ impl Experiment {
             locked: flags(&self.locked),
             open: flags(&self.open),
             counted: flags(&self.counted),
+            window: self.window.map(|window| window.without_first(from)),
             ..*self
         }
     }
@@ -551,7 +595,7 @@ impl Experiment {
         imposed: Imposed<'_>,
         edges: &mut &[Edge],
     ) -> S {
-        let is_counted = self.pulses.is_some();
+        let is_counted = self.window.is_some();
         let mut before = if is_counted { stepper.reading().speed } else { S::ZERO };
         let mut sum = S::ZERO;
         if self.drive == Drive::Voltage && !self.is_as_sampled() {

@@ -219,31 +219,40 @@ fn intervals_in_slow_samples_hold_the_truth() {
     assert!(held >= 13, "{outside:#?}");
 }
 
-/// Speed as counts of an encoder of 120 pulses a turn in windows as long as the interval.
-fn counted(recording: &Recording) -> Recording {
+/// Speed as counts of an encoder of 500 pulses a turn in windows of so many samples, shown until the next.
+fn counted(recording: &Recording, samples: usize) -> Recording {
     let interval_s = recording.sample_time_s();
-    let pulse = std::f64::consts::TAU / 120.0;
+    let pulse = std::f64::consts::TAU / 500.0;
     let speed = recording.channel(Channel::Speed).unwrap();
     let mut angle = 0.0;
-    let counts: Vec<f64> = speed
-        .windows(2)
-        .map(|w| {
-            angle += 0.5 * (w[0] + w[1]) * interval_s;
-            (angle / pulse).floor()
-        })
-        .collect();
+    let mut counts = vec![0.0];
+    counts.extend(speed.windows(2).map(|w| {
+        angle += 0.5 * (w[0] + w[1]) * interval_s;
+        (angle / pulse).floor()
+    }));
+    let shown = |n: usize| {
+        let ends = n / samples * samples;
+        let begins = ends.saturating_sub(samples);
+        (counts[ends] - counts[begins]) * pulse / (samples as f64 * interval_s)
+    };
     let mut counted = recording.clone();
-    let shown = counts.windows(2).map(|n| (n[1] - n[0]) * pulse / interval_s);
-    counted.set_channel(Channel::Speed, [0.0, 0.0].into_iter().chain(shown).collect()).unwrap();
+    counted.set_channel(Channel::Speed, (0..speed.len()).map(shown).collect()).unwrap();
     counted
 }
 
 #[test]
 fn a_healthy_motor_whose_speed_is_counted_is_acquitted() {
-    // Heavy enough that the speed is straight within an interval: 1.7 s beside 10 ms.
+    // Heavy enough that a mean of two samples is that over the interval: 1.7 s beside 10 ms.
     let truth = Truth { j: 2.2e-3, ..MOTOR };
-    let (recording, _) = recorded(truth, 1e-2, 16.0, Course::Mean);
-    let options = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
-    let verdict = diagnose(&[counted(&recording)], &options, &Context::quiet()).unwrap().verdict;
-    assert!(verdict.kind == VerdictKind::None, "{:?} {:?}", verdict.kind, verdict.effects);
+    for (interval_s, samples) in [(1e-2, 1), (1e-2, 5), (2e-3, 5)] {
+        let (recording, _) = recorded(truth, interval_s, 16.0, Course::Mean);
+        let options = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
+        let verdict = diagnose(&[counted(&recording, samples)], &options, &Context::quiet()).unwrap().verdict;
+        assert!(
+            verdict.kind == VerdictKind::None,
+            "{samples} of {interval_s} s: {:?} {:?}",
+            verdict.kind,
+            verdict.effects
+        );
+    }
 }

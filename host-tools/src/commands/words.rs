@@ -100,9 +100,7 @@ pub fn errors(comparison: &Comparison) -> String {
     let mut pulses: Vec<u32> = comparison.per_recording.iter().filter_map(|r| r.pulses_a_turn).collect();
     pulses.dedup();
     for pulses in pulses {
-        text += &format!(
-            "\nspeed counted from sample to sample by an encoder of {pulses} pulses a turn; the model's is averaged alike"
-        );
+        text += &format!("\nspeed counted by an encoder of {pulses} pulses a turn; the model's is averaged alike");
     }
     if let Some(course) = comparison.input
         && course != Course::Smooth
