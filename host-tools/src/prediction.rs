@@ -8,6 +8,7 @@
 use greyrig::motor::{Motor, State, Stepper};
 
 use crate::between::{Between, Course};
+use crate::counts::Window;
 use crate::edges::{Common, Share, UNKNOWN};
 use crate::experiment::Experiment;
 use crate::noise;
@@ -23,6 +24,8 @@ const HALVINGS: usize = 5;
 /// the clock that samples, and the least of them: the last distance looked at.
 const NEAR_AN_END: f64 = 3.0;
 const LEAST_NEAR: f64 = 0.008;
+/// Gains of the observer with which a speed that is held is told from a mean.
+const GAINS: [f64; 3] = [1.0, 0.3, 0.0];
 /// Distance from the best share at which its variance is looked for, and how far beyond the interval an instant is
 /// believed to lie, as a share of it.
 const BESIDE: f64 = 1.0 / 32.0;
@@ -45,6 +48,10 @@ const MEDIAN: f64 = 0.674_490;
 /// A recording along a course of the voltage that the user knows, or else the one that the data tell with a motor.
 #[must_use]
 pub fn along(e: Experiment, course: Option<Course>, motor: &Motor<f64>) -> Experiment {
+    with_window_told(along_course(e, course, motor), motor)
+}
+
+fn along_course(e: Experiment, course: Option<Course>, motor: &Motor<f64>) -> Experiment {
     let known = match course {
         None => return as_told(e, motor),
         Some(Course::Smooth) => Between::Smooth,
@@ -63,6 +70,24 @@ pub fn along(e: Experiment, course: Option<Course>, motor: &Motor<f64>) -> Exper
 #[must_use]
 pub fn as_told(e: Experiment, motor: &Motor<f64>) -> Experiment {
     if e.is_slow(Some(motor)) { choose(&e, motor) } else { e }
+}
+
+/// What a speed shows that is held over several samples and was not counted: the mean over its window or the speed at
+/// the end of it, whichever predicts better with the best of some gains.
+fn with_window_told(mut e: Experiment, motor: &Motor<f64>) -> Experiment {
+    let Some(window) = e.window.filter(|window| window.samples > 1 && e.pulses.is_none()) else { return e };
+    let gain = e.gain;
+    let mut with = |is_mean: bool| {
+        e.window = Some(Window { is_mean, ..window });
+        let errors = GAINS.map(|gain| {
+            e.gain = gain;
+            misfit(&e, motor)
+        });
+        errors.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    let is_mean = with(true) <= with(false);
+    (e.window, e.gain) = (Some(Window { is_mean, ..window }), gain);
+    e
 }
 
 /// A recording along the course of its voltage that predicts each sample of current and speed best from the one before;

@@ -19,7 +19,6 @@ use super::regression;
 use super::space::{Freedom, Space};
 use crate::between::{Between, Course};
 use crate::context::Context;
-use crate::counts::Window;
 use crate::error::Result;
 use crate::experiment::Experiment;
 use crate::prediction;
@@ -177,26 +176,19 @@ fn alternately(
     Ok(end)
 }
 
-/// Sets the gain with which each recording is predicted best, by a motor as it is, and what a speed shows that is held:
-/// counts are a mean, anything else may be the speed at an instant.
+/// Sets the gain with which each recording is predicted best, by a motor as it is.
 fn set_gain(experiments: &mut [Experiment], space: &Space) {
     let theta = space.coordinates();
     for e in experiments.iter_mut().filter(|e| e.is_slow(None)) {
-        let window = e.window.filter(|_| e.pulses.is_none());
-        let instant = window.map(|window| Some(Window { is_mean: false, ..window }));
-        let windows = [Some(e.window.map(|window| Window { is_mean: true, ..window })), instant];
-        let ways: Vec<(f64, Option<Window>)> =
-            windows.iter().flatten().flat_map(|window| GAINS.map(|gain| (gain, *window))).collect();
-        let error = |(gain, window): &(f64, Option<Window>)| {
+        let error = |gain: &f64| {
             let mut with = [e.clone()];
-            (with[0].gain, with[0].window) = (*gain, *window);
+            with[0].gain = *gain;
             let Some(balances) = EquationError::new(&with) else { return f64::INFINITY };
             log_error(rms_of(&balances.at(space, &theta), balances.groups()), have_rows(balances.groups()))
         };
-        let errors: Vec<f64> = ways.par_iter().map(error).collect();
-        if let Some((way, _)) = ways.iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1)) {
-            (e.gain, e.window) = *way;
-        }
+        let errors: Vec<f64> = GAINS.par_iter().map(error).collect();
+        let best = GAINS.iter().zip(errors).min_by(|a, b| a.1.total_cmp(&b.1));
+        e.gain = best.map_or(1.0, |(gain, _)| *gain);
     }
 }
 
