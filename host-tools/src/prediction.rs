@@ -15,16 +15,18 @@ use crate::noise;
 
 /// Fall of the error of prediction, mean of the logarithms of both signals, for which the smooth course is left. By
 /// chance two courses differ by 1/√n at n samples, 0.02 at the 2,500 of a short recording.
-const FOR_LESS_NOT: f64 = 0.02;
+pub(crate) const FOR_LESS_NOT: f64 = 0.02;
 
 /// Shares of the interval that are tried first, and how often the distance is halved afterwards.
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const HALVINGS: usize = 5;
 /// Standard deviations of what all edges have in common within which that is 0 or 1, as of a supply that is switched by
-/// the clock that samples, and the least of them: the last distance looked at.
+/// the clock that samples, and the least distance: the last one looked at.
 const NEAR_AN_END: f64 = 3.0;
 const LEAST_NEAR: f64 = 0.008;
-/// Gains of the observer with which a speed that is held is told from a mean.
+/// Distance from an end within which both ends lie: the intervals of the edges tell nothing.
+const BOTH_ENDS: f64 = 0.5;
+/// Gains of the observer that predicts.
 const GAINS: [f64; 3] = [1.0, 0.3, 0.0];
 /// Distance from the best share at which its variance is looked for, and how far beyond the interval an instant is
 /// believed to lie, as a share of it.
@@ -73,20 +75,15 @@ pub fn as_told(e: Experiment, motor: &Motor<f64>) -> Experiment {
 }
 
 /// What a speed shows that is held over several samples and was not counted: the mean over its window or the speed at
-/// the end of it, whichever predicts better with the best of some gains.
+/// the end of it, whichever predicts better.
 fn with_window_told(mut e: Experiment, motor: &Motor<f64>) -> Experiment {
     let Some(window) = e.window.filter(|window| window.samples > 1 && e.pulses.is_none()) else { return e };
-    let gain = e.gain;
     let mut with = |is_mean: bool| {
         e.window = Some(Window { is_mean, ..window });
-        let errors = GAINS.map(|gain| {
-            e.gain = gain;
-            misfit(&e, motor)
-        });
-        errors.into_iter().fold(f64::INFINITY, f64::min)
+        misfit(&e, motor)
     };
     let is_mean = with(true) <= with(false);
-    (e.window, e.gain) = (Some(Window { is_mean, ..window }), gain);
+    e.window = Some(Window { is_mean, ..window });
     e
 }
 
@@ -116,7 +113,7 @@ fn switched(e: &Experiment, common: Option<&InCommon>, motor: &Motor<f64>) -> Be
         let at = |share: f64| misfit(&e.clone().with_course(Between::Switched(share), motor), motor);
         if at(0.0) <= at(1.0) { 0.0 } else { 1.0 }
     };
-    Between::Switched(common.map_or_else(by_prediction, InCommon::usual))
+    Between::Switched(common.map_or_else(by_prediction, |common| common.usual))
 }
 
 /// A share from 0 to 1, which is an end if it lies within a distance of it.
@@ -158,19 +155,17 @@ struct Told {
 /// What all edges of a recording tell.
 #[derive(Debug)]
 struct InCommon {
-    common: Common,
+    /// The share that they have in common.
+    usual: f64,
+    /// How they scatter round it, if they tell.
+    scatter: Option<Common>,
     told: Vec<Told>,
 }
 
 impl InCommon {
-    /// The share that the edges have in common.
-    fn usual(&self) -> f64 {
-        at_an_end(self.common.mean, (NEAR_AN_END * self.common.uncertain).max(LEAST_NEAR))
-    }
-
     /// The share of one of them.
     fn of(&self, told: &Told) -> f64 {
-        if self.common.scatter == 0.0 { self.usual() } else { self.common.with(told.share).clamp(0.0, 1.0) }
+        self.scatter.map_or(self.usual, |common| common.with(told.share).clamp(0.0, 1.0))
     }
 }
 
@@ -229,7 +224,25 @@ impl<'a> Edges<'a> {
     fn in_common(&self) -> Option<InCommon> {
         let told: Vec<Told> = self.samples.iter().map(|n| self.tells(*n)).collect();
         let shares: Vec<Share> = told.iter().map(|told| told.share).collect();
-        Common::of(&shares).map(|common| InCommon { common, told })
+        let common = Common::of(&shares)?;
+        let near = (NEAR_AN_END * common.uncertain).max(LEAST_NEAR);
+        if near >= BOTH_ENDS {
+            return Some(InCommon { usual: self.by_what_follows(), scatter: None, told });
+        }
+        Some(InCommon { usual: at_an_end(common.mean, near), scatter: (common.scatter > 0.0).then_some(common), told })
+    }
+
+    /// The share of all edges with which what comes after them is predicted best: where a current has settled by the
+    /// next sample, and a speed is counts, the interval of an edge tells nothing of its instant, but all samples after
+    /// it do of the impulse.
+    fn by_what_follows(&self) -> f64 {
+        let along = self.experiment.clone().with_course(Between::Linear, self.motor);
+        let (share, _) = least(|share| {
+            let mut at = along.clone();
+            at.instants = self.samples.iter().map(|n| (*n, share)).collect();
+            misfit(&at, self.motor)
+        });
+        at_an_end(share, LEAST_NEAR)
     }
 
     /// How far off the prediction over an interval is where its edge lies at a share of it.
@@ -296,14 +309,21 @@ fn deviations(e: &Experiment, course: Between, motor: &Motor<f64>, measured: &[V
     deviations.iter().all(|d| *d > 0.0).then_some(deviations)
 }
 
-/// Mean of the logarithms of the RMS errors of current and speed, predicted from one sample to the next.
+/// Mean of the logarithms of the RMS errors of current and speed, predicted from one sample to the next by the observer
+/// whose gain predicts best: with a gain of 1 from what was measured, noise and counts included, with one of 0 by all
+/// that has been before.
 fn misfit(e: &Experiment, motor: &Motor<f64>) -> f64 {
-    let known: Vec<f64> = sums(e, motor)
-        .into_iter()
-        .flatten()
-        .map(|sums| 0.5 * (sums.error / sums.samples).max(f64::MIN_POSITIVE).ln())
-        .collect();
-    if known.is_empty() { f64::INFINITY } else { known.iter().sum::<f64>() / known.len() as f64 }
+    let mut e = e.clone();
+    let with = |gain: f64| {
+        e.gain = gain;
+        let known: Vec<f64> = sums(&e, motor)
+            .into_iter()
+            .flatten()
+            .map(|sums| 0.5 * (sums.error / sums.samples).max(f64::MIN_POSITIVE).ln())
+            .collect();
+        if known.is_empty() { f64::INFINITY } else { known.iter().sum::<f64>() / known.len() as f64 }
+    };
+    GAINS.map(with).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Sums of squares over the samples that count.

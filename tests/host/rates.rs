@@ -215,7 +215,7 @@ fn intervals_in_slow_samples_hold_the_truth() {
             }
         }
     }
-    // Of sixteen at 95 % at most three lie outside but once in a thousand.
+    // Of sixteen at 95 % four and more lie outside once in 140 times.
     assert!(held >= 13, "{outside:#?}");
 }
 

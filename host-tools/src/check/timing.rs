@@ -4,11 +4,14 @@
 //! it holds best are that channel's shift and the skew of its clock. A lag of the motor or of a sensor's filter shows
 //! the same; it is an effect, and this finding says only that it is there.
 
+use std::borrow::Cow;
+
 use super::balance;
-use super::criteria::ELECTRICAL_WINDOW_S;
+use super::criteria::{ELECTRICAL_WINDOW_S, WINDOW_SAMPLES};
 use super::evidence::{Evidence, variance};
 use super::regression::{self, Fit};
 use super::signals::{self, Signals, short};
+use crate::averaging;
 use crate::model::Kind;
 use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
@@ -30,8 +33,12 @@ const BETTER_YET: f64 = 1.25;
 /// Least shift that is one, s and samples.
 const LEAST_S: f64 = 1e-3;
 const LEAST_SAMPLES: f64 = 1.0;
-/// Steps of the search by thirds.
-const THIRDS: usize = 18;
+/// Steps of the search by golden section: to a thousandth of the distance.
+const STEPS: usize = 15;
+/// How many times less the balance of coarse signals has to leave for the fine ones to be asked.
+const WORTH_A_LOOK: f64 = 1.1;
+/// One of so many windows is enough for that.
+const COARSE_WINDOWS: usize = 3;
 
 /// How many times less the balance has to leave for a clock to be blamed: less a drift of a channel makes, too.
 const BLAMED: f64 = 3.0;
@@ -55,10 +62,16 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         return;
     }
     let balance = Balance::new(s, kind);
+    let coarse = balance.coarse();
     let Some(as_it_is) = balance.left(Channel::Current, RIGHT) else { return };
+    let Some(coarse_as_it_is) = coarse.left(Channel::Current, RIGHT) else { return };
     let mut best: Option<(Channel, Clock, f64)> = None;
     for channel in [Channel::Current, s.speed_channel] {
-        let (clock, left) = balance.search(channel);
+        let (clock, left) = coarse.search(channel);
+        if left * WORTH_A_LOOK > coarse_as_it_is {
+            continue;
+        }
+        let (clock, left) = balance.closer(channel, clock);
         if best.is_none_or(|(_, _, least)| left < least) {
             best = Some((channel, clock, left));
         }
@@ -100,9 +113,9 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
 
 /// The balance of the voltage with one channel on another clock.
 struct Balance<'a> {
-    voltage: &'a [f64],
-    current: &'a [f64],
-    speed: &'a [f64],
+    voltage: Cow<'a, [f64]>,
+    current: Cow<'a, [f64]>,
+    speed: Cow<'a, [f64]>,
     interval_s: f64,
     kind: Kind,
     length: usize,
@@ -124,13 +137,32 @@ impl<'a> Balance<'a> {
         };
         let [phi, psi] = balance::weights(length, s.interval_s);
         Self {
-            voltage: s.voltage.unwrap_or_default(),
-            current: s.current.unwrap_or_default(),
-            speed: s.speed.as_deref().unwrap_or_default(),
+            voltage: s.voltage.unwrap_or_default().into(),
+            current: s.current.unwrap_or_default().into(),
+            speed: s.speed.as_deref().unwrap_or_default().into(),
             interval_s: s.interval_s,
             kind,
             length,
             windows: (margin..last).step_by(hop).filter(|from| usable(*from)).collect(),
+            phi,
+            psi,
+        }
+    }
+
+    /// The same of averaged signals, at as few samples in a window as it may have.
+    fn coarse(&self) -> Self {
+        let factor = (self.length / WINDOW_SAMPLES).max(1);
+        let fewer = |x: &[f64]| if factor == 1 { x.to_vec() } else { averaging::average(x, factor) };
+        let (length, interval_s) = (self.length / factor, self.interval_s * factor as f64);
+        let [phi, psi] = balance::weights(length, interval_s);
+        Self {
+            voltage: fewer(&self.voltage).into(),
+            current: fewer(&self.current).into(),
+            speed: fewer(&self.speed).into(),
+            interval_s,
+            kind: self.kind,
+            length,
+            windows: self.windows.iter().step_by(COARSE_WINDOWS).map(|from| from / factor).collect(),
             phi,
             psi,
         }
@@ -157,8 +189,8 @@ impl<'a> Balance<'a> {
             let [mut u, mut i, mut di, mut motion] = [0.0; 4];
             for k in 0..self.length {
                 let (a, d) = (self.phi[k], self.psi[k]);
-                let current = taken(self.current, from + k, other_i);
-                let speed = taken(self.speed, from + k, other_w);
+                let current = taken(&self.current, from + k, other_i);
+                let speed = taken(&self.speed, from + k, other_w);
                 u += a * self.voltage[from + k];
                 i += a * current;
                 di += d * current;
@@ -173,16 +205,20 @@ impl<'a> Balance<'a> {
     fn search(&self, channel: Channel) -> (Clock, f64) {
         let (shift_s, left) = self.best_shift(channel, 0.0);
         let (skew, by_skew) = self.best_skew(channel, 0.0);
-        let (mut clock, mut least) =
-            if by_skew < left { (Clock { shift_s: 0.0, skew }, by_skew) } else { (Clock { shift_s, skew: 0.0 }, left) };
+        let clock = if by_skew < left { Clock { shift_s: 0.0, skew } } else { Clock { shift_s, skew: 0.0 } };
+        self.closer(channel, clock)
+    }
+
+    /// The clock near one that leaves least.
+    fn closer(&self, channel: Channel, near: Clock) -> (Clock, f64) {
+        let left_by = |clock: Clock| self.left(channel, clock).unwrap_or(f64::INFINITY);
+        let (mut clock, mut least) = (near, left_by(near));
         for _ in 0..2 {
-            let (shift_s, left) =
-                self.fine(clock.shift_s, 0.02 * LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, ..clock }));
+            let (shift_s, left) = fine(clock.shift_s, 0.02 * LARGEST_S, |shift_s| left_by(Clock { shift_s, ..clock }));
             if left < least {
                 (clock.shift_s, least) = (shift_s, left);
             }
-            let (skew, left) =
-                self.fine(clock.skew, 0.02 * LARGEST_SKEW, |skew| self.left(channel, Clock { skew, ..clock }));
+            let (skew, left) = fine(clock.skew, 0.02 * LARGEST_SKEW, |skew| left_by(Clock { skew, ..clock }));
             if left < least {
                 (clock.skew, least) = (skew, left);
             }
@@ -191,31 +227,39 @@ impl<'a> Balance<'a> {
     }
 
     fn best_shift(&self, channel: Channel, skew: f64) -> (f64, f64) {
-        self.best(LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, skew }))
+        best(LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, skew }).unwrap_or(f64::INFINITY))
     }
 
     fn best_skew(&self, channel: Channel, shift_s: f64) -> (f64, f64) {
-        self.best(LARGEST_SKEW, |skew| self.left(channel, Clock { shift_s, skew }))
+        best(LARGEST_SKEW, |skew| self.left(channel, Clock { shift_s, skew }).unwrap_or(f64::INFINITY))
     }
+}
 
-    /// The least over parts of a largest value on either side, then finely.
-    fn best(&self, largest: f64, of: impl Fn(f64) -> Option<f64>) -> (f64, f64) {
-        let at = |x: f64| (x, of(x).unwrap_or(f64::INFINITY));
-        let tried = PARTS.iter().flat_map(|part| [-part * largest, part * largest]).chain([0.0]);
-        let (x, _) = tried.map(at).fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
-        let around = (0.3 * x.abs()).max(PARTS[0] * largest);
-        self.fine(x, around, of)
-    }
+/// The least over parts of a largest value on either side, then finely.
+fn best(largest: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
+    let tried = PARTS.iter().flat_map(|part| [-part * largest, part * largest]).chain([0.0]);
+    let (x, _) =
+        tried.map(|x| (x, of(x))).fold((0.0, f64::INFINITY), |least, at| if at.1 < least.1 { at } else { least });
+    fine(x, (0.3 * x.abs()).max(PARTS[0] * largest), of)
+}
 
-    /// The least within a distance, by thirds.
-    fn fine(&self, x: f64, around: f64, of: impl Fn(f64) -> Option<f64>) -> (f64, f64) {
-        let at = |x: f64| of(x).unwrap_or(f64::INFINITY);
-        let (mut low, mut high) = (x - around, x + around);
-        for _ in 0..THIRDS {
-            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-            if at(a) < at(b) { high = b } else { low = a }
+/// The least within a distance, by golden section.
+fn fine(x: f64, around: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut low, mut high) = (x - around, x + around);
+    let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
+    let [mut a, mut b] = inner(low, high);
+    let (mut at_a, mut at_b) = (of(a), of(b));
+    for _ in 0..STEPS {
+        if at_a < at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = inner(low, high)[0];
+            at_a = of(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = inner(low, high)[1];
+            at_b = of(b);
         }
-        let middle = 0.5 * (low + high);
-        (middle, at(middle))
     }
+    if at_a < at_b { (a, at_a) } else { (b, at_b) }
 }

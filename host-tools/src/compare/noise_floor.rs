@@ -10,7 +10,7 @@
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 //!
 //! Slow samples have no band above the signal. There white noise is told by what is not smooth over five samples, in
-//! the median.
+//! the median; of a speed that is held, over five of its values, and of their noise more passes the filter.
 //!
 //! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise,
 //! measures them by what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
@@ -42,11 +42,18 @@ pub struct Floor {
     pub source: Option<&'static str>,
 }
 
-/// Share of white noise that passes the filter, as a standard deviation.
-fn passed(e: &Experiment) -> f64 {
-    let mut impulse = vec![0.0; (e.filter.settling_samples().unwrap_or(1000) as usize) * 2 + 2];
-    impulse[1] = 1.0;
-    e.filtered(&impulse).iter().map(|h| h * h).sum::<f64>().sqrt()
+/// Share of white noise that passes the filter, as a standard deviation, where each value is held for so many samples.
+fn passed(e: &Experiment, held: usize) -> f64 {
+    let mut value = vec![0.0; (e.filter.settling_samples().unwrap_or(1000) as usize) * 2 + 1 + held];
+    value[1..=held].fill(1.0);
+    (e.filtered(&value).iter().map(|h| h * h).sum::<f64>() / held as f64).sqrt()
+}
+
+/// The values that a speed has shown, and for how many samples each.
+fn values_shown(e: &Experiment) -> (Option<Vec<f64>>, usize) {
+    let renewed = |n: &usize| e.window.is_none_or(|window| window.ends_at(*n));
+    let values = e.speed.as_ref().map(|speed| (0..e.len()).filter(renewed).map(|n| speed[n]).collect());
+    (values, e.window.map_or(1, |window| window.samples))
 }
 
 /// The floor from idle stretches or the spectrum.
@@ -58,10 +65,11 @@ pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
     if !has_free_band && !e.is_slow(None) {
         return Floor::default();
     }
+    let (speed, held) = values_shown(e);
     let (sigmas, source) = match idle(e) {
         _ if !has_free_band => {
             let sigma = |signal: Option<&[f64]>| signal.map(noise::of_differences).filter(|sigma| *sigma > 0.0);
-            let sigmas = [sigma(Some(&e.input)), sigma(e.current.as_deref()), sigma(e.speed.as_deref())];
+            let sigmas = [sigma(Some(&e.input)), sigma(e.current.as_deref()), sigma(speed.as_deref())];
             (sigmas, "fourth differences of the samples, taken as white noise; voltage noise through the model")
         }
         Some(sigmas) => (sigmas, "idle stretches of the recordings, voltage noise through the model"),
@@ -72,9 +80,9 @@ pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
         }
     };
     let driven = sigmas[0].and_then(|sigma| through_model(motor, e, sigma)).unwrap_or([0.0; 2]);
-    let share = passed(e);
-    let floor = |sigma: Option<f64>, driven: f64| sigma.map(|s| ((s * share).powi(2) + driven * driven).sqrt());
-    let rms = PerSignal { current: floor(sigmas[1], driven[0]), speed: floor(sigmas[2], driven[1]), torque: None };
+    let floor = |sigma: Option<f64>, held: usize, driven: f64| sigma.map(|s| (s * passed(e, held)).hypot(driven));
+    let (current, speed) = (floor(sigmas[1], 1, driven[0]), floor(sigmas[2], held, driven[1]));
+    let rms = PerSignal { current, speed, torque: None };
     Floor { source: (rms.current.is_some() || rms.speed.is_some()).then_some(source), rms }
 }
 

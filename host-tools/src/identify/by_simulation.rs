@@ -11,7 +11,7 @@ use super::intervals::of_fit::blocks_of_rows;
 use super::minimise::{Effort, Fit, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
-use super::space::{Entry, Freedom, Key, Space};
+use super::space::{Entry, Freedom, Space};
 use super::{identifiability, regression, slow_sampling};
 use crate::context::Context;
 use crate::error::{Error, Insufficient, Result};
@@ -42,9 +42,8 @@ pub fn fit(
     ctx: &Context,
 ) -> Result<Outcome> {
     let mut weaknesses = identifiability::missing_channels(&mut space, experiments)?;
-    let told_already: Vec<Key> = out_of_reach.iter().map(|weakness| weakness.held).collect();
-    let unsure: Vec<String> =
-        told_already.iter().filter_map(|key| space.get(*key)).map(|entry| entry.name.clone()).collect();
+    let unsure = out_of_reach.as_ref().map(|weakness| weakness.held);
+    let name_of_unsure = unsure.and_then(|key| space.get(key)).map(|entry| entry.name.clone());
     weaknesses.extend(out_of_reach);
     identifiability::check_excitation(experiments)?;
     let slow = slow_sampling::is_slow(experiments);
@@ -109,7 +108,7 @@ pub fn fit(
         match weakness {
             Some(weakness) if weaknesses.len() < 5 && method == Method::OutputError => {
                 let mut outcome = Outcome::of_simulation(refined.space, covariance, weaknesses.clone(), method);
-                outcome.ambiguous.clone_from(&unsure);
+                outcome.ambiguous.extend(name_of_unsure.clone());
                 earlier = Some(Earlier { outcome, error, notes: notes.len() });
                 // A weak direction has taken the other parameters along, in the regression as in the fit: begin again.
                 let mut again = neutral.clone();
@@ -120,7 +119,7 @@ pub fn fit(
                 }
                 identifiability::close(&mut again, &weakness);
                 space = again;
-                if !told_already.contains(&weakness.held) {
+                if unsure != Some(weakness.held) {
                     weaknesses.push(weakness);
                 }
             }
@@ -139,7 +138,7 @@ pub fn fit(
                     ));
                 }
                 let mut outcome = Outcome::of_simulation(refined.space, covariance, weaknesses, method);
-                outcome.ambiguous = ambiguous.into_iter().chain(unsure).collect();
+                outcome.ambiguous = ambiguous.into_iter().chain(name_of_unsure).collect();
                 return Ok(outcome);
             }
         }

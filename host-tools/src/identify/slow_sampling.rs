@@ -8,6 +8,10 @@
 //! Of an electrical time constant L/R shorter than the interval h the samples tell next to nothing that the course of
 //! the voltage between them does not do as well: L is said to be out of reach. It is still a delay of the torque, which
 //! R and J would make up for, and is fitted with them.
+//!
+//! Debts, set by sight and tried on two dozen motors of another simulator: `OUT_OF_REACH`, `LEAST_INDUCTANCE` and
+//! `GAINS` here; `NOISE_OF_SLOW_SAMPLES` and `WITHOUT_DIRECTION` of the start values ([`regression`]); `GAINS` and
+//! `BEYOND` of what is told of an edge ([`prediction`]); the length of [short runs](super::equation_error).
 
 use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
@@ -25,16 +29,16 @@ use crate::prediction;
 
 /// Inductances from which fits start, in R h.
 const INDUCTANCES: [f64; 3] = [0.1, 1.0, 10.0];
-/// The same of one that is out of reach, from which a fit starts besides where the first has a larger one.
-const OUT_OF_REACH: f64 = 0.05;
-/// Fall of the error, sum of the logarithms of both balances, for which a supply is taken for switched rather than led:
-/// twice what either balance tells by chance at the fewest samples, and what a fit that is only estimated is off by.
-const FOR_LESS_NOT: f64 = 0.05;
 /// Courses that are tried with them.
 const COURSES: [Between; 5] =
     [Between::Linear, Between::Switched(0.0), Between::Switched(0.5), Between::Switched(1.0), Between::Smooth];
-/// Inductance out of reach is held at this or more, in R h: beyond, the current is settled within the first tenth of an
-/// interval, and a smaller one would only ask for shorter steps.
+/// Inductance out of reach, in R h, from which a fit starts besides where the first has a larger one.
+const OUT_OF_REACH: f64 = 0.05;
+/// Fall of the error, sum of the logarithms of both balances, for which a supply is taken for switched rather than led:
+/// what the mean of both has to fall by, twice, and what a fit that is only estimated is off by.
+const FOR_LESS_NOT: f64 = 2.0 * prediction::FOR_LESS_NOT + Effort::ESTIMATE.tolerance;
+/// Inductance out of reach starts from this or more, in R h: with it a twentieth of a change of the current is left
+/// after an eighth of an interval, e^(−0.125/0.04), and a smaller one would only ask for shorter steps.
 const LEAST_INDUCTANCE: f64 = 0.04;
 
 /// Gains that are tried, the free run last.
