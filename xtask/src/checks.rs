@@ -1,7 +1,7 @@
 //! The checks, in the order in which they run: quick ones first.
 
 use std::path::Path;
-use std::process::{ExitCode, Stdio};
+use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
@@ -43,8 +43,9 @@ pub const BY_NAME: [&str; 2] = ["packages", "fuzz"];
 /// The step that has a long version.
 const TESTS: &str = "tests";
 
-/// All checks. Those that only look at the code share one build of the dependencies (`--all-features`), and the tests
-/// have one of their own (release, the feature `full`, without link-time optimisation).
+/// All checks. Those that only look at the code share what they know of the dependencies, and with the tests the build
+/// scripts, the macros and what these build: one profile, and the features that development dependencies ask for, which
+/// `cargo doc` takes into account where examples are documented.
 pub const ALL: &[Check] = &[
     Check {
         name: "fmt",
@@ -69,7 +70,8 @@ pub const ALL: &[Check] = &[
         what: "no lint complains, tests and benchmarks included",
         needs: &[Need::Clippy, Need::BoardTools],
         run: |_| {
-            cargo(&["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "--deny", "warnings"])
+            let all = ["--workspace", "--all-targets", "--all-features", "--locked"];
+            run_command(as_tests(&mut cargo_command(&["clippy", "--release"])).args(all).args(["--", "--deny", "warnings"]))
         },
     },
     Check {
@@ -77,8 +79,11 @@ pub const ALL: &[Check] = &[
         what: "the documentation has no warning",
         needs: &[Need::BoardTools],
         run: |_| {
+            let programs = ["--bin", "xtask", "--bin", "greyrig-exam", "--bin", "greyrig-lot"];
             run_command(
-                cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--locked"])
+                as_tests(&mut cargo_command(&["doc", "--release", "--lib", "--examples"]))
+                    .args(programs)
+                    .args(["--workspace", "--no-deps", "--all-features", "--locked"])
                     .env("RUSTDOCFLAGS", "--deny warnings"),
             )
         },
@@ -206,12 +211,17 @@ pub fn run(checks: &[&Check], length: Length) -> ExitCode {
 }
 
 /// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
+/// In the profile of the tests: optimising each of their programs as a whole takes longer than running them, and nobody
+/// debugs them here.
+fn as_tests(command: &mut Command) -> &mut Command {
+    command.env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_DEBUG", "false")
+}
+
 fn tests(length: Length) -> Result<Tally, String> {
     let mut command = cargo_command(&["test", "--release", "--workspace", "--features", "greyrig-host/full"]);
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
-    // Optimising each of the test programs as a whole takes longer than running them, and nobody debugs them here.
-    command.env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_DEBUG", "false");
+    as_tests(&mut command);
     if length == Length::Long {
         command.env("GREYRIG_LONG", "1");
     }

@@ -153,26 +153,29 @@ const AS_GOOD: f64 = 0.01;
 /// Distance of their parameters, as a share of the value or of a typical friction, from which they differ.
 const ANOTHER: f64 = 0.1;
 
-/// Fits from several inertias: the best end, and the names of the parameters of which ends that are as good say
-/// otherwise.
+/// Fits from several inertias: the best end, fitted to the last digit, and the names of the parameters of which ends
+/// that are as good say otherwise.
 fn from_several_starts(space: &Space, problem: &OutputError<'_>, ctx: &Context) -> Result<(Fit, Vec<String>)> {
-    let mut ends = vec![minimise(space, problem, Effort::FULL, None, ctx)?];
-    for factor in STARTS {
-        let mut start = space.clone();
-        let inertia = start.value(BaseParameter::J);
-        start.start(BaseParameter::J, factor * inertia);
-        ends.push(minimise(&start, problem, Effort::FULL, None, ctx)?);
-    }
     let error = |end: &Fit| end.log_error(problem.groups());
+    let mut ends = Vec::new();
+    for factor in std::iter::once(1.0).chain(STARTS) {
+        let mut start = space.clone();
+        start.start(BaseParameter::J, factor * space.value(BaseParameter::J));
+        ends.push(minimise(&start, problem, Effort::PATIENT, None, ctx)?);
+    }
     ends.sort_by(|a, b| error(a).total_cmp(&error(b)));
     let best = ends.remove(0);
+    let best = minimise(&best.space, problem, Effort::FULL, Some(best.rms), ctx)?;
     let as_good: Vec<&Fit> = ends.iter().filter(|end| error(end) < error(&best) + AS_GOOD).collect();
-    let differs = |entry: &&Entry| {
-        let size = if entry.positive { entry.value.abs() } else { entry.scale };
-        as_good.iter().any(|end| (end.space.value(entry.key) - entry.value).abs() > ANOTHER * size)
-    };
+    let differs = |entry: &&Entry| as_good.iter().any(|end| differ(entry, &end.space));
     let ambiguous = best.space.free().filter(differs).map(|entry| entry.name.clone()).collect();
     Ok((best, ambiguous))
+}
+
+/// Whether a space has another value of a parameter.
+fn differ(entry: &Entry, other: &Space) -> bool {
+    let size = if entry.positive { entry.value.abs() } else { entry.scale };
+    (other.value(entry.key) - entry.value).abs() > ANOTHER * size
 }
 
 /// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
