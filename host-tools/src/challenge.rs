@@ -105,7 +105,7 @@ fn challenged(recordings: &[Recording], model: &Model, effects: &[EffectId], ctx
     check_room(model, effects)?;
     let esr = compare(model, recordings, ctx)?.esr;
     let recordings = samples::without_clipped(recordings);
-    let mut full = identify::prepare(&recordings, &model.filter)?;
+    let mut full = identify::prepare(&recordings, &model.filter, &model.chain)?;
     dither::add(&mut full);
     identifiability::check_excitation(&full)?;
     let mut settings = Settings::of_model(model);

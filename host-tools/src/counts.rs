@@ -51,6 +51,15 @@ impl Window {
         (samples > 1 && changes.len() >= FEWEST_CHANGES).then_some(Self { samples, first, is_mean: true })
     }
 
+    /// Of so many samples, in step with where most changes of a speed are.
+    pub fn in_step_with(speed: &[f64], samples: usize) -> Self {
+        let mut changes = vec![0usize; samples];
+        (1..speed.len()).filter(|n| speed[*n] != speed[n - 1]).for_each(|n| changes[n % samples] += 1);
+        let most = changes.iter().copied().max().unwrap_or(0);
+        let first = changes.iter().position(|count| *count == most).unwrap_or(0);
+        Self { samples, first, is_mean: true }
+    }
+
     /// Whether a new value is shown at a sample.
     pub fn ends_at(&self, n: usize) -> bool {
         n % self.samples == self.first

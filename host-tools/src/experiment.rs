@@ -8,13 +8,14 @@ use greyrig::scalar::Scalar;
 
 use crate::averaging;
 use crate::between::{self, Between};
-use crate::counts::{self, Window};
+use crate::counts::Window;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
 use crate::filtering::{FEWEST_SETTLINGS, Filter};
 use crate::mains;
 use crate::noise;
 use crate::recording::{Channel, Recording};
+use crate::speed_sensor::{Chain, SpeedSensor};
 
 /// What drives the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,8 +125,8 @@ pub struct Experiment {
     /// Intervals within which the voltage is switched at an instant of its own, by the sample that they end with, in
     /// their order, and the share of the interval after it.
     pub instants: Vec<(usize, f64)>,
-    /// Pulses a turn of an encoder whose counts are the speed.
-    pub pulses: Option<u32>,
+    /// How the speed was measured, where that is told or the values tell it.
+    pub sensor: Option<SpeedSensor>,
     /// Windows in which the speed is counted or held.
     pub window: Option<Window>,
     /// Equal parts in which the model goes through an interval.
@@ -238,11 +239,13 @@ impl Experiment {
             ));
         }
         let slow = drive == Drive::Voltage && current.is_some() && interval_s >= between::ASKED_FROM_S;
-        let counted_speed = recording.channel(Channel::Speed).filter(|_| slow);
-        let held = counted_speed.and_then(Window::of);
-        let window_s = interval_s * held.map_or(1.0, |window| window.samples as f64);
-        let pulses = counted_speed.and_then(|speed| counts::pulses_a_turn(speed, window_s));
-        let window = held.or(pulses.map(|_| Window::ONE));
+        let shown = recording.channel(Channel::Speed).filter(|_| slow);
+        let told = SpeedSensor::told(recording)?;
+        let sensor = told.or_else(|| SpeedSensor::by_values(shown?, interval_s)).filter(|_| slow);
+        let window = shown.and_then(|speed| match sensor {
+            Some(sensor) => sensor.window(speed, interval_s),
+            None => Window::of(speed),
+        });
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -256,7 +259,7 @@ impl Experiment {
             edges: Vec::new(),
             between: Between::Smooth,
             instants: Vec::new(),
-            pulses,
+            sensor,
             window,
             pieces: 1,
             response: [1.0; 2],
@@ -271,6 +274,17 @@ impl Experiment {
             open: recording.supply_open().to_vec(),
             start,
         })
+    }
+
+    /// The same as a chain has shown it, if neither the recording nor its values tell how the speed was measured.
+    #[must_use]
+    pub fn through(mut self, chain: &Chain) -> Self {
+        let is_slow =
+            self.drive == Drive::Voltage && self.current.is_some() && self.interval_s >= between::ASKED_FROM_S;
+        if let (Some(sensor), None, Some(speed), true) = (chain.speed, self.sensor, &self.speed, is_slow) {
+            (self.sensor, self.window) = (Some(sensor), sensor.window(speed, self.interval_s));
+        }
+        self
     }
 
     /// The same with hard edges of the voltage where the current saw them, between the samples: for comparison and
@@ -405,7 +419,7 @@ impl Experiment {
             input: average(&self.input),
             edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
             between: self.between,
-            pulses: self.pulses,
+            sensor: self.sensor,
             window: self.window,
             instants: if factor == 1 { self.instants.clone() } else { Vec::new() },
             pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },

@@ -50,7 +50,7 @@ fn rows(
         .motor::<f32>()
         .map_err(|e| Error::usage(format!("the model cannot be run: {e}"), "check its parameters"))?;
     for recording in segments::apart(recordings, &model.filter).iter() {
-        let e = Experiment::new(recording, &model.filter)?;
+        let e = Experiment::new(recording, &model.filter)?.through(&model.chain);
         let (Drive::Voltage, Some(current)) = (e.drive, e.current.as_ref()) else {
             return Err(Error::usage(
                 format!("{} holds no voltage and current", e.name),

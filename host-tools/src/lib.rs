@@ -37,4 +37,5 @@ pub mod report;
 pub mod rig;
 pub mod segments;
 pub mod serve;
+pub mod speed_sensor;
 pub mod term;

@@ -12,6 +12,7 @@ use crate::counts::Window;
 use crate::edges::{Common, Share, UNKNOWN};
 use crate::experiment::Experiment;
 use crate::noise;
+use crate::speed_sensor::SpeedSensor;
 
 /// Fall of the error of prediction, mean of the logarithms of both signals, for which the smooth course is left. By
 /// chance two courses differ by 1/√n at n samples, 0.02 at the 2,500 of a short recording.
@@ -74,16 +75,18 @@ pub fn as_told(e: Experiment, motor: &Motor<f64>) -> Experiment {
     if e.is_slow(Some(motor)) { choose(&e, motor) } else { e }
 }
 
-/// What a speed shows that is held over several samples and was not counted: the mean over its window or the speed at
+/// What a speed shows that is held over several samples by nobody knows what: the mean over its window or the speed at
 /// the end of it, whichever predicts better.
 fn with_window_told(mut e: Experiment, motor: &Motor<f64>) -> Experiment {
-    let Some(window) = e.window.filter(|window| window.samples > 1 && e.pulses.is_none()) else { return e };
+    let Some(window) = e.window.filter(|window| window.samples > 1 && e.sensor.is_none()) else { return e };
     let mut with = |is_mean: bool| {
         e.window = Some(Window { is_mean, ..window });
         misfit(&e, motor)
     };
     let is_mean = with(true) <= with(false);
     e.window = Some(Window { is_mean, ..window });
+    let window_s = window.samples as f64 * e.interval_s;
+    e.sensor = Some(if is_mean { SpeedSensor::Mean { window_s } } else { SpeedSensor::Held { window_s } });
     e
 }
 

@@ -10,6 +10,7 @@ use greyrig_host::identify::space::Space;
 use greyrig_host::identify::{Settings, build_space, prepare};
 use greyrig_host::model::{Filter, Kind};
 use greyrig_host::rig::Setup;
+use greyrig_host::speed_sensor::Chain;
 use nalgebra::DVector;
 
 /// The bits of residuals at many points, at once and one by one.
@@ -29,7 +30,7 @@ fn points_at_once_have_the_bits_of_each_alone() {
     };
     let recordings =
         [run("staircase", 2.0, 1), run("dc-steps", 2.0, 2), run("locked", 1.0, 3), run("coast-down", 3.0, 4)];
-    let full = prepare(&recordings, &Filter::default()).unwrap();
+    let full = prepare(&recordings, &Filter::default(), &Chain::default()).unwrap();
     let experiments: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     for effects in [
         &["saturation", "hysteresis", "brush_drop", "bearing_warmup"][..],

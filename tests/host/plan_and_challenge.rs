@@ -12,6 +12,7 @@ use greyrig_host::model::{Base, Kind, Model, Parameter, SCHEMA, Status, catalogu
 use greyrig_host::plan::{Contest, Limits, Plan, plan};
 use greyrig_host::recording::{Motion, Recording};
 use greyrig_host::rig::{Motor, Setup};
+use greyrig_host::speed_sensor::Chain;
 
 /// The model with the rig's own parameters.
 fn true_model(kind: Kind) -> Model {
@@ -21,6 +22,7 @@ fn true_model(kind: Kind) -> Model {
     });
     Model {
         schema: SCHEMA,
+        chain: Chain::default(),
         kind,
         base: Base::usual(kind),
         motion: Motion::Rotary,

@@ -15,6 +15,7 @@ use greyrig_host::filtering::Filter;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Base, Kind, Model, Parameter, Provenance, SCHEMA, Status, unit};
 use greyrig_host::recording::{Channel, Motion, Recording};
+use greyrig_host::speed_sensor::{Chain, KEY, SpeedSensor};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -116,6 +117,7 @@ fn model(truth: &Truth) -> Model {
     };
     Model {
         schema: SCHEMA,
+        chain: Chain::default(),
         kind: Kind::PmDc,
         base: Base::DryViscous,
         motion: Motion::Rotary,
@@ -255,4 +257,45 @@ fn a_healthy_motor_whose_speed_is_counted_is_acquitted() {
             verdict.effects
         );
     }
+}
+
+/// The mean of the speed over the interval that a sample ends, by trapezoids.
+fn averaged(recording: &Recording) -> Recording {
+    let speed = recording.channel(Channel::Speed).unwrap();
+    let mean = speed.iter().take(1).copied().chain(speed.windows(2).map(|w| 0.5 * (w[0] + w[1]))).collect();
+    let mut averaged = recording.clone();
+    averaged.set_channel(Channel::Speed, mean).unwrap();
+    averaged
+}
+
+#[test]
+fn how_a_speed_was_measured_is_told_by_a_recording_or_by_the_model() {
+    // A mean over each interval shows nothing of that in its values: it comes half an interval late.
+    let truth = Truth { j: 1e-3, ..MOTOR };
+    let interval_s = 5e-3;
+    let sensor = SpeedSensor::Mean { window_s: interval_s };
+    let untold = averaged(&recorded(truth, interval_s, 16.0, Course::Mean).0);
+    let mut told = untold.clone();
+    told.set_metadata(KEY, sensor.to_string());
+    let identified = |run: &Recording| {
+        identify(std::slice::from_ref(run), &Settings::new(Kind::PmDc), &Context::quiet()).unwrap().model
+    };
+    let (with, without) = (identified(&told), identified(&untold));
+    assert_eq!((with.chain.speed, without.chain.speed), (Some(sensor), None));
+    // Half an interval, 2.5 ms, beside R J/K² = 0.77 s is a third of a per cent of J; noise makes a tenth of that.
+    let off = |model: &Model| (model.parameters["J"].value / truth.j - 1.0).abs();
+    assert!(off(&with) < 0.001 && off(&without) > 0.002, "{} {}", off(&with), off(&without));
+    // The model keeps it for recordings that do not tell.
+    let error = |model: &Model| {
+        let found = compare(model, std::slice::from_ref(&untold), &Context::quiet()).unwrap();
+        (found.esr.current.unwrap(), found.per_recording[0].speed_sensor)
+    };
+    let forgetful = Model { chain: Chain::default(), ..with.clone() };
+    let ((kept, shown), (forgotten, _)) = (error(&with), error(&forgetful));
+    assert_eq!(shown, Some(sensor));
+    assert!(kept <= forgotten, "{kept} {forgotten}");
+    let mut wrong = untold.clone();
+    wrong.set_metadata(KEY, "tacho");
+    let refused = compare(&with, &[wrong], &Context::quiet()).unwrap_err().to_string();
+    assert!(refused.contains("speed_sensor") && refused.contains("counts:PULSES:WINDOW"), "{refused}");
 }

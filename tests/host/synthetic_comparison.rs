@@ -7,6 +7,7 @@ use greyrig_host::between::Course;
 use greyrig_host::compare::{Comparison, Map, PerSignal, Profile, RecordingComparison, Region, Signal, Traces};
 use greyrig_host::model::{Base, Kind, Model, Origin, Parameter, Provenance, Status};
 use greyrig_host::recording::Motion;
+use greyrig_host::speed_sensor::Chain;
 
 pub const SAMPLE_TIME_S: f64 = 1e-4;
 
@@ -113,7 +114,7 @@ pub fn recording(name: &str, traces: Traces) -> RecordingComparison {
         rms: figures(4.31, 1874.0),
         input: Some(Course::Smooth),
         input_share: None,
-        pulses_a_turn: None,
+        speed_sensor: None,
         cutoff_hz: 250.0,
         diverges: false,
         warnings: Vec::new(),
@@ -190,6 +191,7 @@ pub fn model(motion: Motion) -> Model {
         )
     };
     Model {
+        chain: Chain::default(),
         schema: 1,
         kind: Kind::Universal,
         base: Base::Full,

@@ -71,7 +71,9 @@ pub const ALL: &[Check] = &[
         needs: &[Need::Clippy, Need::BoardTools],
         run: |_| {
             let all = ["--workspace", "--all-targets", "--all-features", "--locked"];
-            run_command(as_tests(&mut cargo_command(&["clippy", "--release"])).args(all).args(["--", "--deny", "warnings"]))
+            run_command(
+                as_tests(&mut cargo_command(&["clippy", "--release"])).args(all).args(["--", "--deny", "warnings"]),
+            )
         },
     },
     Check {
@@ -222,6 +224,9 @@ fn tests(length: Length) -> Result<Tally, String> {
     // The output of tests that passed is where they say that they skipped something.
     command.args(["--locked", "--no-fail-fast", "--", "--show-output"]);
     as_tests(&mut command);
+    // One more than the processors: some wait for a clock.
+    let threads = std::thread::available_parallelism().map_or(2, |n| n.get() + 1);
+    command.env("RUST_TEST_THREADS", threads.to_string());
     if length == Length::Long {
         command.env("GREYRIG_LONG", "1");
     }

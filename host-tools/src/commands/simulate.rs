@@ -11,7 +11,8 @@ use super::terminal::Terminal;
 use crate::error::{Error, Result};
 use crate::output;
 use crate::recording;
-use crate::rig::{EFFECTS, FAULTS, Kind, Motor, PROFILES, Setup, Sizes};
+use crate::rig::{EFFECTS, FAULTS, Kind, Logger, Motor, PROFILES, Setup, Sizes};
+use crate::speed_sensor;
 
 /// Arguments of `greyrig simulate`.
 #[derive(Debug, clap::Args)]
@@ -73,6 +74,15 @@ pub struct Args {
     #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
     pub fifth_harmonic: f64,
 
+    /// Samples a second that are kept, a whole part of the rig's 10,000; all by default
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+
+    /// How the speed is measured: counts:PULSES:WINDOW, mean:WINDOW or held:WINDOW, windows in seconds; sampled by
+    /// default
+    #[arg(long, value_name = "SENSOR")]
+    pub speed_sensor: Option<String>,
+
     /// Write the true parameters, effects and faults into the file's metadata
     #[arg(long)]
     pub reveal: bool,
@@ -106,8 +116,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         return Err(Error::usage("no file to write", "give --out RUN.csv"));
     };
     output::refuse_overwrite(path, args.force)?;
-    let setup = setup(args)?;
-    let recording = terminal.watching("simulation", |ctx| setup.run_in(ctx))?.recording;
+    let (setup, logger) = (setup(args)?, logger(args)?);
+    let recording = logger.record(&terminal.watching("simulation", |ctx| setup.run_in(ctx))?.recording)?;
     recording::write(&recording, path, args.force, &terminal.context())?;
     let name = path.display().to_string();
     if args.json {
@@ -130,6 +140,15 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         ))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn logger(args: &Args) -> Result<Logger> {
+    let sensor = |text: &String| {
+        text.parse().map_err(|error: speed_sensor::Unknown| {
+            Error::usage(format!("--speed-sensor: {error}"), speed_sensor::Unknown::REMEDY)
+        })
+    };
+    Ok(Logger { rate_hz: args.rate, speed_sensor: args.speed_sensor.as_ref().map(sensor).transpose()? })
 }
 
 fn setup(args: &Args) -> Result<Setup> {

@@ -7,6 +7,7 @@ use crate::compare::{Comparison, PerSignal};
 use crate::identify::flux::FluxAtPeak;
 use crate::identify::{Estimate, Identification};
 use crate::model::Status;
+use crate::speed_sensor::SpeedSensor;
 
 /// A table in the house style.
 pub fn table(header: &[&str]) -> Table {
@@ -97,10 +98,10 @@ pub fn errors(comparison: &Comparison) -> String {
             r.recording
         );
     }
-    let mut pulses: Vec<u32> = comparison.per_recording.iter().filter_map(|r| r.pulses_a_turn).collect();
-    pulses.dedup();
-    for pulses in pulses {
-        text += &format!("\nspeed counted by an encoder of {pulses} pulses a turn; the model's is averaged alike");
+    let mut sensors: Vec<SpeedSensor> = comparison.per_recording.iter().filter_map(|r| r.speed_sensor).collect();
+    sensors.dedup();
+    for sensor in sensors {
+        text += &format!("\nspeed {}; the model's is shown alike", sensor.in_words());
     }
     if let Some(course) = comparison.input
         && course != Course::Smooth

@@ -59,8 +59,10 @@ pub fn compare_along(
 
 fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx: &Context) -> Result<Comparison> {
     let recordings = &*segments::apart(recordings, &model.filter);
-    let mut experiments: Vec<Experiment> =
-        recordings.iter().map(|r| Ok(Experiment::new(r, &model.filter)?.with_edges_placed())).collect::<Result<_>>()?;
+    let mut experiments: Vec<Experiment> = recordings
+        .iter()
+        .map(|r| Ok(Experiment::new(r, &model.filter)?.through(&model.chain).with_edges_placed()))
+        .collect::<Result<_>>()?;
     for (e, recording) in experiments.iter().zip(recordings) {
         require(model, e)?;
         same_type(model, recording)?;
@@ -116,7 +118,7 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
                 rms: errors[0].map(|e| e.map(|e| (e.signal / e.samples).sqrt())).into(),
                 input: of_voltage.then(|| e.between.into()),
                 input_share: e.between.share(),
-                pulses_a_turn: e.pulses,
+                speed_sensor: e.sensor,
                 cutoff_hz: e.filter.cutoff_hz,
                 diverges: traces.diverges,
                 warnings: recording.warnings().to_vec(),

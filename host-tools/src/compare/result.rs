@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::between::Course;
+use crate::speed_sensor::SpeedSensor;
 
 /// A figure for each signal that a recording may hold; `None` where it does not apply.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -151,9 +152,9 @@ pub struct RecordingComparison {
     /// Share of the interval by which the supply is switched before a sample, where it is switched.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input_share: Option<f64>,
-    /// Pulses a turn of an encoder whose counts from sample to sample are the speed; the model's is averaged alike.
+    /// How the speed was measured, if it was not sampled; the model's is shown alike.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pulses_a_turn: Option<u32>,
+    pub speed_sensor: Option<SpeedSensor>,
     /// Cut-off of the filter that measured and modelled signals went through, Hz.
     pub cutoff_hz: f64,
     /// Whether the free run leaves all bounds: then there is no error.

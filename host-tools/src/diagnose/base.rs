@@ -18,7 +18,7 @@ use crate::recording::Recording;
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
 pub fn error(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<[f64; 2]> {
-    let mut full = identify::prepare(recordings, &settings.filter)?;
+    let mut full = identify::prepare(recordings, &settings.filter, &settings.chain)?;
     let mut space = identify::build_space(settings)?;
     slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();

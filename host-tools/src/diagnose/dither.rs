@@ -72,10 +72,11 @@ mod tests {
     use crate::identify::prepare;
     use crate::model::{Filter, Kind};
     use crate::rig::Setup;
+    use crate::speed_sensor::Chain;
 
     fn recorded(noise: f64) -> Vec<Experiment> {
         let setup = Setup::new(Kind::Universal).noise(noise).profile("staircase").unwrap().seconds(4.0);
-        prepare(&[setup.run().unwrap().recording], &Filter::default()).unwrap()
+        prepare(&[setup.run().unwrap().recording], &Filter::default(), &Chain::default()).unwrap()
     }
 
     #[test]

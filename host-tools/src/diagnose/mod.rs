@@ -149,7 +149,7 @@ pub fn diagnose_telling(
 fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked: &Ranked<'_>) -> Result<Diagnosis> {
     ctx.doing("reading");
     let recordings = &samples::without_clipped(recordings);
-    let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter)?;
+    let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter, &options.settings.chain)?;
     let mut settings = options.settings.clone();
     // A sensor without a sign is a matter of the data: it is part of what is fitted, and no effect that is missing.
     let has = settings.effects.contains(&samples::SIGN_LOST) || options.excludes(samples::SIGN_LOST);

@@ -186,6 +186,7 @@ impl Outcome {
             motion,
             motor: recordings.iter().find_map(|r| r.metadata().get("motor").cloned()),
             filter,
+            chain: settings.chain,
             parameters: stored(&parameters, |key| key.base().is_some()),
             effects: settings.effects.iter().map(of_effect).collect(),
             terms: settings.terms.iter().enumerate().map(of_term).collect(),

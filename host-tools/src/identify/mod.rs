@@ -34,6 +34,7 @@ use crate::experiment::{Drive, Experiment};
 use crate::model::Filter;
 use crate::recording::Recording;
 use crate::segments;
+use crate::speed_sensor::Chain;
 use flux::FluxAtPeak;
 use space::Freedom;
 
@@ -62,7 +63,7 @@ pub fn identify(recordings: &[Recording], settings: &Settings, ctx: &Context) ->
 
 fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
     let mut filter = settings.filter;
-    let mut experiments = prepare(recordings, &filter)?;
+    let mut experiments = prepare(recordings, &filter, &settings.chain)?;
     let mut space = build_space(settings)?;
     let mut notes = Vec::new();
     let drive = experiments[0].drive;
@@ -89,14 +90,17 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
     filter.cutoff_hz = experiments.iter().map(|e| e.filter.cutoff_hz).fold(filter.cutoff_hz, f64::min);
     notes.extend(outcome.implausible(settings.kind));
     let flux = outcome.covariance.as_ref().and_then(|c| FluxAtPeak::of(&outcome.space, c, &experiments));
-    Ok(outcome.into_identification(recordings, settings, filter, flux, notes))
+    let mut identification = outcome.into_identification(recordings, settings, filter, flux, notes);
+    identification.model.chain = Chain::common(experiments.iter().map(|e| e.sensor));
+    Ok(identification)
 }
 
-/// Prepares recordings of one motor type; of one with gaps, its parts.
+/// Prepares recordings of one motor type, as a chain has shown them where they do not tell it themselves; of one with
+/// gaps, its parts.
 ///
 /// # Errors
 /// No recording, recordings of different types, or one that cannot be used.
-pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experiment>> {
+pub fn prepare(recordings: &[Recording], filter: &Filter, chain: &Chain) -> Result<Vec<Experiment>> {
     if recordings.is_empty() {
         return Err(Error::usage("no recording was given", "name at least one file"));
     }
@@ -113,5 +117,6 @@ pub fn prepare(recordings: &[Recording], filter: &Filter) -> Result<Vec<Experime
             "identify each motor type by itself",
         ));
     }
-    segments::apart(recordings, filter).iter().map(|r| Ok(Experiment::new(r, filter)?.with_edges_placed())).collect()
+    let prepared = |r: &Recording| Ok(Experiment::new(r, filter)?.through(chain).with_edges_placed());
+    segments::apart(recordings, filter).iter().map(prepared).collect()
 }

@@ -7,6 +7,7 @@ use super::space::{Freedom, Space};
 use crate::between::Course;
 use crate::error::{Error, Result};
 use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
+use crate::speed_sensor::Chain;
 use crate::term::Formula;
 
 /// How far the estimation goes.
@@ -40,6 +41,8 @@ pub struct Settings {
     pub filter: Filter,
     /// Whether the user chose the cut-off.
     pub cutoff_given: bool,
+    /// The measuring chain, where recordings do not tell it.
+    pub chain: Chain,
     /// What the voltage does between its samples, if the user knows it.
     pub course: Option<Course>,
 }
@@ -57,6 +60,7 @@ impl Settings {
             bounds: Vec::new(),
             filter: Filter::default(),
             cutoff_given: false,
+            chain: Chain::default(),
             course: None,
         }
     }
@@ -75,6 +79,7 @@ impl Settings {
                 .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
                 .collect(),
             filter: model.filter,
+            chain: model.chain,
             cutoff_given: true,
             ..Self::new(model.kind)
         }

@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::network;
 use crate::recording::{Motion, Recording};
+use crate::speed_sensor::Chain;
 use crate::term::Formula;
 
 pub use crate::filtering::Filter;
@@ -203,6 +204,9 @@ pub struct Model {
     /// Filter of the comparison.
     #[serde(default)]
     pub filter: Filter,
+    /// What the measuring chain does, where recordings do not tell it.
+    #[serde(default, skip_serializing_if = "Chain::is_default")]
+    pub chain: Chain,
     /// Base parameters by name (R, L, K, J, mu0, mu1, mu2).
     pub parameters: BTreeMap<String, Parameter>,
     /// Effects, in the order in which they act.

@@ -114,7 +114,7 @@ pub fn suspects(kind: Kind, limits: &BTreeMap<String, [f64; 2]>, own: &BTreeMap<
 /// # Errors
 /// A recording that cannot be used, an interrupt.
 pub fn changes(model: &Model, recording: &Recording, ctx: &Context) -> Result<BTreeMap<String, f64>> {
-    let full = prepare(std::slice::from_ref(recording), &model.filter)?;
+    let full = prepare(std::slice::from_ref(recording), &model.filter, &model.chain)?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     let mut space = build_space(&Settings::of_model(model))?;
     space.take_scales(&space.scales(&coarse));

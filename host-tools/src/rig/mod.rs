@@ -16,6 +16,7 @@
 pub mod chain;
 pub mod effects;
 pub mod faults;
+pub mod logger;
 pub mod motor;
 mod names;
 pub mod parts;
@@ -37,6 +38,7 @@ use crate::recording::{Channel, Recording};
 pub use chain::ChainSetup;
 pub use effects::{ChosenEffect, EFFECTS, Effect};
 pub use faults::{ChosenFault, FAULTS, Fault};
+pub use logger::Logger;
 pub use motor::{Kind, Motor};
 pub use profiles::{PROFILES, Profile};
 

@@ -31,7 +31,7 @@ pub fn left(case: &Case, outcome: &Outcome) -> Result<(Left, Left)> {
 }
 
 fn of(model: &Model, case: &Case) -> Result<Left> {
-    let held_out = prepare(&[case.held_out()?], &model.filter)?;
+    let held_out = prepare(&[case.held_out()?], &model.filter, &model.chain)?;
     let mut space = build_space(&Settings::of_model(model))?;
     space.take_model(model);
     let Some(problem) = EquationError::new(&held_out) else { return Ok([f64::NAN; 2]) };

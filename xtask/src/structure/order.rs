@@ -48,6 +48,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "counts",
             "filtering",
             "recording",
+            "speed_sensor",
             "segments",
             "held_out",
             "model",

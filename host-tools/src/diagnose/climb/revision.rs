@@ -292,7 +292,7 @@ mod tests {
         let effects = ["saturation=0.35", "hysteresis=0.2", "brush_drop=2.5"];
         let setup = effects.iter().fold(setup, |setup, effect| setup.effect(effect).unwrap());
         let settings = Settings::new(Kind::Universal);
-        let full = identify::prepare(&[setup.run().unwrap().recording], &settings.filter).unwrap();
+        let full = identify::prepare(&[setup.run().unwrap().recording], &settings.filter, &settings.chain).unwrap();
         let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
         let mut space = identify::build_space(&settings).unwrap();
         base::start(&mut space, &full, &coarse).unwrap();

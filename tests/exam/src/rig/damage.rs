@@ -6,6 +6,7 @@ use std::path::Path;
 
 use greyrig_host::error::Result;
 use greyrig_host::recording::{Channel, Mapping, Recording, load};
+use greyrig_host::rig::logger::angle;
 
 use super::Random;
 
@@ -81,29 +82,6 @@ pub fn at(values: &[f64], position: f64) -> f64 {
     let position = position.clamp(0.0, (values.len() - 1) as f64);
     let n = (position as usize).min(values.len().saturating_sub(2));
     values[n] + (position - n as f64) * (values[n + 1] - values[n])
-}
-
-/// Angle at each sample, rad, by trapezoids.
-pub fn angle(speed: &[f64], interval_s: f64) -> Vec<f64> {
-    let mut angle = 0.0;
-    let mut before = speed[0];
-    let step = |w: &f64| {
-        angle += 0.5 * (before + w) * interval_s;
-        before = *w;
-        angle
-    };
-    speed.iter().map(step).collect()
-}
-
-/// The speed by counts of an encoder's pulses in a window, renewed at the end of each window.
-pub fn counted(speed: &[f64], interval_s: f64, pulses: f64, window: usize) -> Vec<f64> {
-    let step = TAU / pulses;
-    let counts: Vec<f64> = angle(speed, interval_s).into_iter().map(|a| (a / step).floor()).collect();
-    let seen = |n: usize| {
-        let last = n / window * window;
-        if last < window { 0.0 } else { (counts[last] - counts[last - window]) * step / (window as f64 * interval_s) }
-    };
-    (0..speed.len()).map(seen).collect()
 }
 
 /// The speed by the time between the last two pulses, held until the next.

@@ -3,7 +3,7 @@
 use greyrig_host::model::Kind as MotorKind;
 use greyrig_host::recording::finding::Code;
 use greyrig_host::recording::{Channel, Recording};
-use greyrig_host::rig::{Motor, PROFILES, Setup};
+use greyrig_host::rig::{Motor, PROFILES, Setup, logger};
 
 use super::damage::{self, each, largest, of, times};
 use super::{Random, Sound};
@@ -166,7 +166,7 @@ pub const KINDS: &[Kind] = &[
         codes: &[Code::UnitSuspect],
         ..kind("rpm-with-angle", &[], |s, random| {
             let (name, factor) = random.one_of(&[("rpm", 9.549_296_6), ("deg/s", 57.295_78)]);
-            let angle = damage::angle(of(&s.recording, W), s.recording.sample_time_s());
+            let angle = logger::angle(of(&s.recording, W), s.recording.sample_time_s());
             let mut run = times(&s.recording, W, factor);
             run.set_channel(Channel::Angle, angle).ok()?;
             one(run, W, name)
@@ -376,7 +376,7 @@ pub const KINDS: &[Kind] = &[
             return None;
         }
         let pulses = random.one_of(&pulses);
-        let run = damage::change(&s.recording, W, |x| *x = damage::counted(x, h, pulses, window));
+        let run = damage::change(&s.recording, W, |x| *x = logger::counted(x, h, pulses as u32, window));
         one(run, W, format!("{pulses} a turn in {window}"))
     }),
     kind("period", &[Code::PulsePeriod], |s, random| {

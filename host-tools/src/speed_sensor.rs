@@ -1,0 +1,207 @@
+//! How a speed is measured, where that is more than a sample of it: counts of an encoder's pulses in windows, means
+//! over windows, values that are held.
+//!
+//! A recording tells it in its metadata (`# speed_sensor: counts:120:0.01`), a model file in `[chain]`, a user of the
+//! virtual rig with `--speed-sensor`. What nobody tells is estimated from the values ([`counts`](crate::counts)).
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::counts::{self, Window};
+use crate::error::{Error, Place, Result};
+use crate::recording::Recording;
+
+/// Key of a recording's metadata.
+pub const KEY: &str = "speed_sensor";
+/// Distance of a window from a whole number of samples, as a share of an interval, that is a matter of digits.
+const ROUNDED: f64 = 0.05;
+
+/// What a value of the speed is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum SpeedSensor {
+    /// Pulses of an encoder since the value before, at the end of each window: steps of 2π/(pulses · window), rad/s.
+    Counts {
+        /// Pulses a turn, all edges that are counted.
+        pulses: u32,
+        /// Time from one value to the next, s.
+        window_s: f64,
+    },
+    /// The mean over the window that ends with it, shown until the next.
+    Mean {
+        /// Time from one value to the next, s.
+        window_s: f64,
+    },
+    /// The speed at the end of each window, held until the next.
+    Held {
+        /// Time from one value to the next, s.
+        window_s: f64,
+    },
+}
+
+impl SpeedSensor {
+    /// What a recording's metadata tell.
+    ///
+    /// # Errors
+    /// A sensor that there is not.
+    pub fn told(recording: &Recording) -> Result<Option<Self>> {
+        let Some(text) = recording.metadata().get(KEY) else { return Ok(None) };
+        text.parse().map(Some).map_err(|error: Unknown| {
+            Error::input(Place::file(recording.path()), format!("{KEY} in the metadata: {error}"), Unknown::REMEDY)
+        })
+    }
+
+    /// What the values of a speed tell of themselves: counts by their quantum. A speed that is held may be counted or
+    /// not, a mean or an instant: that takes a model.
+    pub fn by_values(speed: &[f64], interval_s: f64) -> Option<Self> {
+        let window_s = interval_s * Window::of(speed).map_or(1.0, |window| window.samples as f64);
+        counts::pulses_a_turn(speed, window_s).map(|pulses| Self::Counts { pulses, window_s })
+    }
+
+    /// Time from one value to the next, s.
+    pub fn window_s(self) -> f64 {
+        match self {
+            Self::Counts { window_s, .. } | Self::Mean { window_s } | Self::Held { window_s } => window_s,
+        }
+    }
+
+    /// Whether a value is a mean over its window.
+    pub fn is_mean(self) -> bool {
+        !matches!(self, Self::Held { .. })
+    }
+
+    /// What was done to the speed, in words.
+    pub fn in_words(self) -> String {
+        let milliseconds = 1e3 * self.window_s();
+        match self {
+            Self::Counts { pulses, .. } => {
+                format!("counted by an encoder of {pulses} pulses a turn, in windows of {milliseconds:.3} ms")
+            }
+            Self::Mean { .. } => format!("averaged over {milliseconds:.3} ms"),
+            Self::Held { .. } => format!("held for {milliseconds:.3} ms"),
+        }
+    }
+
+    /// Its windows in a speed that is sampled every so many seconds; `None` where they are no whole number of samples,
+    /// or one that shows each sample as it is.
+    pub fn window(self, speed: &[f64], interval_s: f64) -> Option<Window> {
+        let samples = self.window_s() / interval_s;
+        let is_whole = samples.round() >= 1.0 && (samples - samples.round()).abs() < ROUNDED;
+        let shows_samples = samples.round() == 1.0 && !self.is_mean();
+        (is_whole && !shows_samples)
+            .then(|| Window { is_mean: self.is_mean(), ..Window::in_step_with(speed, samples.round() as usize) })
+    }
+}
+
+impl fmt::Display for SpeedSensor {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Counts { pulses, window_s } => write!(f, "counts:{pulses}:{window_s}"),
+            Self::Mean { window_s } => write!(f, "mean:{window_s}"),
+            Self::Held { window_s } => write!(f, "held:{window_s}"),
+        }
+    }
+}
+
+/// A text that names no speed sensor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unknown(String);
+
+impl Unknown {
+    /// What to do about it.
+    pub const REMEDY: &str = "give counts:PULSES:WINDOW, mean:WINDOW or held:WINDOW, windows in seconds";
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} is no speed sensor", self.0)
+    }
+}
+
+impl std::error::Error for Unknown {}
+
+impl FromStr for SpeedSensor {
+    type Err = Unknown;
+
+    fn from_str(text: &str) -> std::result::Result<Self, Unknown> {
+        let unknown = || Unknown(text.to_owned());
+        let parts: Vec<&str> = text.trim().split(':').map(str::trim).collect();
+        let seconds = |text: &str| text.parse().ok().filter(|s: &f64| s.is_finite() && *s > 0.0).ok_or_else(unknown);
+        match parts.as_slice() {
+            ["counts", pulses, window] => {
+                let pulses = pulses.parse().ok().filter(|n| *n > 0).ok_or_else(unknown)?;
+                Ok(Self::Counts { pulses, window_s: seconds(window)? })
+            }
+            ["mean", window] => Ok(Self::Mean { window_s: seconds(window)? }),
+            ["held", window] => Ok(Self::Held { window_s: seconds(window)? }),
+            _ => Err(unknown()),
+        }
+    }
+}
+
+impl TryFrom<String> for SpeedSensor {
+    type Error = String;
+
+    fn try_from(text: String) -> std::result::Result<Self, String> {
+        text.parse().map_err(|error: Unknown| format!("{error}; {}", Unknown::REMEDY))
+    }
+}
+
+impl From<SpeedSensor> for String {
+    fn from(sensor: SpeedSensor) -> Self {
+        sensor.to_string()
+    }
+}
+
+/// The measuring chain that recordings of a model have passed, where they do not tell it themselves: `[chain]`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// How the speed was measured, if it was not sampled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<SpeedSensor>,
+}
+
+impl Chain {
+    /// Whether it does nothing that is known.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The chain that recordings have in common, by the sensor of each.
+    pub fn common(sensors: impl Iterator<Item = Option<SpeedSensor>>) -> Self {
+        let mut sensors: Vec<_> = sensors.collect();
+        sensors.dedup();
+        Self { speed: if let [one] = sensors.as_slice() { *one } else { None } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_is_what_its_text_says() {
+        let counts = SpeedSensor::Counts { pulses: 120, window_s: 0.01 };
+        assert_eq!("counts:120:0.01".parse(), Ok(counts));
+        assert_eq!(" held : 5e-3 ".parse(), Ok(SpeedSensor::Held { window_s: 0.005 }));
+        assert_eq!(SpeedSensor::Mean { window_s: 0.02 }.to_string(), "mean:0.02");
+        for wrong in ["counts:0:0.01", "counts:120", "mean:-1", "mean:nan", "tacho", ""] {
+            assert_eq!(wrong.parse::<SpeedSensor>(), Err(Unknown(wrong.to_owned())), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn windows_are_whole_numbers_of_samples() {
+        let speed = [0.0; 8];
+        let window =
+            |sensor: SpeedSensor, interval_s: f64| sensor.window(&speed, interval_s).map(|w| (w.samples, w.is_mean));
+        assert_eq!(window(SpeedSensor::Counts { pulses: 1, window_s: 0.02 }, 0.005), Some((4, true)));
+        assert_eq!(window(SpeedSensor::Held { window_s: 0.02 }, 0.01), Some((2, false)));
+        assert_eq!(window(SpeedSensor::Mean { window_s: 0.01 }, 0.01), Some((1, true)));
+        assert_eq!(window(SpeedSensor::Held { window_s: 0.01 }, 0.01), None, "each sample is shown");
+        assert_eq!(window(SpeedSensor::Mean { window_s: 0.015 }, 0.01), None, "one and a half");
+    }
+}
