@@ -2,7 +2,7 @@
 //! over windows, values that are held.
 //!
 //! A recording tells it in its metadata (`# speed_sensor: counts:120:0.01`), a model file in `[chain]`, a user of the
-//! virtual rig with `--speed-sensor`. What nobody tells is estimated from the values ([`counts`](crate::counts)).
+//! virtual rig with `--speed-sensor`. What nobody tells is estimated from the values ([`counts`]).
 
 use std::fmt;
 use std::str::FromStr;

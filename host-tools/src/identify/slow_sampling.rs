@@ -69,6 +69,7 @@ pub fn prepare(
     let mut bare = space.bare();
     bare.take_typical_values();
     regression::start_values(&mut bare, experiments);
+    let_friction_brake(&mut bare);
     let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
     let is_free = |space: &Space| space.get(BaseParameter::L).is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
     let courses: Vec<Between> = match course {
@@ -112,6 +113,19 @@ pub fn prepare(
         set_gain(experiments, &bare);
     }
     Ok(weakness)
+}
+
+/// Keeps frictions from driving. Dry friction, viscous friction and the inertia are told apart by how a motor turns
+/// round, of which slow samples show next to nothing: large ones of opposite signs are a valley of their own, in which
+/// the edges' instants fit the wrong inertia. What the model lacks may still make a friction negative in the fit that
+/// follows.
+fn let_friction_brake(space: &mut Space) {
+    for parameter in BaseParameter::FRICTIONS {
+        if let Some(friction) = space.get_mut(parameter).filter(|e| e.freedom == Freedom::Free(None)) {
+            friction.range.0 = 0.0;
+            friction.value = friction.value.max(0.0);
+        }
+    }
 }
 
 /// Where a fit has ended.
