@@ -279,9 +279,7 @@ impl Experiment {
     /// The same as a chain has shown it, if neither the recording nor its values tell how the speed was measured.
     #[must_use]
     pub fn through(mut self, chain: &Chain) -> Self {
-        let is_slow =
-            self.drive == Drive::Voltage && self.current.is_some() && self.interval_s >= between::ASKED_FROM_S;
-        if let (Some(sensor), None, Some(speed), true) = (chain.speed, self.sensor, &self.speed, is_slow) {
+        if let (Some(sensor), None, Some(speed), true) = (chain.speed, self.sensor, &self.speed, self.is_slow(None)) {
             (self.sensor, self.window) = (Some(sensor), sensor.window(speed, self.interval_s));
         }
         self

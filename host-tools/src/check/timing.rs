@@ -35,10 +35,6 @@ const LEAST_S: f64 = 1e-3;
 const LEAST_SAMPLES: f64 = 1.0;
 /// Steps of the search by golden section: to a thousandth of the distance.
 const STEPS: usize = 15;
-/// How many times less the balance of coarse signals has to leave for the fine ones to be asked.
-const WORTH_A_LOOK: f64 = 1.1;
-/// One of so many windows is enough for that.
-const COARSE_WINDOWS: usize = 3;
 
 /// How many times less the balance has to leave for a clock to be blamed: less a drift of a channel makes, too.
 const BLAMED: f64 = 3.0;
@@ -66,11 +62,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     let Some(as_it_is) = balance.left(Channel::Current, RIGHT) else { return };
     let Some(coarse_as_it_is) = coarse.left(Channel::Current, RIGHT) else { return };
     let mut best: Option<(Channel, Clock, f64)> = None;
-    for channel in [Channel::Current, s.speed_channel] {
-        let (clock, left) = coarse.search(channel);
-        if left * WORTH_A_LOOK > coarse_as_it_is {
-            continue;
-        }
+    let channels = [Channel::Current, s.speed_channel];
+    let candidates = channels.iter().flat_map(|channel| coarse.candidates(*channel).map(|found| (*channel, found)));
+    // Half of what it takes, as a logarithm, is worth a look at the signals as they are.
+    for (channel, (clock, _)) in candidates.filter(|(_, (_, left))| left * BETTER.sqrt() < coarse_as_it_is) {
         let (clock, left) = balance.closer(channel, clock);
         if best.is_none_or(|(_, _, least)| left < least) {
             best = Some((channel, clock, left));
@@ -87,7 +82,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         return;
     }
     let name = signals::name(channel);
-    let without = balance.best_shift(channel, 0.0).1;
+    let without = balance.best_shift(channel).1;
     let stepped = found.iter().any(|f| f.recording == s.path() && f.channel == Some(channel));
     if without > BETTER_YET * left && over_s.abs() > least {
         if stepped || as_it_is < BLAMED * left {
@@ -162,7 +157,7 @@ impl<'a> Balance<'a> {
             interval_s,
             kind: self.kind,
             length,
-            windows: self.windows.iter().step_by(COARSE_WINDOWS).map(|from| from / factor).collect(),
+            windows: self.windows.iter().map(|from| from / factor).collect(),
             phi,
             psi,
         }
@@ -201,12 +196,11 @@ impl<'a> Balance<'a> {
         regression::fit(rows)
     }
 
-    /// The clock of a channel that leaves least.
-    fn search(&self, channel: Channel) -> (Clock, f64) {
-        let (shift_s, left) = self.best_shift(channel, 0.0);
-        let (skew, by_skew) = self.best_skew(channel, 0.0);
-        let clock = if by_skew < left { Clock { shift_s: 0.0, skew } } else { Clock { shift_s, skew: 0.0 } };
-        self.closer(channel, clock)
+    /// The shift of a channel, and the skew of its clock, that leave least, and what they leave.
+    fn candidates(&self, channel: Channel) -> [(Clock, f64); 2] {
+        let (shift_s, left) = self.best_shift(channel);
+        let (skew, by_skew) = self.best_skew(channel);
+        [(Clock { shift_s, skew: 0.0 }, left), (Clock { shift_s: 0.0, skew }, by_skew)]
     }
 
     /// The clock near one that leaves least.
@@ -226,12 +220,12 @@ impl<'a> Balance<'a> {
         (clock, least)
     }
 
-    fn best_shift(&self, channel: Channel, skew: f64) -> (f64, f64) {
-        best(LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, skew }).unwrap_or(f64::INFINITY))
+    fn best_shift(&self, channel: Channel) -> (f64, f64) {
+        best(LARGEST_S, |shift_s| self.left(channel, Clock { shift_s, skew: 0.0 }).unwrap_or(f64::INFINITY))
     }
 
-    fn best_skew(&self, channel: Channel, shift_s: f64) -> (f64, f64) {
-        best(LARGEST_SKEW, |skew| self.left(channel, Clock { shift_s, skew }).unwrap_or(f64::INFINITY))
+    fn best_skew(&self, channel: Channel) -> (f64, f64) {
+        best(LARGEST_SKEW, |skew| self.left(channel, Clock { shift_s: 0.0, skew }).unwrap_or(f64::INFINITY))
     }
 }
 

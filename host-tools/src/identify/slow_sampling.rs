@@ -37,6 +37,8 @@ const OUT_OF_REACH: f64 = 0.05;
 /// Fall of the error, sum of the logarithms of both balances, for which a supply is taken for switched rather than led:
 /// what the mean of both has to fall by, twice, and what a fit that is only estimated is off by.
 const FOR_LESS_NOT: f64 = 2.0 * prediction::FOR_LESS_NOT + Effort::ESTIMATE.tolerance;
+/// The same for which an inductance is taken that asks for many steps: what fits are off by that can be compared.
+const AS_GOOD: f64 = 2.0 * Effort::USUAL.tolerance;
 /// Inductance out of reach starts from this or more, in R h: with it a twentieth of a change of the current is left
 /// after an eighth of an interval, e^(−0.125/0.04), and a smaller one would only ask for shorter steps.
 const LEAST_INDUCTANCE: f64 = 0.04;
@@ -102,7 +104,7 @@ pub fn prepare(
         let (error, space) = tried?;
         Some(End { error, space, switched: matches!(course, Between::Switched(_)) })
     });
-    let Some(End { space: bare, .. }) = End::best(ends) else { return Ok(None) };
+    let Some(End { space: bare, .. }) = End::best(ends, interval_s) else { return Ok(None) };
     let Some(mut bare) = from_two_inductances(&bare, interval_s, experiments, course, ctx)? else { return Ok(None) };
     let weakness = out_of_reach(&mut bare, interval_s);
     space.take_values(&bare);
@@ -138,16 +140,23 @@ struct End {
 }
 
 impl End {
-    /// The best; one with a switched supply only where it is better by more than chance is.
-    fn best(ends: impl Iterator<Item = Self>) -> Option<Self> {
-        let handicap = |end: &Self| end.error + if end.switched { FOR_LESS_NOT } else { 0.0 };
-        ends.min_by(|a, b| handicap(a).total_cmp(&handicap(b)))
+    /// The best; one with a switched supply only where it is better by more than chance is, and one with an inductance
+    /// out of reach where it is better at all.
+    fn best(ends: impl Iterator<Item = Self>, interval_s: f64) -> Option<Self> {
+        let handicap = |end: &Self| {
+            let out_of_reach = OUT_OF_REACH * end.space.value(BaseParameter::R) * interval_s;
+            let asks_for_steps = end.space.value(BaseParameter::L) <= out_of_reach;
+            (if end.switched { FOR_LESS_NOT } else { 0.0 }) + (if asks_for_steps { AS_GOOD } else { 0.0 })
+        };
+        let error = |end: &Self| end.error + handicap(end);
+        ends.min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 }
 
 /// The better of fits from where a space is and, if its inductance is free, from one that is out of reach, each along
 /// the courses that its own motor tells: a delay of the torque by L/R and one of the voltage do nearly the same, and
-/// the way from one to the other has a hump.
+/// the way from one to the other has a hump. An inductance out of reach asks for many steps, and is not
+/// taken where another one does as well.
 fn from_two_inductances(
     space: &Space,
     interval_s: f64,
@@ -167,7 +176,7 @@ fn from_two_inductances(
         .into_par_iter()
         .map(|start| alternately(start, interval_s, experiments, course, ctx))
         .collect::<Result<_>>()?;
-    Ok(End::best(ends.into_iter().flatten()).map(|end| end.space))
+    Ok(End::best(ends.into_iter().flatten(), interval_s).map(|end| end.space))
 }
 
 /// Fits the balances along the courses that the motor tells, and tells these anew, in turn.

@@ -42,20 +42,23 @@ impl Logger {
         if every.round() == 1.0 {
             return Ok(seen);
         }
-        let every = every.round() as usize;
-        let kept = |x: &[f64]| x.iter().copied().step_by(every).collect::<Vec<f64>>();
-        let flags = |x: &[bool]| x.iter().copied().step_by(every).collect::<Vec<bool>>();
-        let builder = Recording::builder(recording.sample_time_s() * every as f64)
-            .path(recording.path())
-            .rotor_locked(flags(seen.rotor_locked()))
-            .supply_open(flags(seen.supply_open()))
-            .metadata(seen.metadata().clone());
-        seen.channels()
-            .iter()
-            .fold(builder, |builder, (channel, x)| builder.channel(*channel, kept(x)))
-            .build()
-            .map_err(invalid)
+        one_of(&seen, every.round() as usize).map_err(invalid)
     }
+}
+
+/// One sample of so many.
+///
+/// # Errors
+/// Nothing is left.
+pub fn one_of(recording: &Recording, every: usize) -> std::result::Result<Recording, InvalidRecording> {
+    let kept = |x: &[f64]| x.iter().copied().step_by(every).collect::<Vec<f64>>();
+    let flags = |x: &[bool]| x.iter().copied().step_by(every).collect::<Vec<bool>>();
+    let builder = Recording::builder(recording.sample_time_s() * every as f64)
+        .path(recording.path())
+        .rotor_locked(flags(recording.rotor_locked()))
+        .supply_open(flags(recording.supply_open()))
+        .metadata(recording.metadata().clone());
+    recording.channels().iter().fold(builder, |builder, (channel, x)| builder.channel(*channel, kept(x))).build()
 }
 
 /// What the rig has made is no recording any more.

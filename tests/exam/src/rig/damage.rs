@@ -25,11 +25,6 @@ pub fn rebuilt(run: &Recording, interval_s: f64, channels: impl Fn(&[f64]) -> Ve
     builder.build().expect("channels of one length")
 }
 
-/// Every n-th sample.
-pub fn slower(run: &Recording, n: usize) -> Recording {
-    rebuilt(run, run.sample_time_s() * n as f64, |x| x.iter().copied().step_by(n).collect())
-}
-
 /// Only some samples.
 pub fn kept(run: &Recording, keep: &[bool]) -> Recording {
     rebuilt(run, run.sample_time_s(), |x| x.iter().zip(keep).filter(|(_, keep)| **keep).map(|(x, _)| *x).collect())

@@ -196,7 +196,7 @@ pub const KINDS: &[Kind] = &[
         let setup = Setup::new(s.motor).motor(lot).profile(random.one_of(&profiles)).ok()?.seconds(7.0);
         let other = setup.seed(s.seed + 1).run().ok()?.recording;
         let every = (s.recording.sample_time_s() / other.sample_time_s()).round() as usize;
-        let other = damage::slower(&other, every);
+        let other = logger::one_of(&other, every).expect("samples are left");
         let factor = largest(of(&s.recording, W)) / largest(of(&other, W));
         let w = of(&other, W);
         one(each(&s.recording, W, |n, _| factor * w[n.min(w.len() - 1)]), W, "")

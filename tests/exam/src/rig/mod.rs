@@ -14,7 +14,7 @@ use greyrig_host::error::{Error, Result};
 use greyrig_host::model::Kind as MotorKind;
 use greyrig_host::recording::finding::{DataFinding, Severity};
 use greyrig_host::recording::{Channel, Recording};
-use greyrig_host::rig::{Motor, PROFILES, Setup};
+use greyrig_host::rig::{Motor, PROFILES, Setup, logger};
 
 use crate::cases;
 pub use kinds::{KINDS, Kind};
@@ -71,7 +71,8 @@ impl Sound {
             let factor = random.log_between(SIZES.0, SIZES.1);
             damage::times(&run, channel, factor)
         });
-        let recording = damage::slower(&scaled, random.one_of(&SLOWER)).named(format!("{seed}.csv"));
+        let recording =
+            logger::one_of(&scaled, random.one_of(&SLOWER)).expect("samples are left").named(format!("{seed}.csv"));
         Ok(Self { seed, motor, profile, effect, recording })
     }
 
