@@ -48,10 +48,17 @@ function button(text, title, action) {
 
 const adding = (id) => button(`Add ${id}`, `Identify again with ${id}, and judge it on data held out`, () => post(`add?effect=${encodeURIComponent(id)}`));
 
+function finding(f) {
+  const when = f.from_s == null ? "" : ` (${rounded(f.from_s)} … ${rounded(f.to_s)} s)`;
+  const mend = f.remedy ? `; ${f.remedy}` : "";
+  return element("div", `${f.severity}: ${f.text}${when}${mend}`, { className: f.severity === "info" ? "key" : `note ${f.severity}` });
+}
+
 function showRecordings(state) {
   const items = state.recordings.map((r) => {
     const item = element("li", `${r.name}: ${rounded(r.seconds)} s, ${r.channels.join(", ")} every ${rounded(1e6 * r.sample_time_s)} µs`);
     r.warnings.forEach((w) => item.append(element("div", w, { className: "key" })));
+    state.data_findings.filter((f) => f.recording === r.name).forEach((f) => item.append(finding(f)));
     return item;
   });
   find("#recordings").replaceChildren(...(items.length ? items : [element("li", "none yet")]));

@@ -83,21 +83,27 @@ impl<S: Scalar, const CHANNELS: usize> Bank<S, CHANNELS> {
             held = self.held;
         }
         let mut x = held;
+        // By places: `zip`s of three arrays stay calls where programs are not optimised as a whole.
         if let Some(alpha) = coefficients.first_order {
-            for (x, s) in x.iter_mut().zip(&mut self.first_order) {
-                let d = alpha * (*x - *s);
-                *x = *s + d;
-                *s = *x + d;
+            let s = &mut self.first_order;
+            for n in 0..CHANNELS {
+                let d = alpha * (x[n] - s[n]);
+                x[n] = s[n] + d;
+                s[n] = x[n] + d;
             }
         }
-        for (section, [s1, s2]) in coefficients.sections.iter().zip(&mut self.sections).take(coefficients.count) {
-            for ((x, s1), s2) in x.iter_mut().zip(s1).zip(s2) {
-                let v = *x - *s2;
-                let d = section.alpha * *s1 + section.beta * v;
-                let e = section.alpha * v - section.gamma * *s1;
-                *x = *s2 + d;
-                *s1 = *s1 + e + e;
-                *s2 = *x + d;
+        for (k, [s1, s2]) in self.sections.iter_mut().enumerate() {
+            if k == coefficients.count {
+                break;
+            }
+            let section = &coefficients.sections[k];
+            for n in 0..CHANNELS {
+                let v = x[n] - s2[n];
+                let d = section.alpha * s1[n] + section.beta * v;
+                let e = section.alpha * v - section.gamma * s1[n];
+                x[n] = s2[n] + d;
+                s1[n] = s1[n] + e + e;
+                s2[n] = x[n] + d;
             }
         }
         (held, x)

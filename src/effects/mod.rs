@@ -191,15 +191,17 @@ macro_rules! catalogue {
 
             /// Changes the balances at many operating points, each with what the effect remembers there.
             #[inline(never)]
-            pub fn contribute_to_each<'a>(
+            pub fn contribute_to_each<const PLACES: usize>(
                 &self,
-                points: impl Iterator<Item = (&'a OperatingPoint<S>, &'a Memory<S>, &'a mut Balance<S>)>,
-            ) where
-                S: 'a,
-            {
+                points: &[(OperatingPoint<S>, S); PLACES],
+                memories: &[Memory<S>; PLACES],
+                balances: &mut [Balance<S>; PLACES],
+            ) {
                 match self {
                     $(Self::$variant(effect) => {
-                        points.for_each(|(at, memory, balance)| effect.contribute(at, memory, balance));
+                        for n in 0..PLACES {
+                            effect.contribute(&points[n].0, &memories[n], &mut balances[n]);
+                        }
                     })+
                 }
             }

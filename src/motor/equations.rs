@@ -296,12 +296,12 @@ impl<S: Scalar<Base = S>> Motor<S> {
             *balance = self.base(at);
         }
         for (effect, memories) in self.effects.iter().zip(remembered) {
-            let each = points.iter().zip(memories).zip(&mut *balances);
-            effect.contribute_to_each(each.map(|(((at, _), memory), balance)| (at, memory, balance)));
+            effect.contribute_to_each(points, memories, balances);
         }
-        for (((at, direction), balance), slopes) in points.iter().zip(balances).zip(slopes) {
-            self.contribute_terms(at, balance);
-            *slopes = self.slopes_of(at, Some(*direction), balance, self.lags);
+        for n in 0..PLACES {
+            let (at, direction) = &points[n];
+            self.contribute_terms(at, &mut balances[n]);
+            slopes[n] = self.slopes_of(at, Some(*direction), &balances[n], self.lags);
         }
     }
 

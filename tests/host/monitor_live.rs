@@ -168,6 +168,8 @@ fn an_interrupt_ends_a_test_without_a_verdict_and_the_next_one_begins() {
     let output = test.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(!folder.path().join("day.csv").exists() && !folder.path().join("run.csv").exists());
+    let kept = std::fs::read_to_string(folder.path().join("run.incomplete.csv")).expect("what there was of it");
+    assert!(kept.contains("# incomplete: the test ended early: ") && kept.lines().count() > 1_000, "{}", &kept[..300]);
     let told = json(folder.path(), &[&arguments[..], &["--seconds", "1.5"]].concat());
     assert_eq!((&told["verdict"], &told["lost"]), (&"pass".into(), &0.into()));
 }

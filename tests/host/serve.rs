@@ -151,6 +151,18 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
     browser.run("post('recordings?name=notes.csv', 'no numbers here'); return true").await;
     wait_for_error(&browser, "notes.csv:1: ").await;
     assert_eq!(browser.run(&versions(2, 1)).await, true);
+    // A recording without a current: the page says so, and nothing is made of it.
+    let run = std::fs::read_to_string(folder.path().join("ramp.csv")).expect("the recording");
+    let dead = run.lines().map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+        [time, voltage, current, speed] if current.parse::<f64>().is_ok() => format!("{time},{voltage},0,{speed}"),
+        _ => line.to_owned(),
+    });
+    let dead = dead.collect::<Vec<_>>().join("\n");
+    browser.run(&format!("post('recordings?name=dead.csv', {dead:?}); return true")).await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .stop').length > 0").await;
+    browser.screenshot("serve-stopped.png").await;
+    browser.click("#diagnose").await;
+    wait_for_error(&browser, "dead.csv: the recording: ").await;
     browser.close().await;
     assert_eq!(server.interrupt(), 0, "Ctrl-C is how it ends");
 }

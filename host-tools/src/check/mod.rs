@@ -48,7 +48,7 @@ pub use sets::same;
 
 use crate::model::Kind;
 use crate::recording::Recording;
-use crate::recording::finding::{Code, DataFinding, Severity};
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 use evidence::Evidence;
 use signals::Signals;
 
@@ -120,6 +120,15 @@ pub enum Wild {
 /// neighbours takes their place.
 pub fn mask(recordings: &mut [Recording], wild: Wild) {
     recordings.iter_mut().for_each(|r| spikes::mask(r, wild == Wild::CodesAndOutliers));
+}
+
+/// The first step of every answer: questions recordings as [`check`] does, then masks what is wild.
+pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
+    let mut found = check(recordings, Some(kind));
+    mask(recordings, wild);
+    let kept = |f: &DataFinding| f.code == Code::Outliers && wild == Wild::Codes;
+    found.iter_mut().filter(|f| kept(f)).for_each(|f| f.handled = Handled::None);
+    found
 }
 
 /// The finding, if any, that makes every answer meaningless.

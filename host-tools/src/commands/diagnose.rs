@@ -169,7 +169,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
 
 /// The answer to recordings from which nothing could be told.
 fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<ExitCode> {
-    let reason = format!("the recording: {}", input::sentence(stop));
+    let reason = format!("the recording: {}", stop.sentence());
     if args.answer.json {
         let verdict = json!({
             "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "text": reason, "next_experiment": null,

@@ -53,24 +53,13 @@ pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recor
 /// Questions recordings before anything is asked of them, says on stderr what may spoil the answer, and masks what is
 /// wild.
 pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
-    let mut found = check::check(recordings, Some(kind));
-    check::mask(recordings, wild);
-    let kept = |f: &DataFinding| f.code == Code::Outliers && wild == Wild::Codes;
-    found.iter_mut().filter(|f| kept(f)).for_each(|f| f.handled = Handled::None);
+    let found = check::question(recordings, kind, wild);
     // Of what is masked the reader has told already.
     let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
     for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {
-        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), sentence(finding));
+        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
     }
     found
-}
-
-/// A finding with what mends it.
-pub fn sentence(finding: &DataFinding) -> String {
-    match &finding.remedy {
-        Some(remedy) => format!("{}; {remedy}", finding.text),
-        None => finding.text.clone(),
-    }
 }
 
 /// An answer with what was found about the data.

@@ -16,6 +16,7 @@ pub mod effects;
 pub mod flash;
 pub mod identify;
 mod input;
+mod kept;
 pub mod master;
 pub mod monitor;
 pub mod plan;

@@ -1,7 +1,7 @@
 //! `greyrig record`: raw samples from the microcontroller.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::faults::TABLE;
@@ -10,6 +10,7 @@ use greyrig::parameters::section;
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
+use super::kept::{keep, keep_elsewhere};
 use super::stdout;
 use super::terminal::Terminal;
 use crate::context::Context;
@@ -18,7 +19,7 @@ use crate::device::connection::{faults, mode};
 use crate::device::{self, Connection, Port, RIG, recorded};
 use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
-use crate::recording::{self, Recording};
+use crate::recording;
 
 /// Longest recording, s: what a recording may hold.
 const LONGEST_S: f64 = 1000.0;
@@ -164,46 +165,6 @@ impl Cut {
     }
 }
 
-/// Writes what nobody can make again under a name that nothing has yet: `run.csv` becomes `run.WORD.csv`,
-/// `run.WORD-2.csv` …
-fn keep(recording: &Recording, out: &Path, word: &str, ctx: &Context) -> Result<PathBuf> {
-    if out.exists() && !out.is_file() {
-        recording::write(recording, out, true, ctx)?;
-        return Ok(out.to_owned());
-    }
-    let extension = out.extension().unwrap_or_default().to_string_lossy();
-    let mut number = 1;
-    loop {
-        let word = if number == 1 { word.to_owned() } else { format!("{word}-{number}") };
-        let path = out.with_extension(format!("{word}.{extension}"));
-        number += 1;
-        if path.exists() {
-            continue;
-        }
-        match recording::write(recording, &path, false, ctx) {
-            Err(_) if path.is_file() => {}
-            written => return written.map(|()| path),
-        }
-    }
-}
-
-/// A recording that cannot be written where it was to go, on a full disk say, goes to the folder of temporary files.
-/// Tells the `error` that kept it from there, or the wish to stop.
-fn keep_elsewhere(recording: &Recording, out: &Path, error: Error, ctx: &Context) -> Error {
-    let Some(name) = out.file_name().filter(|_| !out.exists() || out.is_file()) else { return error };
-    for folder in [out.with_file_name(""), std::env::temp_dir()] {
-        match keep(recording, &folder.join(name), "unsaved", ctx) {
-            Ok(path) => {
-                eprintln!("greyrig: the recording is in {}", path.display());
-                break;
-            }
-            Err(stop @ Error::Interrupted) => return stop,
-            Err(_) => {}
-        }
-    }
-    error
-}
-
 /// How the microcontroller is after the recording, which is there already: a link that has gone is no matter, nor is
 /// the wish to stop.
 fn status(port: &Port, ctx: &Context) -> Option<Status> {
@@ -218,48 +179,4 @@ fn told(status: &Status) -> serde_json::Value {
         "mode": mode(status.mode), "samples": status.samples, "faults": faults,
         "cycles_last": status.cycles[0], "cycles_most": status.cycles[1], "deepest_stack": status.deepest_stack,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use greyrig::units::Counts;
-
-    use super::*;
-
-    fn some_recording() -> Recording {
-        let counts = Counts { voltage: 2100, current: 2050, speed: 10 };
-        let capture = Capture { first: 0, samples: vec![Some(counts); 10], reconnections: 0 };
-        recorded::recording(&capture, &CalibrationSettings::default(), BTreeMap::new()).unwrap()
-    }
-
-    #[test]
-    fn what_is_incomplete_takes_a_name_that_is_free() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("run.csv");
-        for name in ["run.incomplete.csv", "run.incomplete-2.csv", "run.incomplete-3.csv"] {
-            assert_eq!(
-                keep(&some_recording(), &out, "incomplete", &Context::quiet()).unwrap(),
-                folder.path().join(name)
-            );
-            assert!(folder.path().join(name).is_file());
-        }
-        assert!(!out.exists());
-    }
-
-    /// The name was taken while the recording went on.
-    #[test]
-    fn a_recording_that_cannot_take_its_name_is_kept() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("run.csv");
-        std::fs::write(&out, "another").unwrap();
-        let keep =
-            |ctx: &Context| keep_elsewhere(&some_recording(), &out, Error::usage("taken", "choose another"), ctx);
-        let stopped = Context::quiet();
-        stopped.cancel_flag().cancel();
-        assert!(matches!(keep(&stopped), Error::Interrupted));
-        assert!(!folder.path().join("run.unsaved.csv").exists());
-        assert!(matches!(keep(&Context::quiet()), Error::Usage { .. }), "why it is not where it was to go");
-        assert!(folder.path().join("run.unsaved.csv").is_file());
-        assert_eq!(std::fs::read_to_string(&out).unwrap(), "another");
-    }
 }

@@ -51,8 +51,8 @@ impl Lanes {
 
     #[inline(always)]
     fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        for (x, y) in self.0.iter_mut().zip(other.0) {
-            *x = f(*x, y);
+        for k in 0..LANES {
+            self.0[k] = f(self.0[k], other.0[k]);
         }
         self
     }

@@ -65,6 +65,15 @@ pub struct Finished {
     pub status: Status,
 }
 
+/// A test without a verdict.
+#[derive(Debug)]
+pub struct Early {
+    /// Why it ended.
+    pub error: Error,
+    /// Its samples until then.
+    pub capture: Capture,
+}
+
 /// Tests a motor.
 ///
 /// # Errors
@@ -76,13 +85,13 @@ pub fn run(
     plan: &Plan,
     ctx: &Context,
     tell: &mut dyn FnMut(Event),
-) -> Result<Finished> {
+) -> std::result::Result<Finished, Early> {
     let capture = Capture::with_room(0);
     let mut session = Session { port, device, connection, test: 0, judged: Vec::new(), capture, ctx };
     let finished = session.run(plan, tell);
     // Politeness only: the next one who asks stops it, too.
     let _ = session.connection.tell(Request::Stop);
-    finished
+    finished.map_err(|error| Early { error, capture: session.capture })
 }
 
 struct Session<'a> {

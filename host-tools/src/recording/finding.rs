@@ -228,6 +228,14 @@ impl DataFinding {
         self.remedy = Some(option.into());
         self
     }
+
+    /// What is wrong, and what mends it.
+    pub fn sentence(&self) -> String {
+        match &self.remedy {
+            Some(remedy) => format!("{}; {remedy}", self.text),
+            None => self.text.clone(),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ pub enum Error {
     /// There is no recording to work on.
     #[error("there is no recording; add one")]
     NoRecording,
+    /// What was found about a recording makes every answer meaningless: its name, and what was found.
+    #[error("{0}: the recording: {1}")]
+    Stopped(String, String),
     /// There is no model to work on.
     #[error("there is no model; identify one first")]
     NoModel,

@@ -2,13 +2,15 @@
 //!
 //! ```text
 //! server ─► session ─► task ─► version, error
+//!    │        └────► questioned
 //!    └────► page
 //! ```
-//! A [`Session`] holds the recordings and the versions of the model; one task at a time works on them, on threads of
+//! A [`Session`] holds the recordings, what is wrong with them, and the versions of the model; one task at a time works on them, on threads of
 //! its own, and can be stopped. The server answers this machine alone.
 
 mod error;
 mod page;
+mod questioned;
 mod server;
 mod session;
 mod task;

@@ -9,8 +9,10 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::error::{Error, Result};
+use super::questioned::Questioned;
 use super::task::{Outcome, Task};
 use super::version::Version;
+use crate::check;
 use crate::compare::compare;
 use crate::context::{CancelFlag, Context, Progress};
 use crate::error;
@@ -61,7 +63,7 @@ impl Job {
 
 /// A page's state.
 struct State {
-    recordings: Arc<Vec<Recording>>,
+    recordings: Arc<Questioned>,
     versions: Vec<Version>,
     present: usize,
     job: Option<Job>,
@@ -85,8 +87,8 @@ impl Session {
     /// A system without a folder for temporary files.
     pub fn new(recordings: Vec<Recording>, mapping: Mapping, kind: Option<Kind>) -> error::Result<Self> {
         let folder = tempfile::tempdir().map_err(|e| error::Error::io(std::env::temp_dir(), e))?;
-        let state =
-            State { recordings: Arc::new(recordings), versions: Vec::new(), present: 0, job: None, error: None };
+        let recordings = Arc::new(Questioned::new(recordings, kind));
+        let state = State { recordings, versions: Vec::new(), present: 0, job: None, error: None };
         Ok(Self { state: Arc::new(Mutex::new(state)), mapping: Arc::new(mapping), kind, folder: Arc::new(folder) })
     }
 
@@ -102,8 +104,11 @@ impl Session {
     /// Another task that has not ended, or something that the task needs and that is missing.
     pub fn begin(&self, task: Task) -> Result<()> {
         let mut state = self.free()?;
-        if state.recordings.is_empty() {
+        if state.recordings.usable.is_empty() {
             return Err(Error::NoRecording);
+        }
+        if let Some(stop) = check::stop(&state.recordings.findings) {
+            return Err(Error::Stopped(stop.recording.display().to_string(), stop.sentence()));
         }
         let before = state.versions.get(state.present).cloned();
         if before.is_none() && !matches!(task, Task::Identify) {
@@ -118,7 +123,7 @@ impl Session {
         state.error = None;
         let (recordings, session, kind) = (Arc::clone(&state.recordings), self.clone(), self.kind);
         std::thread::spawn(move || {
-            let run = std::panic::AssertUnwindSafe(|| task.run(&recordings, kind, before.as_ref(), &ctx));
+            let run = std::panic::AssertUnwindSafe(|| task.run(&recordings.usable, kind, before.as_ref(), &ctx));
             let outcome = std::panic::catch_unwind(run).unwrap_or(Err(Error::Panicked));
             session.end(outcome);
         });
@@ -183,12 +188,17 @@ impl Session {
         let added = recording::load(&path, &self.mapping, &Context::quiet())
             .map_err(|e| named(e, &path, Path::new(name)))?
             .named(name);
-        let mut state = self.free()?;
-        let mut all = state.recordings.to_vec();
-        all.push(added);
-        state.recordings = Arc::new(all);
-        state.error = None;
-        Ok(())
+        loop {
+            let before = Arc::clone(&self.free()?.recordings);
+            let questioned = Arc::new(before.with(added.clone(), self.kind));
+            let mut state = self.free()?;
+            // Otherwise another one has been added meanwhile.
+            if Arc::ptr_eq(&state.recordings, &before) {
+                state.recordings = questioned;
+                state.error = None;
+                return Ok(());
+            }
+        }
     }
 
     /// Goes to another version of the model.
@@ -225,8 +235,8 @@ impl Session {
             let version = state.versions.get(version).ok_or(Error::NoVersion(version))?;
             (version.label.clone(), version.model.clone(), Arc::clone(&state.recordings))
         };
-        let comparison = compare(&model, &recordings, &Context::quiet())?;
-        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
+        let comparison = compare(&model, &recordings.usable, &Context::quiet())?;
+        let files: Vec<Origin> = recordings.usable.iter().map(Origin::from).collect();
         Ok(Report::new(label).comparison("Model against measurement", &comparison, &model).recordings(&files).html())
     }
 
@@ -244,7 +254,8 @@ impl Session {
         let state = self.state();
         json!({
             "schema": 1,
-            "recordings": state.recordings.iter().map(recording_as_json).collect::<Vec<_>>(),
+            "recordings": state.recordings.usable.iter().map(recording_as_json).collect::<Vec<_>>(),
+            "data_findings": state.recordings.findings,
             "versions": state.versions.iter().map(Version::as_json).collect::<Vec<_>>(),
             "present": state.present,
             "job": state.job.as_ref().map(Job::as_json),

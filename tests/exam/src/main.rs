@@ -9,7 +9,7 @@ use clap::Parser;
 use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::recovery::{self, Recovery};
-use greyrig_exam::rig::{self, KINDS, Kind};
+use greyrig_exam::rig::{self, KINDS, Kind, Said, Verdict};
 use greyrig_exam::score::{Outcome, run};
 use greyrig_exam::share::Share;
 use greyrig_exam::{balances, export};
@@ -55,6 +55,9 @@ struct Args {
     /// what each profile reveals
     #[arg(long, value_name = "MOTORS", conflicts_with_all = ["cases", "only", "seed", "seeds", "export", "add", "balances", "verbose"])]
     alone: Option<u64>,
+    /// Of rig-* questions: diagnose the motor behind the damage, instead of asking what the damage is
+    #[arg(long)]
+    diagnose: bool,
     /// Print each case as a line of JSON
     #[arg(long)]
     verbose: bool,
@@ -87,7 +90,11 @@ fn main() -> ExitCode {
     let of_data: Vec<&Kind> =
         KINDS.iter().filter(|k| args.only.is_empty() || args.only.iter().any(|o| k.is_asked(o))).collect();
     for kind in of_data {
-        data(kind, args.numbers(), args.verbose);
+        if args.diagnose {
+            motors(kind, args.numbers(), args.verbose);
+        } else {
+            data(kind, args.numbers(), args.verbose);
+        }
     }
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
         for excitation in Excitation::ALL {
@@ -148,6 +155,30 @@ fn data(kind: &Kind, seeds: Vec<u64>, verbose: bool) {
                 answer.damage,
                 codes.join(" ")
             );
+        }
+    }
+}
+
+/// Asks `diagnose` about motors behind one kind of damage.
+fn motors(kind: &Kind, seeds: Vec<u64>, verbose: bool) {
+    let (said, failed): (Vec<_>, Vec<_>) =
+        seeds.into_par_iter().map(|seed| rig::diagnosed(kind, seed)).partition(Result::is_ok);
+    let said: Vec<Verdict> = said.into_iter().filter_map(Result::ok).collect();
+    let (healthy, ill): (Vec<&Verdict>, Vec<&Verdict>) = said.iter().partition(|v| v.healthy);
+    let seen: Vec<&Verdict> = ill.into_iter().filter(|v| v.is_seen()).collect();
+    let refused = said.iter().filter(|v| v.behind == Said::Refused).count();
+    say!(
+        "rig-{}: healthy accused {}; effect named alone {}, wrong {}; {refused} refused",
+        kind.name,
+        Share::of(&healthy, |v| v.is_accused()),
+        Share::of(&seen, |v| v.behind == Said::Right),
+        Share::of(&said, |v| v.behind == Said::Wrong),
+    );
+    failed.into_iter().filter_map(Result::err).for_each(|error| eprintln!("{error}"));
+    if verbose {
+        let told = |v: &&Verdict| if v.healthy { v.is_accused() } else { v.behind == Said::Wrong || v.is_seen() };
+        for verdict in said.iter().filter(told).filter(|v| v.behind != Said::Right) {
+            say!("    {verdict}");
         }
     }
 }

@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Args, Judged, note};
+use crate::commands::kept::{keep, keep_elsewhere};
 use crate::commands::stdout;
 use crate::commands::terminal::Terminal;
 use crate::device::connection::{check_layout, faults};
@@ -18,7 +19,7 @@ use crate::device::{Connection, Port, parameters, recorded};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::air;
-use crate::monitor::live::{self, Event, LONGEST_S, Plan};
+use crate::monitor::live::{self, Early, Event, LONGEST_S, Plan};
 use crate::monitor::replay::Replay;
 use crate::monitor::test::{Outcome, judge};
 use crate::recording;
@@ -45,7 +46,6 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     let mut talk = Talk::new(args.answer.json);
     let result = live::run(&port, &device, connection, &plan, ctx, &mut |event| talk.event(event));
     talk.end();
-    let finished = result?;
 
     let named = [("motor", Some(settings.motor_type.as_str())), ("rig", Some(settings.rig.as_str()))];
     let named = named.into_iter().chain([("serial", args.serial.as_deref())]);
@@ -53,6 +53,20 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
         .filter_map(|(key, name)| Some((key.to_owned(), name.filter(|name| !name.is_empty())?.to_owned())))
         .collect();
     recorded::describe(&mut metadata, &device);
+    let finished = match result {
+        Ok(finished) => finished,
+        Err(Early { error, capture }) => {
+            if let Some(out) = args.out.as_ref().filter(|_| !capture.samples.is_empty()) {
+                // What there is of it can be written after a Ctrl-C; the next one stops that, too.
+                terminal.cancel_flag().clear();
+                metadata.insert("incomplete".into(), format!("the test ended early: {error}"));
+                let path =
+                    keep(&recorded::recording(&capture, &settings.calibration, metadata)?, out, "incomplete", ctx)?;
+                eprintln!("greyrig: what there is of the test is in {}", path.display());
+            }
+            return Err(error.into());
+        }
+    };
     let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?
         .named(args.out.clone().unwrap_or_else(|| name.into()));
     let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
@@ -78,7 +92,8 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     }
     note(args.results.as_deref(), &test, terminal)?;
     if let Some(path) = &args.out {
-        recording::write(&recording, path, args.answer.force, ctx)?;
+        recording::write(&recording, path, args.answer.force, ctx)
+            .map_err(|error| keep_elsewhere(&recording, path, error, ctx))?;
     }
     let more = json!({
         "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,

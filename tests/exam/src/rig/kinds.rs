@@ -1,5 +1,6 @@
 //! The kinds of damage, each with the finding that it deserves.
 
+use greyrig::effects::EffectId;
 use greyrig_host::model::Kind as MotorKind;
 use greyrig_host::recording::finding::Code;
 use greyrig_host::recording::{Channel, Recording};
@@ -26,6 +27,8 @@ pub struct Kind {
     pub codes: &'static [Code],
     /// Findings that are true besides.
     pub besides: &'static [Code],
+    /// Effects of the measuring chain that it is.
+    pub effects: &'static [EffectId],
     /// The kind of motor that it is taken for.
     pub taken_for: fn(MotorKind) -> MotorKind,
     /// Profiles on which it can be seen.
@@ -43,7 +46,7 @@ impl Kind {
 }
 
 const fn kind(name: &'static str, codes: &'static [Code], damage: fn(&Sound, &mut Random) -> Option<Damaged>) -> Kind {
-    Kind { name, codes, besides: &[], taken_for: itself, shows: driven, damage }
+    Kind { name, codes, besides: &[], effects: &[], taken_for: itself, shows: driven, damage }
 }
 
 fn itself(motor: MotorKind) -> MotorKind {
@@ -454,6 +457,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         codes: &[Code::Drift, Code::OffsetAtRest],
+        effects: &[EffectId::CurrentOffset],
         shows: |_, profile| profile == "coast-down",
         ..kind("drift", &[], |s, random| {
             let x = of(&s.recording, I);
@@ -463,6 +467,7 @@ pub const KINDS: &[Kind] = &[
         })
     },
     Kind {
+        effects: &[EffectId::CurrentOffset],
         shows: |_, profile| ["coast-down", "dc-steps", "staircase", "ramp"].contains(&profile),
         ..kind("offset", &[Code::OffsetAtRest], |s, random| {
             let x = of(&s.recording, I);

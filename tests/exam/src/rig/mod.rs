@@ -3,10 +3,11 @@
 //!
 //! A sound recording is of a motor of any size (volts, amperes and radians in units of their own are another motor), at
 //! one of five rates, on one of the profiles, healthy or with one effect. A [`Kind`] of damage is done to it, and
-//! `check` has to name that kind.
+//! `check` has to name that kind, and `diagnose` to tell the truth of the motor behind it.
 
 mod damage;
 mod kinds;
+mod motor;
 mod random;
 
 use greyrig_host::check::check;
@@ -17,7 +18,9 @@ use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::{Motor, PROFILES, Setup, logger};
 
 use crate::cases;
+use kinds::Damaged;
 pub use kinds::{KINDS, Kind};
+pub use motor::{Said, Verdict, diagnosed};
 pub use random::Random;
 
 /// Factors by which the rig's 10 kHz are divided.
@@ -109,19 +112,26 @@ impl Answer {
 /// # Errors
 /// None but a fault of the rig, or a file that is refused.
 pub fn ask(kind: &Kind, seed: u64) -> Result<Answer> {
+    let (sound, damaged) = draw(kind, seed)?;
+    let findings = check(&damaged.recordings, Some((kind.taken_for)(sound.motor)));
+    let right = |f: &DataFinding| {
+        kind.codes.contains(&f.code)
+            && damaged.channels.as_ref().is_none_or(|c| f.channel.is_none_or(|f| c.contains(&f)))
+    };
+    // Of a sound recording nothing may be said.
+    let serious = |f: &DataFinding| f.severity != Severity::Info;
+    let named = if kind.codes.is_empty() { !findings.iter().any(serious) } else { findings.iter().any(right) };
+    Ok(Answer { title: sound.title(), damage: damaged.what, named, findings })
+}
+
+/// A sound recording on which a kind of damage can be seen, and what the damage makes of it.
+fn draw(kind: &Kind, seed: u64) -> Result<(Sound, Damaged)> {
     let mut random = Random::new(seed);
     for _ in 0..MOST_DRAWS {
         let sound = Sound::new(seed, kind.shows, &mut random)?;
-        let Some(damaged) = (kind.damage)(&sound, &mut random) else { continue };
-        let findings = check(&damaged.recordings, Some((kind.taken_for)(sound.motor)));
-        let right = |f: &DataFinding| {
-            kind.codes.contains(&f.code)
-                && damaged.channels.as_ref().is_none_or(|c| f.channel.is_none_or(|f| c.contains(&f)))
-        };
-        // Of a sound recording nothing may be said.
-        let serious = |f: &DataFinding| f.severity != Severity::Info;
-        let named = if kind.codes.is_empty() { !findings.iter().any(serious) } else { findings.iter().any(right) };
-        return Ok(Answer { title: sound.title(), damage: damaged.what, named, findings });
+        if let Some(damaged) = (kind.damage)(&sound, &mut random) {
+            return Ok((sound, damaged));
+        }
     }
     Err(Error::usage(format!("{seed}: no recording shows {}", kind.name), "ask another number"))
 }
