@@ -5,8 +5,8 @@
 //!    │        └────► questioned
 //!    └────► page
 //! ```
-//! A [`Session`] holds the recordings, what is wrong with them, and the versions of the model; one task at a time works on them, on threads of
-//! its own, and can be stopped. The server answers this machine alone.
+//! A [`Session`] holds the recordings, what is wrong with them, and the versions of the model. One task at a time works
+//! on them, on threads of its own, and can be stopped. The server answers this machine alone.
 
 mod error;
 mod page;
