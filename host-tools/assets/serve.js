@@ -55,8 +55,9 @@ function finding(f) {
 }
 
 function showRecordings(state) {
-  const items = state.recordings.map((r) => {
-    const item = element("li", `${r.name}: ${rounded(r.seconds)} s, ${r.channels.join(", ")} every ${rounded(1e6 * r.sample_time_s)} µs`);
+  const items = state.recordings.map((r, k) => {
+    const item = element("li", `${r.name}: ${rounded(r.seconds)} s, ${r.channels.join(", ")} every ${rounded(1e6 * r.sample_time_s)} µs `);
+    item.append(button("Remove", "Go on without this recording; its file stays", () => post(`remove?recording=${k}`)));
     r.warnings.forEach((w) => item.append(element("div", w, { className: "key" })));
     state.data_findings.filter((f) => f.recording === r.name).forEach((f) => item.append(finding(f)));
     return item;
@@ -127,7 +128,7 @@ function show(state) {
     "#undo": state.present === 0, "#redo": none || state.present + 1 >= state.versions.length,
   };
   for (const [part, is] of Object.entries(disabled)) find(part).disabled = is || Boolean(job);
-  for (const other of document.querySelectorAll("#add button, #candidates button, #versions button")) other.disabled = Boolean(job);
+  for (const other of document.querySelectorAll("#recordings button, #add button, #candidates button, #versions button")) other.disabled = Boolean(job);
   find("#undo").onclick = () => post(`go?version=${state.present - 1}`);
   find("#redo").onclick = () => post(`go?version=${state.present + 1}`);
 }

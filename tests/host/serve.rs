@@ -163,6 +163,14 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
     browser.screenshot("serve-stopped.png").await;
     browser.click("#diagnose").await;
     wait_for_error(&browser, "dead.csv: the recording: ").await;
+    // Without it all goes on.
+    browser.click("#recordings li:nth-child(3) button").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+    assert_eq!(browser.run("return document.querySelectorAll('#recordings .stop').length").await, 0);
+    browser.click("#diagnose").await;
+    wait_for(&browser, "return !document.querySelector('#stop').hidden").await;
+    browser.click("#stop").await;
+    wait_for_error(&browser, "stopped").await;
     browser.close().await;
     assert_eq!(server.interrupt(), 0, "Ctrl-C is how it ends");
 }

@@ -21,6 +21,9 @@ pub enum Error {
     /// There is no model to work on.
     #[error("there is no model; identify one first")]
     NoModel,
+    /// There is no recording at this place.
+    #[error("there is no recording {0}; reload the page")]
+    NoRecordingAt(usize),
     /// There is no version of this number.
     #[error("there is no version {0}; reload the page")]
     NoVersion(usize),
@@ -55,7 +58,7 @@ impl Error {
     pub fn status(&self) -> StatusCode {
         match self {
             Self::Busy(_) | Self::NothingToStop => StatusCode::CONFLICT,
-            Self::NoVersion(_) => StatusCode::NOT_FOUND,
+            Self::NoVersion(_) | Self::NoRecordingAt(_) => StatusCode::NOT_FOUND,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
             _ => StatusCode::BAD_REQUEST,
         }

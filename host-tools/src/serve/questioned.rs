@@ -28,4 +28,11 @@ impl Questioned {
     pub fn with(&self, added: Recording, kind: Option<Kind>) -> Self {
         Self::new(self.read.iter().cloned().chain([added]).collect(), kind)
     }
+
+    /// These but the one at a place, questioned anew; none: there is no such one.
+    pub fn without(&self, place: usize, kind: Option<Kind>) -> Option<Self> {
+        let mut read = self.read.clone();
+        (place < read.len()).then(|| read.remove(place))?;
+        Some(Self::new(read, kind))
+    }
 }

@@ -71,6 +71,7 @@ fn router(session: Session, port: u16) -> Router {
         .route("/stop", post(|session: State<Session>| async move { answer(session.stop()) }))
         .route("/go", post(go))
         .route("/recordings", post(add_recording))
+        .route("/remove", post(remove_recording))
         .layer(DefaultBodyLimit::max(LARGEST))
         .layer(middleware::from_fn(move |request: Request, next: Next| async move {
             match is_from_here(request.method(), request.headers(), port) {
@@ -104,6 +105,14 @@ fn answer(done: Result<()>) -> Response {
     match done {
         Ok(()) => StatusCode::NO_CONTENT.into_response(),
         Err(error) => refusal(&error),
+    }
+}
+
+/// The answer to what takes a while, without keeping others waiting.
+async fn answered(work: impl FnOnce() -> Result<()> + Send + 'static) -> Response {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(done) => answer(done),
+        Err(_) => refusal(&Error::Panicked),
     }
 }
 
@@ -158,12 +167,15 @@ async fn go(State(session): State<Session>, query: Named) -> Response {
     answer(value(&query, "version").and_then(number).and_then(|version| session.go_to(version)))
 }
 
+async fn remove_recording(State(session): State<Session>, query: Named) -> Response {
+    let number = |text: &str| text.parse().map_err(|_| Error::NoNumber(text.to_owned()));
+    let remove = move || value(&query, "recording").and_then(number).and_then(|place| session.remove_recording(place));
+    answered(remove).await
+}
+
 async fn add_recording(State(session): State<Session>, query: Named, body: Bytes) -> Response {
     let add = move || value(&query, "name").and_then(|name| session.add_recording(name, &body));
-    match tokio::task::spawn_blocking(add).await {
-        Ok(done) => answer(done),
-        Err(_) => refusal(&Error::Panicked),
-    }
+    answered(add).await
 }
 
 #[cfg(test)]

@@ -188,11 +188,24 @@ impl Session {
         let added = recording::load(&path, &self.mapping, &Context::quiet())
             .map_err(|e| named(e, &path, Path::new(name)))?
             .named(name);
+        self.question_anew(|before| Ok(before.with(added.clone(), self.kind)))
+    }
+
+    /// Takes out the recording at a place; its file stays as it is.
+    ///
+    /// # Errors
+    /// A task that has not ended, or no such recording.
+    pub fn remove_recording(&self, place: usize) -> Result<()> {
+        self.question_anew(|before| before.without(place, self.kind).ok_or(Error::NoRecordingAt(place)))
+    }
+
+    /// Puts what `change` makes of the recordings in their place. That takes a while, in which the page goes on.
+    fn question_anew(&self, change: impl Fn(&Questioned) -> Result<Questioned>) -> Result<()> {
         loop {
             let before = Arc::clone(&self.free()?.recordings);
-            let questioned = Arc::new(before.with(added.clone(), self.kind));
+            let questioned = Arc::new(change(&before)?);
             let mut state = self.free()?;
-            // Otherwise another one has been added meanwhile.
+            // Otherwise they have been changed meanwhile.
             if Arc::ptr_eq(&state.recordings, &before) {
                 state.recordings = questioned;
                 state.error = None;
