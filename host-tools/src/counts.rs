@@ -1,4 +1,5 @@
-//! A speed that was counted: pulses of an encoder in windows, of one sampling interval or of several.
+//! A speed that was counted, pulses of an encoder in windows of one sampling interval or of several; or timed, from one
+//! pulse to the next.
 //!
 //! Such a speed is the mean over the window that ended last, (θ(n) − θ(n − m))/(m h), in steps of one pulse a window,
 //! `q = 2π/(N m h)` with N pulses a turn. The quantum tells it: m h q goes into a turn a whole number of times. m is
@@ -14,6 +15,12 @@ const ALL_BUT_FEW: f64 = 0.99;
 const COARSE: f64 = 2e-3;
 /// Most pulses a turn that are told by being a whole number: beyond, any number is whole within [`ROUNDED`].
 const MOST_PULSES: f64 = 10_000.0;
+
+/// Changes of a speed by timed pulses that are judged, and the share of them that has to be explained.
+const PULSES: usize = 30;
+const EXPLAINED: f64 = 0.9;
+/// Chance of a coincidence that is not believed to be one.
+const CHANCE: f64 = 1e-6;
 
 /// Changes that lie a multiple of two or more samples apart by chance less than once in a million.
 const FEWEST_CHANGES: usize = 21;
@@ -60,6 +67,16 @@ impl Window {
         Self { samples, first, is_mean: true }
     }
 
+    /// Whether a speed changes at its ends, and hardly elsewhere.
+    pub fn holds(&self, speed: &[f64]) -> bool {
+        let (mut changes, mut inside) = (0, 0);
+        for n in (1..speed.len()).filter(|n| speed[*n] != speed[n - 1]) {
+            changes += 1;
+            inside += usize::from(!self.ends_at(n));
+        }
+        (inside as f64) <= (1.0 - ALL_BUT_FEW) * f64::from(changes)
+    }
+
     /// Whether a new value is shown at a sample.
     pub fn ends_at(&self, n: usize) -> bool {
         n % self.samples == self.first
@@ -71,6 +88,30 @@ impl Window {
         let first = (self.first + self.samples - samples % self.samples) % self.samples;
         Self { first, ..self }
     }
+}
+
+/// The angle between two pulses, rad: as long as a value v is shown, L samples, the shaft turns by v L h. All but a few
+/// changes come when that angle is through, to a sample on either side; by chance one of L/3 would.
+pub fn angle_a_pulse(w: &[f64], interval_s: f64) -> Option<f64> {
+    let changes: Vec<usize> = (1..w.len()).filter(|&n| w[n] != w[n - 1]).collect();
+    // (samples that the value lasts, the value after: it is the mean speed over them)
+    let runs: Vec<(f64, f64)> = changes
+        .windows(2)
+        .filter(|c| c[1] - c[0] >= 3)
+        .map(|c| ((c[1] - c[0]) as f64, w[c[1]].abs()))
+        .filter(|(_, v)| *v > 0.0)
+        .collect();
+    if runs.len() < PULSES || runs.len() * 2 < changes.len() {
+        return None;
+    }
+    let mut angles: Vec<f64> = runs.iter().map(|(length, v)| length * v).collect();
+    angles.sort_by(f64::total_cmp);
+    let angle = angles[angles.len() / 2];
+    let right = runs.iter().filter(|(length, v)| (angle / v - length).abs() <= 1.1).count() as f64;
+    let (shortest, longest) = runs.iter().fold((f64::INFINITY, 0.0f64), |(a, b), r| (a.min(r.0), b.max(r.0)));
+    let chance = (3.0 / (longest - shortest + 1.0)).powf(right.min(60.0));
+    (right >= EXPLAINED * runs.len() as f64 && longest > shortest + 2.0 && chance < CHANCE)
+        .then_some(angle * interval_s)
 }
 
 fn greatest_common_divisor(a: usize, b: usize) -> usize {
@@ -110,5 +151,22 @@ mod tests {
         assert!(later.ends_at(7 - 5) && !later.ends_at(3), "{later:?}");
         assert_eq!(Window::of(&(0..400).map(f64::from).collect::<Vec<_>>()), None);
         assert_eq!(Window::of(&held[..60]), None, "too few changes");
+    }
+
+    #[test]
+    fn pulses_of_sixty_a_turn_are_told_by_how_long_each_value_lasts() {
+        // A run-up in 2 s to 30 rad/s: ω = 15 t, θ = 7.5 t². A pulse each 2π/60.
+        let (h, step) = (1e-4, std::f64::consts::TAU / 60.0);
+        let instants: Vec<f64> = (1..280).map(|k| (f64::from(k) * step / 7.5).sqrt()).collect();
+        let mut speed = vec![0.0; 20_000];
+        for pair in instants.windows(3) {
+            let v = step / (pair[1] - pair[0]);
+            let (from, to) = ((pair[1] / h).ceil() as usize, (pair[2] / h).ceil() as usize);
+            speed[from.min(20_000)..to.min(20_000)].fill(v);
+        }
+        let angle = angle_a_pulse(&speed, h).unwrap();
+        assert!((angle / step - 1.0).abs() < 0.02, "{angle}");
+        let smooth: Vec<f64> = (0..20_000).map(|n| 15.0 * h * f64::from(n)).collect();
+        assert_eq!(angle_a_pulse(&smooth, h), None);
     }
 }

@@ -1,5 +1,6 @@
 //! A recording as the model meets it: what drives the model, what is observed, what is imposed, which samples count.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use greyrig::butterworth::{self, Cascade, Coefficients};
@@ -69,8 +70,11 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
 }
 
 /// What a measuring chain shows of the speed from sample to sample.
-struct Shown<S> {
+struct Shown<'a, S> {
     window: Option<Window>,
+    /// Stretches that lie ahead, from the end of which on their mean is shown.
+    stretches: &'a [[usize; 2]],
+    is_sampled: bool,
     /// Sum of the means over the intervals since the last value, and their number.
     sum: S,
     intervals: u32,
@@ -78,21 +82,39 @@ struct Shown<S> {
     renewed: bool,
 }
 
-impl<S: Scalar<Base = S>> Shown<S> {
-    fn new(window: Option<Window>, speed: S) -> Self {
-        Self { window, sum: S::ZERO, intervals: 0, speed, renewed: true }
+impl<'a, S: Scalar<Base = S>> Shown<'a, S> {
+    fn new(e: &'a Experiment, speed: S) -> Self {
+        let (window, stretches) = (e.window, e.stretches.as_slice());
+        Self { window, stretches, is_sampled: !e.is_windowed(), sum: S::ZERO, intervals: 0, speed, renewed: true }
+    }
+
+    #[inline(always)]
+    fn ends_at(&mut self, n: usize) -> bool {
+        if let Some(window) = self.window {
+            return window.ends_at(n);
+        }
+        let ends = self.stretches.first().is_some_and(|[_, end]| *end == n);
+        if ends {
+            self.stretches = &self.stretches[1..];
+        }
+        ends
     }
 
     /// What is shown at sample `n`, of what a chain without windows would show, and the mean of the speed since the
     /// sample before.
     #[inline(always)]
     fn at(&mut self, n: usize, reading: State<S>, mean: S) -> State<S> {
-        let Some(window) = self.window else { return reading };
+        if self.is_sampled {
+            return reading;
+        }
+        if self.stretches.first().is_some_and(|[begin, _]| begin + 1 == n) {
+            (self.sum, self.intervals) = (S::ZERO, 0);
+        }
         self.sum += mean;
         self.intervals += 1;
-        if window.ends_at(n) {
+        if self.ends_at(n) {
             let mean = self.sum / S::constant(f64::from(self.intervals));
-            self.speed = if window.is_mean { mean } else { reading.speed };
+            self.speed = if self.window.is_none_or(|window| window.is_mean) { mean } else { reading.speed };
             (self.sum, self.intervals, self.renewed) = (S::ZERO, 0, true);
         }
         State { speed: self.speed, ..reading }
@@ -101,7 +123,7 @@ impl<S: Scalar<Base = S>> Shown<S> {
     /// Whether a value has been shown since this was asked last that had not been before.
     #[inline(always)]
     fn is_renewed(&mut self) -> bool {
-        self.window.is_none() || std::mem::take(&mut self.renewed)
+        self.is_sampled || std::mem::take(&mut self.renewed)
     }
 }
 
@@ -129,6 +151,9 @@ pub struct Experiment {
     pub sensor: Option<SpeedSensor>,
     /// Windows in which the speed is counted or held.
     pub window: Option<Window>,
+    /// Stretches, from sample to sample, whose means a sensor without windows shows from their ends on; empty: no such
+    /// sensor.
+    pub stretches: Vec<[usize; 2]>,
     /// Equal parts in which the model goes through an interval.
     pieces: usize,
     /// What an ampere by which the prediction over an interval is off is worth in the voltage balance, V, and a radian
@@ -238,14 +263,8 @@ impl Experiment {
                 "record longer, or raise the cut-off with --cutoff",
             ));
         }
-        let slow = drive == Drive::Voltage && current.is_some() && interval_s >= between::ASKED_FROM_S;
-        let shown = recording.channel(Channel::Speed).filter(|_| slow);
-        let told = SpeedSensor::told(recording)?;
-        let sensor = told.or_else(|| SpeedSensor::by_values(shown?, interval_s)).filter(|_| slow);
-        let window = shown.and_then(|speed| match sensor {
-            Some(sensor) => sensor.window(speed, interval_s),
-            None => Window::of(speed),
-        });
+        let shown = recording.channel(Channel::Speed).filter(|_| drive == Drive::Voltage && current.is_some());
+        let Sensed { sensor, window, stretches } = Sensed::of(SpeedSensor::told(recording)?, shown, interval_s);
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -261,6 +280,7 @@ impl Experiment {
             instants: Vec::new(),
             sensor,
             window,
+            stretches,
             pieces: 1,
             response: [1.0; 2],
             gain: 1.0,
@@ -279,10 +299,59 @@ impl Experiment {
     /// The same as a chain has shown it, if neither the recording nor its values tell how the speed was measured.
     #[must_use]
     pub fn through(mut self, chain: &Chain) -> Self {
-        if let (Some(sensor), None, Some(speed), true) = (chain.speed, self.sensor, &self.speed, self.is_slow(None)) {
-            (self.sensor, self.window) = (Some(sensor), sensor.window(speed, self.interval_s));
+        if self.sensor.is_none() && chain.speed.is_some() && self.drive == Drive::Voltage && self.current.is_some() {
+            let Sensed { sensor, window, stretches } = Sensed::of(chain.speed, self.speed.as_deref(), self.interval_s);
+            (self.sensor, self.window, self.stretches) = (sensor, window, stretches);
         }
         self
+    }
+
+    /// Whether a value of the speed is more than a sample of it.
+    pub fn is_windowed(&self) -> bool {
+        self.window.is_some() || !self.stretches.is_empty()
+    }
+
+    /// Whether a value of the speed is shown in several samples that are quick enough for the current.
+    fn is_renewed_slowly(&self) -> bool {
+        let several = self.window.map_or(!self.stretches.is_empty(), |window| window.samples > 1);
+        several && !self.is_slow(None)
+    }
+
+    /// Samples at which the speed shows a new value.
+    pub fn renewed(&self) -> Vec<usize> {
+        match self.window {
+            Some(window) => (window.first..self.len()).step_by(window.samples).collect(),
+            None if self.stretches.is_empty() => (0..self.len()).collect(),
+            None => self.stretches.iter().map(|[_, end]| *end).collect(),
+        }
+    }
+
+    /// The speed as the motor had it, rad/s, to those who want its derivative or impose it: straight lines between the
+    /// values of a sensor that renews them every so many samples. A mean stands for the middle of its window. Slow
+    /// samples are as they are: their fits know the windows.
+    pub fn speed_itself(&self) -> Option<Cow<'_, [f64]>> {
+        let speed = self.speed.as_deref()?;
+        if !self.is_renewed_slowly() {
+            return Some(Cow::Borrowed(speed));
+        }
+        let values: Vec<(f64, f64)> = match self.window {
+            Some(window) => {
+                let late = if window.is_mean { 0.5 * window.samples as f64 } else { 0.0 };
+                self.renewed().into_iter().map(|n| (n as f64 - late, speed[n])).collect()
+            }
+            None => self.stretches.iter().map(|[begin, end]| (0.5 * (begin + end) as f64, speed[*end])).collect(),
+        };
+        let mut values = values.into_iter().peekable();
+        let mut before = values.peek().map_or((0.0, speed[0]), |(t, _)| (t.min(0.0), speed[0]));
+        let line = |n: usize| {
+            let t = n as f64;
+            while let Some(next) = values.next_if(|next| next.0 <= t) {
+                before = next;
+            }
+            let Some(next) = values.peek() else { return before.1 };
+            before.1 + (t - before.0) / (next.0 - before.0) * (next.1 - before.1)
+        };
+        Some(Cow::Owned((0..speed.len()).map(line).collect()))
     }
 
     /// The same with hard edges of the voltage where the current saw them, between the samples: for comparison and
@@ -418,13 +487,15 @@ impl Experiment {
             edges: self.current.as_ref().map_or_else(Vec::new, |i| edges::coarser(&self.edges, &self.input, i, factor)),
             between: self.between,
             sensor: self.sensor,
-            window: self.window,
+            // A window of several samples need not be one of several of these.
+            window: self.window.filter(|_| !self.is_renewed_slowly()),
+            stretches: Vec::new(),
             instants: if factor == 1 { self.instants.clone() } else { Vec::new() },
             pieces: if self.is_as_sampled() { 1 } else { self.pieces * factor },
             response: self.response,
             gain: self.gain,
             current: self.current.as_deref().map(average),
-            speed: self.speed.as_deref().map(average),
+            speed: self.speed_itself().as_deref().map(average),
             position: self.position.as_deref().map(average),
             locked: flags(&self.locked),
             open: flags(&self.open),
@@ -499,7 +570,7 @@ impl Experiment {
         mut take: impl FnMut(usize, State<S>),
     ) {
         stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
-        let mut shown = Shown::new(self.window, stepper.reading().speed);
+        let mut shown = Shown::new(self, stepper.reading().speed);
         take(0, stepper.reading());
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
@@ -522,7 +593,7 @@ impl Experiment {
         stepper.begin(measured(0));
         let gain = S::constant(self.gain);
         let mut last = measured(0);
-        let mut shown = Shown::new(self.window, last.speed);
+        let mut shown = Shown::new(self, last.speed);
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             if (n - 1) % length == 0 && n > 1 {
@@ -571,6 +642,12 @@ impl Experiment {
             open: flags(&self.open),
             counted: flags(&self.counted),
             window: self.window.map(|window| window.without_first(from)),
+            stretches: self
+                .stretches
+                .iter()
+                .filter(|[_, end]| *end > from)
+                .map(|ends| ends.map(|n| n.saturating_sub(from)))
+                .collect(),
             ..*self
         }
     }
@@ -593,6 +670,7 @@ impl Experiment {
             locked: flags(&self.locked),
             open: flags(&self.open),
             counted: flags(&self.counted),
+            stretches: self.stretches.iter().copied().filter(|[_, end]| *end < samples).collect(),
             ..*self
         }
     }
@@ -607,7 +685,7 @@ impl Experiment {
         imposed: Imposed<'_>,
         edges: &mut &[Edge],
     ) -> S {
-        let is_counted = self.window.is_some();
+        let is_counted = self.is_windowed();
         let mut before = if is_counted { stepper.reading().speed } else { S::ZERO };
         let mut sum = S::ZERO;
         if self.drive == Drive::Voltage && !self.is_as_sampled() {
@@ -690,6 +768,35 @@ impl Experiment {
             Drive::Voltage => Ok(Stepper::build(motor.clone(), S::constant(self.step_s()))?.substeps()),
             Drive::Torque => Ok(1),
         }
+    }
+}
+
+/// How a speed was measured, as it is told or as its values tell.
+struct Sensed {
+    sensor: Option<SpeedSensor>,
+    window: Option<Window>,
+    stretches: Vec<[usize; 2]>,
+}
+
+impl Sensed {
+    const AS_SAMPLED: Self = Self { sensor: None, window: None, stretches: Vec::new() };
+
+    /// Of a speed that is sampled every so many seconds. Quick samples are looked at for values that are shown in
+    /// several of them alone; a speed that is held there, and not counted, was sampled more slowly.
+    fn of(told: Option<SpeedSensor>, speed: Option<&[f64]>, interval_s: f64) -> Self {
+        let Some(speed) = speed else { return Self::AS_SAMPLED };
+        let sensor = told.or_else(|| SpeedSensor::by_values(speed, interval_s));
+        let stretches = sensor.map_or_else(Vec::new, |sensor| sensor.stretches(speed, interval_s));
+        let window = match sensor {
+            Some(sensor) => sensor.window(speed, interval_s),
+            None => Window::of(speed),
+        };
+        if interval_s >= between::ASKED_FROM_S || !stretches.is_empty() {
+            return Self { sensor, window, stretches };
+        }
+        let Some(window) = window.filter(|w| w.samples > 1 && w.holds(speed)) else { return Self::AS_SAMPLED };
+        let sensor = sensor.unwrap_or(SpeedSensor::Held { window_s: window.samples as f64 * interval_s });
+        Self { sensor: Some(sensor), window: Some(Window { is_mean: sensor.is_mean(), ..window }), stretches }
     }
 }
 

@@ -1,9 +1,10 @@
 //! How a speed is measured, where that is more than a sample of it: counts of an encoder's pulses in windows, means
-//! over windows, values that are held.
+//! over windows, values that are held, the time from pulse to pulse.
 //!
 //! A recording tells it in its metadata (`# speed_sensor: counts:120:0.01`), a model file in `[chain]`, a user of the
 //! virtual rig with `--speed-sensor`. What nobody tells is estimated from the values ([`counts`]).
 
+use std::f64::consts::TAU;
 use std::fmt;
 use std::str::FromStr;
 
@@ -29,6 +30,12 @@ pub enum SpeedSensor {
         /// Time from one value to the next, s.
         window_s: f64,
     },
+    /// An angle by the time that the shaft took for it, from pulse to pulse: shown from a pulse to the next, the mean
+    /// speed since the one before.
+    Period {
+        /// Pulses a turn.
+        pulses: u32,
+    },
     /// The mean over the window that ends with it, shown until the next.
     Mean {
         /// Time from one value to the next, s.
@@ -53,18 +60,42 @@ impl SpeedSensor {
         })
     }
 
-    /// What the values of a speed tell of themselves: counts by their quantum. A speed that is held may be counted or
-    /// not, a mean or an instant: that takes a model.
+    /// What the values of a speed tell of themselves: counts by their quantum, timed pulses by how long each value is
+    /// shown. A speed that is held may be counted or not, a mean or an instant: that takes a model.
     pub fn by_values(speed: &[f64], interval_s: f64) -> Option<Self> {
         let window_s = interval_s * Window::of(speed).map_or(1.0, |window| window.samples as f64);
-        counts::pulses_a_turn(speed, window_s).map(|pulses| Self::Counts { pulses, window_s })
+        let counted = counts::pulses_a_turn(speed, window_s).map(|pulses| Self::Counts { pulses, window_s });
+        let timed = || {
+            let pulses = (TAU / counts::angle_a_pulse(speed, interval_s)?).round().max(1.0);
+            Some(Self::Period { pulses: pulses as u32 })
+        };
+        counted.or_else(timed)
     }
 
-    /// Time from one value to the next, s.
-    pub fn window_s(self) -> f64 {
+    /// Time from one value to the next, s, where it is always the same.
+    pub fn window_s(self) -> Option<f64> {
         match self {
-            Self::Counts { window_s, .. } | Self::Mean { window_s } | Self::Held { window_s } => window_s,
+            Self::Counts { window_s, .. } | Self::Mean { window_s } | Self::Held { window_s } => Some(window_s),
+            Self::Period { .. } => None,
         }
+    }
+
+    /// Begin and end, in samples, of the stretch that each value is the mean over, where the values alone tell them: it
+    /// is shown from the end on. A timed pulse tells how long the shaft took, which is less than the time since the
+    /// last value where the motor has turned round in between.
+    pub fn stretches(self, speed: &[f64], interval_s: f64) -> Vec<[usize; 2]> {
+        let Self::Period { pulses } = self else { return Vec::new() };
+        let angle = TAU / f64::from(pulses);
+        let mut last = 0;
+        let changes = (1..speed.len()).filter(|n| speed[*n] != speed[n - 1]);
+        changes
+            .map(|n| {
+                let taken = (angle / (speed[n].abs() * interval_s)).round();
+                let from = if taken < (n - last) as f64 { n - taken.max(1.0) as usize } else { last };
+                last = n;
+                [from, n]
+            })
+            .collect()
     }
 
     /// Whether a value is a mean over its window.
@@ -74,20 +105,20 @@ impl SpeedSensor {
 
     /// What was done to the speed, in words.
     pub fn in_words(self) -> String {
-        let milliseconds = 1e3 * self.window_s();
         match self {
-            Self::Counts { pulses, .. } => {
-                format!("counted by an encoder of {pulses} pulses a turn, in windows of {milliseconds:.3} ms")
+            Self::Counts { pulses, window_s } => {
+                format!("counted by an encoder of {pulses} pulses a turn, in windows of {:.3} ms", 1e3 * window_s)
             }
-            Self::Mean { .. } => format!("averaged over {milliseconds:.3} ms"),
-            Self::Held { .. } => format!("held for {milliseconds:.3} ms"),
+            Self::Period { pulses } => format!("timed from pulse to pulse, {pulses} a turn"),
+            Self::Mean { window_s } => format!("averaged over {:.3} ms", 1e3 * window_s),
+            Self::Held { window_s } => format!("held for {:.3} ms", 1e3 * window_s),
         }
     }
 
     /// Its windows in a speed that is sampled every so many seconds; `None` where they are no whole number of samples,
     /// or one that shows each sample as it is.
     pub fn window(self, speed: &[f64], interval_s: f64) -> Option<Window> {
-        let samples = self.window_s() / interval_s;
+        let samples = self.window_s()? / interval_s;
         let is_whole = samples.round() >= 1.0 && (samples - samples.round()).abs() < ROUNDED;
         let shows_samples = samples.round() == 1.0 && !self.is_mean();
         (is_whole && !shows_samples)
@@ -99,6 +130,7 @@ impl fmt::Display for SpeedSensor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Counts { pulses, window_s } => write!(f, "counts:{pulses}:{window_s}"),
+            Self::Period { pulses } => write!(f, "period:{pulses}"),
             Self::Mean { window_s } => write!(f, "mean:{window_s}"),
             Self::Held { window_s } => write!(f, "held:{window_s}"),
         }
@@ -111,7 +143,7 @@ pub struct Unknown(String);
 
 impl Unknown {
     /// What to do about it.
-    pub const REMEDY: &str = "give counts:PULSES:WINDOW, mean:WINDOW or held:WINDOW, windows in seconds";
+    pub const REMEDY: &str = "give counts:PULSES:WINDOW, period:PULSES, mean:WINDOW or held:WINDOW, windows in seconds";
 }
 
 impl fmt::Display for Unknown {
@@ -128,12 +160,11 @@ impl FromStr for SpeedSensor {
     fn from_str(text: &str) -> std::result::Result<Self, Unknown> {
         let unknown = || Unknown(text.to_owned());
         let parts: Vec<&str> = text.trim().split(':').map(str::trim).collect();
+        let number = |text: &str| text.parse().ok().filter(|n| *n > 0).ok_or_else(unknown);
         let seconds = |text: &str| text.parse().ok().filter(|s: &f64| s.is_finite() && *s > 0.0).ok_or_else(unknown);
         match parts.as_slice() {
-            ["counts", pulses, window] => {
-                let pulses = pulses.parse().ok().filter(|n| *n > 0).ok_or_else(unknown)?;
-                Ok(Self::Counts { pulses, window_s: seconds(window)? })
-            }
+            ["counts", pulses, window] => Ok(Self::Counts { pulses: number(pulses)?, window_s: seconds(window)? }),
+            ["period", pulses] => Ok(Self::Period { pulses: number(pulses)? }),
             ["mean", window] => Ok(Self::Mean { window_s: seconds(window)? }),
             ["held", window] => Ok(Self::Held { window_s: seconds(window)? }),
             _ => Err(unknown()),
@@ -188,7 +219,8 @@ mod tests {
         assert_eq!("counts:120:0.01".parse(), Ok(counts));
         assert_eq!(" held : 5e-3 ".parse(), Ok(SpeedSensor::Held { window_s: 0.005 }));
         assert_eq!(SpeedSensor::Mean { window_s: 0.02 }.to_string(), "mean:0.02");
-        for wrong in ["counts:0:0.01", "counts:120", "mean:-1", "mean:nan", "tacho", ""] {
+        assert_eq!("period:12".parse(), Ok(SpeedSensor::Period { pulses: 12 }));
+        for wrong in ["period:0.5", "counts:0:0.01", "counts:120", "mean:-1", "mean:nan", "tacho", ""] {
             assert_eq!(wrong.parse::<SpeedSensor>(), Err(Unknown(wrong.to_owned())), "{wrong}");
         }
     }

@@ -78,8 +78,8 @@ pub struct Args {
     #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
 
-    /// How the speed is measured: counts:PULSES:WINDOW, mean:WINDOW or held:WINDOW, windows in seconds; sampled by
-    /// default
+    /// How the speed is measured: counts:PULSES:WINDOW, period:PULSES, mean:WINDOW or held:WINDOW, windows in seconds;
+    /// sampled by default
     #[arg(long, value_name = "SENSOR")]
     pub speed_sensor: Option<String>,
 

@@ -296,7 +296,8 @@ fn relative(structured: &[Option<Sums>; 3], errors: &[[Option<Sums>; 3]], floors
 /// both.
 fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Option<Sums>; 3]> {
     let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return Ok([None; 3]) };
-    let electrical = traces::simulate(motor, None, e, Imposed::Speed(w))?;
+    let turning = e.speed_itself().unwrap_or_default();
+    let electrical = traces::simulate(motor, None, e, Imposed::Speed(&turning))?;
     let mechanical = traces::simulate(motor, None, e, Imposed::Current(i))?;
     let counted = |n: usize| e.counted[n];
     Ok([
@@ -309,9 +310,9 @@ fn structured(motor: &greyrig::motor::Motor<f32>, e: &Experiment) -> Result<[Opt
 /// Residuals of the voltage balance and the torque balance at the measured state, filtered: what the equations leave
 /// over before anything is simulated.
 fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>; 2] {
-    let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, &e.speed) else { return [None; 2] };
-    let (di, dw) = (derivative(i, e.interval_s), derivative(w, e.interval_s));
-    let direction = directions(w);
+    let (Drive::Voltage, Some(i), Some(w)) = (e.drive, &e.current, e.speed_itself()) else { return [None; 2] };
+    let (di, dw) = (derivative(i, e.interval_s), derivative(&w, e.interval_s));
+    let direction = directions(&w);
     let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
     let state = |n: usize| State { current: i[n], speed: w[n] };
     let mut memories = motor.memories_at_start(state(0));

@@ -51,9 +51,9 @@ fn passed(e: &Experiment, held: usize) -> f64 {
 
 /// The values that a speed has shown, and for how many samples each.
 fn values_shown(e: &Experiment) -> (Option<Vec<f64>>, usize) {
-    let renewed = |n: &usize| e.window.is_none_or(|window| window.ends_at(*n));
-    let values = e.speed.as_ref().map(|speed| (0..e.len()).filter(renewed).map(|n| speed[n]).collect());
-    (values, e.window.map_or(1, |window| window.samples))
+    let renewed = e.renewed();
+    let held = e.len() / renewed.len().max(1);
+    (e.speed.as_ref().map(|speed| renewed.iter().map(|n| speed[*n]).collect()), held.max(1))
 }
 
 /// The floor from idle stretches or the spectrum.

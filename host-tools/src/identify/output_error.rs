@@ -227,7 +227,8 @@ impl<'a> OutputError<'a> {
     pub fn through_the_speed(&self, fit: &Fit) -> DVector<f64> {
         let theta = fit.space.coordinates();
         let made = |rows: &Rows<'_>| -> Vec<f64> {
-            let measured = rows.experiment.speed.as_deref().map_or(Imposed::Nothing, Imposed::Speed);
+            let measured = rows.experiment.speed_itself();
+            let measured = measured.as_deref().map_or(Imposed::Nothing, Imposed::Speed);
             let (own, measured) = rayon::join(
                 || rows.modelled_at_its_own_speed(&fit.space, &theta),
                 || rows.modelled(&fit.space, &theta, measured),

@@ -130,7 +130,8 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
     for e in experiments {
         let Some(i) = &e.current else { continue };
         let zero = vec![0.0; i.len()];
-        let speed = e.speed.as_deref();
+        let speed = e.speed_itself();
+        let speed = speed.as_deref();
         if speed.is_none() && !e.is_locked(0) {
             continue;
         }
@@ -207,15 +208,15 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
         Regression::new(&[BaseParameter::J, BaseParameter::Mu0, BaseParameter::Mu1, BaseParameter::Mu2]);
     let k = space.value(BaseParameter::K);
     for e in experiments {
-        let (Some(w), Drive::Voltage) = (&e.speed, e.drive) else { continue };
+        let (Some(w), Drive::Voltage) = (e.speed_itself(), e.drive) else { continue };
         let zero = vec![0.0; w.len()];
         let Some(i) = e.current.as_ref().or(if e.open.iter().any(|o| *o) { Some(&zero) } else { None }) else {
             continue;
         };
         let period = e.mains_period_s.unwrap_or(0.02);
         let window = ((WINDOW_S / period).ceil() * period / e.interval_s).round() as usize;
-        let smooth = SlidingMean::new(w, (period / e.interval_s).round() as usize);
-        let direction = directions(w);
+        let smooth = SlidingMean::new(&w, (period / e.interval_s).round() as usize);
+        let direction = directions(&w);
         let mut from = 0;
         while from + window < w.len() {
             let range = from..from + window;

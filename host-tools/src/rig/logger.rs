@@ -68,8 +68,9 @@ fn invalid(error: InvalidRecording) -> Error {
 
 /// What a sensor shows of a speed, rad/s, that is sampled every so many seconds.
 fn shown(sensor: SpeedSensor, speed: &[f64], interval_s: f64) -> Vec<f64> {
-    let window = (sensor.window_s() / interval_s).round().max(1.0) as usize;
+    let window = sensor.window_s().map_or(1, |window_s| (window_s / interval_s).round().max(1.0) as usize);
     match sensor {
+        SpeedSensor::Period { pulses } => timed(speed, interval_s, pulses),
         SpeedSensor::Counts { pulses, .. } => counted(speed, interval_s, pulses, window),
         SpeedSensor::Mean { .. } => {
             let angle = angle(speed, interval_s);
@@ -104,6 +105,32 @@ pub fn counted(speed: &[f64], interval_s: f64, pulses: u32, window: usize) -> Ve
     at_window_ends(speed.len(), window, by_count)
 }
 
+/// The speed, rad/s, by the time between the last two pulses, held until the next.
+pub fn timed(speed: &[f64], interval_s: f64, pulses: u32) -> Vec<f64> {
+    let step = TAU / f64::from(pulses);
+    let turned = angle(speed, interval_s);
+    let (mut last, mut shown, mut direction) = (None::<f64>, 0.0, 0.0);
+    let mut out = vec![0.0];
+    for n in 1..speed.len() {
+        let (a, b) = (turned[n - 1] / step, turned[n] / step);
+        if a.floor() != b.floor() {
+            // A counter that sees the direction begins anew where it changes.
+            if (b - a) * direction < 0.0 {
+                last = None;
+            }
+            direction = b - a;
+            let edge = if b > a { b.floor() } else { a.floor() };
+            let instant = (n as f64 - 1.0 + (edge - a) / (b - a)) * interval_s;
+            if let Some(before) = last {
+                shown = (b - a).signum() * step / (instant - before).max(1e-9);
+            }
+            last = Some(instant);
+        }
+        out.push(shown);
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +145,20 @@ mod tests {
         assert!(shown[100..].iter().all(|w| (w / pulse).round() * pulse == *w && (w - 100.0).abs() < pulse));
         let mean = shown[100..10_000].iter().sum::<f64>() / 9900.0;
         assert!((mean - 100.0).abs() < pulse / 99.0, "{mean}: counts lose nothing from window to window");
+    }
+
+    #[test]
+    fn pulses_tell_the_mean_speed_since_the_one_before() {
+        // ω = 10 t: a turn takes as long as from √(0.4 π k) to √(0.4 π (k + 1)).
+        let ramp: Vec<f64> = (0..50_000).map(|n| f64::from(n) * 1e-3).collect();
+        let shown = timed(&ramp, 1e-4, 1);
+        for k in 2..19u32 {
+            let at = |k: u32| (0.4 * std::f64::consts::PI * f64::from(k)).sqrt();
+            let (from, to) = (at(k), at(k + 1));
+            let n = (1e4 * to).ceil() as usize;
+            assert!((shown[n] * (to - from) / TAU - 1.0).abs() < 1e-6, "turn {k}: {}", shown[n]);
+            assert!((shown[n - 1] * (from - at(k - 1)) / TAU - 1.0).abs() < 1e-6);
+        }
     }
 
     #[test]

@@ -52,7 +52,7 @@ impl<'a> WholeMotor<'a> {
         let current = e.current.as_deref()?;
         // Without a supply there is no current, whatever the sensor shows.
         let current: Vec<f64> = current.iter().enumerate().map(|(n, i)| if e.is_open(n) { 0.0 } else { *i }).collect();
-        let speed = e.speed.clone().unwrap_or_else(|| vec![0.0; current.len()]);
+        let speed = e.speed_itself().map_or_else(|| vec![0.0; current.len()], |speed| speed.into_owned());
         if e.speed.is_none() && !e.is_locked(0) {
             return None;
         }

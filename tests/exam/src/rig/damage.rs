@@ -1,12 +1,10 @@
 //! What chains, loggers and people do to a recording's samples.
 
-use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::Path;
 
 use greyrig_host::error::Result;
 use greyrig_host::recording::{Channel, Mapping, Recording, load};
-use greyrig_host::rig::logger::angle;
 
 use super::Random;
 
@@ -77,32 +75,6 @@ pub fn at(values: &[f64], position: f64) -> f64 {
     let position = position.clamp(0.0, (values.len() - 1) as f64);
     let n = (position as usize).min(values.len().saturating_sub(2));
     values[n] + (position - n as f64) * (values[n + 1] - values[n])
-}
-
-/// The speed by the time between the last two pulses, held until the next.
-pub fn by_period(speed: &[f64], interval_s: f64, pulses: f64) -> Vec<f64> {
-    let step = TAU / pulses;
-    let turned = angle(speed, interval_s);
-    let (mut last, mut shown, mut direction) = (None::<f64>, 0.0, 0.0);
-    let mut out = vec![0.0];
-    for n in 1..speed.len() {
-        let (a, b) = (turned[n - 1] / step, turned[n] / step);
-        if a.floor() != b.floor() {
-            // A counter that sees the direction begins anew where it changes.
-            if (b - a) * direction < 0.0 {
-                last = None;
-            }
-            direction = b - a;
-            let edge = if b > a { b.floor() } else { a.floor() };
-            let instant = (n as f64 - 1.0 + (edge - a) / (b - a)) * interval_s;
-            if let Some(before) = last {
-                shown = (b - a).signum() * step / (instant - before).max(1e-9);
-            }
-            last = Some(instant);
-        }
-        out.push(shown);
-    }
-    out
 }
 
 /// Mean over the last samples.

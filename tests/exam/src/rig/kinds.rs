@@ -387,18 +387,18 @@ pub const KINDS: &[Kind] = &[
         let w = of(&s.recording, W);
         let mean = w.iter().map(|w| w.abs()).sum::<f64>() / w.len() as f64;
         // Pulses that are some samples apart, and at least some hundred in all.
-        let pulses = [1.0, 2.0, 4.0, 12.0, 24.0, 60.0]
+        let pulses = [1u32, 2, 4, 12, 24, 60]
             .into_iter()
             .filter(|p| {
-                let apart = std::f64::consts::TAU / (p * mean * h);
+                let apart = std::f64::consts::TAU / (f64::from(*p) * mean * h);
                 (3.0..100.0).contains(&apart) && w.len() as f64 / apart > 100.0
             })
-            .collect::<Vec<f64>>();
+            .collect::<Vec<u32>>();
         if pulses.is_empty() {
             return None;
         }
         let pulses = random.one_of(&pulses);
-        let run = damage::change(&s.recording, W, |x| *x = damage::by_period(x, h, pulses));
+        let run = damage::change(&s.recording, W, |x| *x = logger::timed(x, h, pulses));
         one(run, W, format!("{pulses} a turn"))
     }),
     kind("held", &[Code::HeldValues], |s, random| {
