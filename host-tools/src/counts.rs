@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 /// Distance of a speed from a whole number of quanta, in quanta, that writing it down in few digits makes.
 const ROUNDED: f64 = 0.02;
-/// Share of the samples that have to be whole numbers of quanta.
+/// Share of the samples that have to be whole numbers of quanta, and of the changes that have to be at a window's ends.
 const ALL_BUT_FEW: f64 = 0.99;
 /// Least quantum, as a share of the largest speed: finer ones are those of a number with few digits.
 const COARSE: f64 = 2e-3;
@@ -20,7 +20,7 @@ const MOST_PULSES: f64 = 10_000.0;
 const PULSES: usize = 30;
 const EXPLAINED: f64 = 0.9;
 /// Chance of a coincidence that is not believed to be one.
-const CHANCE: f64 = 1e-6;
+pub const CHANCE: f64 = 1e-6;
 
 /// Changes that lie a multiple of two or more samples apart by chance less than once in a million.
 const FEWEST_CHANGES: usize = 21;

@@ -277,14 +277,15 @@ fn a_speed_that_is_renewed_every_many_quick_samples_is_told_and_its_motor_identi
         (SpeedSensor::Counts { pulses: 500, window_s: 75.0 * 2e-4 }, counted(&sampled, 75)),
         (SpeedSensor::Period { pulses: 4 }, of(logger::timed(speed, 2e-4, 4))),
     ];
-    for (sensor, run) in runs {
+    // Taken for samples, each comes half its window late: 1.6, 7.5 and at 400 rad/s 2 ms, beside R J/K² = 1.7 s.
+    // J would be off by 0.09, 0.44 and 0.12 %; the tolerance is less.
+    for ((sensor, run), off) in runs.into_iter().zip([5e-4, 1e-3, 5e-4]) {
         let runs = std::slice::from_ref(&run);
         let found = identify(runs, &Settings::new(Kind::PmDc), &Context::quiet()).unwrap();
         let told = found.model.chain.speed.map(|sensor| sensor.to_string());
         assert_eq!(told, Some(sensor.to_string()));
-        // Half of the counts' window, 7.5 ms, beside R J/K² = 1.7 s: taken for samples, J would be off by that.
         let j = found.model.parameters["J"].value;
-        assert!((j / truth.j - 1.0).abs() < 0.004, "{sensor}: J {j}");
+        assert!((j / truth.j - 1.0).abs() < off, "{sensor}: J {j}");
         // Timed pulses are identified, but the rest of the error is not known for theirs yet.
         if sensor.window_s().is_some() {
             let settings = Settings::new(Kind::PmDc);

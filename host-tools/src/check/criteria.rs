@@ -21,8 +21,7 @@ pub const T_INFORM: f64 = 4.9;
 /// on top for an estimate of the deviation that is off by as much.
 pub const SIGMAS_OF_OUTLIER: f64 = 12.0;
 
-/// Chance of a coincidence that is not believed to be one.
-pub const CHANCE: f64 = 1e-6;
+pub use crate::counts::CHANCE;
 
 /// Shortest window of a balance, s: resolves 50 Hz, and averages ten samples at 2.5 kHz and more.
 pub const ELECTRICAL_WINDOW_S: f64 = 4e-3;

@@ -60,9 +60,13 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
                 // What there is of it can be written after a Ctrl-C; the next one stops that, too.
                 terminal.cancel_flag().clear();
                 metadata.insert("incomplete".into(), format!("the test ended early: {error}"));
-                let path =
-                    keep(&recorded::recording(&capture, &settings.calibration, metadata)?, out, "incomplete", ctx)?;
-                eprintln!("greyrig: what there is of the test is in {}", path.display());
+                let kept = recorded::recording(&capture, &settings.calibration, metadata)
+                    .map_err(Error::from)
+                    .and_then(|recording| keep(&recording, out, "incomplete", ctx));
+                match kept {
+                    Ok(path) => eprintln!("greyrig: what there is of the test is in {}", path.display()),
+                    Err(error) => eprintln!("greyrig: what there is of the test cannot be kept: {error}"),
+                }
             }
             return Err(error.into());
         }
