@@ -90,7 +90,14 @@ fn main() -> ExitCode {
     let of_data: Vec<&Kind> =
         KINDS.iter().filter(|k| args.only.is_empty() || args.only.iter().any(|o| k.is_asked(o))).collect();
     for kind in of_data {
-        if args.diagnose {
+        if let Some(folder) = &args.export {
+            let folder = folder.join(format!("rig-{}", kind.name));
+            let written = args.numbers().into_par_iter().try_for_each(|seed| rig::export(kind, seed, &folder));
+            if let Err(error) = written {
+                eprintln!("{error}");
+                return ExitCode::FAILURE;
+            }
+        } else if args.diagnose {
             motors(kind, args.numbers(), args.verbose);
         } else {
             data(kind, args.numbers(), args.verbose);

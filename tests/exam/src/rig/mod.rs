@@ -10,11 +10,14 @@ mod kinds;
 mod motor;
 mod random;
 
+use std::path::Path;
+
 use greyrig_host::check::check;
+use greyrig_host::context::Context;
 use greyrig_host::error::{Error, Result};
 use greyrig_host::model::Kind as MotorKind;
 use greyrig_host::recording::finding::{DataFinding, Severity};
-use greyrig_host::recording::{Channel, Recording};
+use greyrig_host::recording::{Channel, Recording, write};
 use greyrig_host::rig::{Motor, PROFILES, Setup, logger};
 
 use crate::cases;
@@ -122,6 +125,20 @@ pub fn ask(kind: &Kind, seed: u64) -> Result<Answer> {
     let serious = |f: &DataFinding| f.severity != Severity::Info;
     let named = if kind.codes.is_empty() { !findings.iter().any(serious) } else { findings.iter().any(right) };
     Ok(Answer { title: sound.title(), damage: damaged.what, named, findings })
+}
+
+/// Writes the recordings of a case of a kind of damage to `<folder>/<seed>.csv`, and the one before the damage to
+/// `<folder>/<seed>-sound.csv`.
+///
+/// # Errors
+/// A directory or a file that cannot be written, a fault of the rig.
+pub fn export(kind: &Kind, seed: u64, folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    let (sound, damaged) = draw(kind, seed)?;
+    for recording in &damaged.recordings {
+        write(recording, &folder.join(format!("{seed}.csv")), true, &Context::quiet())?;
+    }
+    write(&sound.recording, &folder.join(format!("{seed}-sound.csv")), true, &Context::quiet())
 }
 
 /// A sound recording on which a kind of damage can be seen, and what the damage makes of it.

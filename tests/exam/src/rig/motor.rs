@@ -108,6 +108,8 @@ pub fn diagnosed(kind: &Kind, seed: u64) -> Result<Verdict> {
     };
     let title = sound.title();
     let (before, _) = of(vec![sound.recording.clone()], sound.motor, &[])?;
+    let channels: Vec<&str> = damaged.channels.iter().flatten().map(|channel| channel.column()).collect();
+    let damage = format!("{} {}", channels.join(" or "), damaged.what).trim().to_owned();
     let (behind, words) = of(damaged.recordings, (kind.taken_for)(sound.motor), kind.effects)?;
-    Ok(Verdict { title, damage: damaged.what, healthy: truth.is_none(), before, behind, words })
+    Ok(Verdict { title, damage, healthy: truth.is_none(), before, behind, words })
 }
