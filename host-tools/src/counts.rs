@@ -22,8 +22,11 @@ const EXPLAINED: f64 = 0.9;
 /// Chance of a coincidence that is not believed to be one.
 pub const CHANCE: f64 = 1e-6;
 
-/// Changes that lie a multiple of two or more samples apart by chance less than once in a million.
+/// Fewest changes that are judged: that all of them lie a multiple of two samples apart has a chance of less than one
+/// in a million.
 const FEWEST_CHANGES: usize = 21;
+/// Share of the changes that lie a multiple of so many samples apart: a few rows may be lost or doubled.
+const REGULAR: f64 = 0.95;
 
 /// The quantum of a coarse speed, rad/s.
 pub fn quantum(speed: &[f64]) -> Option<f64> {
@@ -50,12 +53,10 @@ impl Window {
     /// From one sample to the next.
     pub const ONE: Self = Self { samples: 1, first: 0, is_mean: true };
 
-    /// Of a speed that changes only every so many samples; `None` if there are not enough changes to tell.
-    pub fn of(speed: &[f64]) -> Option<Self> {
-        let changes: Vec<usize> = (1..speed.len()).filter(|n| speed[*n] != speed[n - 1]).collect();
-        let samples = changes.windows(2).map(|pair| pair[1] - pair[0]).fold(0, greatest_common_divisor);
-        let first = changes.first()? % samples.max(1);
-        (samples > 1 && changes.len() >= FEWEST_CHANGES).then_some(Self { samples, first, is_mean: true })
+    /// Of values that change only every so many samples; `None` if there are not enough changes to tell.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let window = Self::in_step_with(values, held_for(values)?);
+        window.holds(values).then_some(window)
     }
 
     /// Of so many samples, in step with where most changes of a speed are.
@@ -114,8 +115,22 @@ pub fn angle_a_pulse(w: &[f64], interval_s: f64) -> Option<f64> {
         .then_some(angle * interval_s)
 }
 
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+/// Samples for which each value is held: nearly all changes are a multiple of that many apart, which by chance has the
+/// probability of one in that number each.
+pub fn held_for(values: &[f64]) -> Option<usize> {
+    let changes: Vec<usize> = (1..values.len()).filter(|&n| values[n] != values[n - 1]).collect();
+    if changes.len() < FEWEST_CHANGES {
+        return None;
+    }
+    let mut apart: Vec<usize> = changes.windows(2).map(|c| c[1] - c[0]).collect();
+    apart.sort_unstable();
+    let most = apart[apart.len() / 20];
+    let is_regular = |samples: &usize| {
+        let fits = apart.iter().filter(|d| *d % samples == 0).count() as f64;
+        let surplus = fits - (1.0 - REGULAR) * apart.len() as f64;
+        fits >= REGULAR * apart.len() as f64 && most as f64 * (*samples as f64).powf(-surplus) < CHANCE
+    };
+    (2..=most).rev().find(is_regular)
 }
 
 /// Pulses a turn of an encoder that is counted over windows of `interval_s`.
@@ -151,6 +166,24 @@ mod tests {
         assert!(later.ends_at(7 - 5) && !later.ends_at(3), "{later:?}");
         assert_eq!(Window::of(&(0..400).map(f64::from).collect::<Vec<_>>()), None);
         assert_eq!(Window::of(&held[..60]), None, "too few changes");
+    }
+
+    #[test]
+    fn a_row_that_is_lost_does_not_hide_a_hold_and_chance_makes_none() {
+        let held: Vec<f64> = (0..2000).map(|n| f64::from(n / 5 * (n / 5) % 11)).collect();
+        let mut lossy = held.clone();
+        lossy.remove(1001);
+        assert_eq!([held_for(&held), held_for(&lossy)], [Some(5); 2]);
+        assert!(Window::of(&lossy).is_none(), "the second half has another phase");
+        // Changes by chance: squares modulo a prime decide.
+        let mut value = 0.0;
+        let random: Vec<f64> = (0..2000_u32)
+            .map(|n| {
+                value += f64::from(u8::from(n * n % 1009 < 300));
+                value
+            })
+            .collect();
+        assert_eq!(held_for(&random), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! Spectra of short windows, the median over the windows: what jumps somewhere does not count. White noise has one
 //! power at all frequencies; pink noise falls with them. Hum stands out of its neighbours, in a channel and not in the
-//! voltage.
+//! voltage: in most windows, or in all of them together with one amplitude and phase ([`Line`]).
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use realfft::RealFftPlanner;
 
 use super::criteria::T_SIGN;
+use super::hum::{HUMS_HZ, Line};
 use super::regression;
 use super::signals::{self, Signals, short};
 use crate::mains;
@@ -32,8 +33,6 @@ const HUM_WINDOW_S: f64 = 0.2;
 const STANDS_OUT: f64 = 8.0;
 /// The same in the voltage, from which on the motor may cause it.
 const IN_THE_SUPPLY: f64 = 3.0;
-/// Frequencies of hum, Hz.
-const HUMS_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
@@ -52,11 +51,13 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
             continue;
         }
         // Of an alternating supply all harmonics are in all channels.
-        if let Some((hz, times)) = hum(s, values).filter(|_| period.is_none()) {
+        let stands_out = || hum(s, values).filter(|_| period.is_none()).map(|(hz, power)| (hz, power.sqrt()));
+        let steady = || Line::strongest(s.recording(), channel).map(|line| (line.hz, line.times));
+        if let Some((hz, times)) = stands_out().or_else(steady) {
             let text = format!(
                 "{} hums at {hz} Hz, {} times its neighbourhood, and the voltage does not",
                 signals::name(channel),
-                short(times.sqrt())
+                short(times)
             );
             found.push(s.finding(Code::Hum, Severity::Info, text).on(channel).value(hz, "Hz").handled(Handled::None));
         } else if let Some(slope) = slope(&without_mains(values, period), s.interval_s) {

@@ -24,11 +24,13 @@ mod colour;
 mod differences;
 mod evidence;
 mod gaps;
+mod hum;
 mod interpolated;
 mod kind;
 mod lost;
 mod mismatch;
 mod range;
+mod raster;
 mod rectified;
 mod rest;
 mod sampling;
@@ -107,12 +109,13 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     scale::look(s, e, kind, found);
 }
 
-/// What of wild samples is masked.
+/// What of the measuring chain's doing is undone, wild samples above all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wild {
     /// Codes for "no measurement" alone: to a detector a spark is what it looks for.
     Codes,
-    /// Single samples far from their neighbours, too: to a fit they are nothing that a motor does.
+    /// Single samples far from their neighbours, too: to a fit they are nothing that a motor does. Nor is hum, nor the
+    /// lateness of a current that is held.
     CodesAndOutliers,
 }
 
@@ -122,12 +125,17 @@ pub fn mask(recordings: &mut [Recording], wild: Wild) {
     recordings.iter_mut().for_each(|r| spikes::mask(r, wild == Wild::CodesAndOutliers));
 }
 
-/// The first step of every answer: questions recordings as [`check`] does, then masks what is wild.
+/// The first step of every answer: questions recordings as [`check`] does, then masks what is wild. For a fit the hum
+/// of the measuring chain is taken out, and of a current that is held the rows with a new value are taken.
 pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
     let mut found = check(recordings, Some(kind));
     mask(recordings, wild);
     let kept = |f: &DataFinding| f.code == Code::Outliers && wild == Wild::Codes;
     found.iter_mut().filter(|f| kept(f)).for_each(|f| f.handled = Handled::None);
+    if wild == Wild::CodesAndOutliers {
+        hum::take_out(recordings, &mut found);
+        raster::take_renewed(recordings, &mut found);
+    }
     found
 }
 

@@ -3,6 +3,7 @@
 
 use super::criteria::CHANCE;
 use super::signals::{self, Signals, extremes, short};
+use crate::counts::held_for;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 use crate::recording::{Channel, clipping};
 
@@ -17,8 +18,6 @@ const NO_NOISE: f64 = 0.7;
 const FINE: f64 = 500.0;
 /// The same of a speed, whose counts a fit of friction at slow speeds still sees.
 const FINE_SPEED: f64 = 1500.0;
-/// Fewest changes of value that are judged.
-const CHANGES: usize = 20;
 
 /// What to look for.
 pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
@@ -32,7 +31,7 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
         if channel == Channel::Voltage && levels(&values) < 64 {
             continue;
         }
-        let held = held(&values);
+        let held = held_for(&values);
         if let Some(rows) = held {
             found.push(
                 s.finding(
@@ -124,26 +123,6 @@ fn levels(values: &[f64]) -> usize {
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
     sorted.len()
-}
-
-/// Rows for which each value is held: all changes are a multiple of that many rows apart, which by chance has the
-/// probability 1/rows each.
-fn held(values: &[f64]) -> Option<usize> {
-    let changes: Vec<usize> = (1..values.len()).filter(|&n| values[n] != values[n - 1]).collect();
-    if changes.len() < CHANGES {
-        return None;
-    }
-    let mut gaps: Vec<usize> = changes.windows(2).map(|c| c[1] - c[0]).collect();
-    gaps.sort_unstable();
-    let rows = gaps[gaps.len() / 20];
-    if rows < 2 {
-        return None;
-    }
-    let fits = gaps.iter().filter(|gap| *gap % rows == 0).count();
-    // A few rows may be lost or doubled.
-    let most = fits as f64 >= 0.95 * gaps.len() as f64;
-    let chance = (1.0 / rows as f64).powf(fits as f64 - 0.05 * gaps.len() as f64);
-    (most && chance < CHANCE).then_some(rows)
 }
 
 /// A bit of the converter that rests: with codes c = (x − x0)/step, the half of all residues of c modulo 2^(k+1) in

@@ -339,6 +339,44 @@ impl Recording {
         self.exclude(missing.iter().copied());
     }
 
+    /// One row of every so many, from the first one on, as a recording of its own; `None`: nothing usable is left.
+    #[must_use]
+    pub fn one_row_in(&self, every: usize, first: usize) -> Option<Self> {
+        fn kept<T: Copy>(values: &[T], every: usize, first: usize) -> Vec<T> {
+            values.iter().copied().skip(first).step_by(every).collect()
+        }
+        let among = |samples: &[usize]| -> Vec<usize> {
+            samples.iter().filter(|n| **n >= first && (**n - first) % every == 0).map(|n| (n - first) / every).collect()
+        };
+        let row = |n: usize| n.saturating_sub(first).div_ceil(every);
+        let valid = kept(&self.valid, every, first);
+        let gaps = self.gaps.iter().map(|gap| row(gap.start)..row(gap.end)).filter(|gap| !gap.is_empty()).collect();
+        valid.contains(&true).then(|| Self {
+            start_s: self.start_s + first as f64 * self.sample_time_s,
+            sample_time_s: self.sample_time_s * every as f64,
+            channels: self.channels.iter().map(|(c, values)| (*c, kept(values, every, first))).collect(),
+            valid,
+            masked_rows: among(&self.masked_rows),
+            masked: self.masked.iter().map(|(c, samples)| (*c, among(samples))).collect(),
+            rotor_locked: kept(&self.rotor_locked, every, first),
+            supply_open: kept(&self.supply_open, every, first),
+            extras: self
+                .extras
+                .iter()
+                .map(|e| Extra { name: e.name.clone(), values: kept(&e.values, every, first) })
+                .collect(),
+            gaps,
+            path: self.path.clone(),
+            sha256: self.sha256.clone(),
+            motion: self.motion,
+            metadata: self.metadata.clone(),
+            warnings: self.warnings.clone(),
+            findings: self.findings.clone(),
+            part: self.part,
+            sources: self.sources.clone(),
+        })
+    }
+
     /// A stretch of samples as a recording of its own.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
