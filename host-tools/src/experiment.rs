@@ -200,6 +200,10 @@ const LARGEST_SWING: f64 = 0.3;
 /// the current after an edge settles within the first of them.
 const MOST_PIECES: usize = 512;
 
+/// Most by which the speed may change from one timed pulse to the next, as a factor, so that a line between them tells
+/// it: of a steady acceleration the line is off by an eighth at most.
+const FACTOR_TOLD: f64 = 1.5;
+
 /// Longest sampling interval that is still fine enough for trying models, s.
 const COARSE_INTERVAL_S: f64 = 2.5e-4;
 
@@ -232,15 +236,21 @@ impl Experiment {
         };
         let locked = recording.rotor_locked().to_vec();
         let always_locked = !locked.is_empty() && locked.iter().all(|l| *l);
-        let speed = if always_locked {
-            None
-        } else {
-            aligned(Channel::Speed, "skew_omega_rad_s_s")
-                .or_else(|| recording.channel(Channel::Angle).map(|angle| derivative(angle, interval_s)))
-        };
         let current = match drive {
             Drive::Voltage => aligned(Channel::Current, "skew_i_a_s"),
             Drive::Torque => None,
+        };
+        let at_hand = recording.channel(Channel::Speed).filter(|_| drive == Drive::Voltage && current.is_some());
+        // Of the values as they were read: what is shifted is held no more.
+        let Sensed { sensor, window, stretches } = Sensed::of(SpeedSensor::told(recording)?, at_hand, interval_s);
+        let several = window.map_or(!stretches.is_empty(), |window| window.samples > 1);
+        let speed = if always_locked {
+            None
+        } else if several {
+            at_hand.map(<[f64]>::to_vec)
+        } else {
+            aligned(Channel::Speed, "skew_omega_rad_s_s")
+                .or_else(|| recording.channel(Channel::Angle).map(|angle| derivative(angle, interval_s)))
         };
         if speed.is_none() && current.is_none() {
             return Err(bad(
@@ -263,8 +273,6 @@ impl Experiment {
                 "record longer, or raise the cut-off with --cutoff",
             ));
         }
-        let shown = recording.channel(Channel::Speed).filter(|_| drive == Drive::Voltage && current.is_some());
-        let Sensed { sensor, window, stretches } = Sensed::of(SpeedSensor::told(recording)?, shown, interval_s);
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -334,14 +342,7 @@ impl Experiment {
         if !self.is_renewed_slowly() {
             return Some(Cow::Borrowed(speed));
         }
-        let values: Vec<(f64, f64)> = match self.window {
-            Some(window) => {
-                let late = if window.is_mean { 0.5 * window.samples as f64 } else { 0.0 };
-                self.renewed().into_iter().map(|n| (n as f64 - late, speed[n])).collect()
-            }
-            None => self.stretches.iter().map(|[begin, end]| (0.5 * (begin + end) as f64, speed[*end])).collect(),
-        };
-        let mut values = values.into_iter().peekable();
+        let mut values = self.values_shown(speed).into_iter().peekable();
         let mut before = values.peek().map_or((0.0, speed[0]), |(t, _)| (t.min(0.0), speed[0]));
         let line = |n: usize| {
             let t = n as f64;
@@ -352,6 +353,42 @@ impl Experiment {
             before.1 + (t - before.0) / (next.0 - before.0) * (next.1 - before.1)
         };
         Some(Cow::Owned((0..speed.len()).map(line).collect()))
+    }
+
+    /// The values that a sensor has shown which renews them every so many samples, rad/s, and the instants that they
+    /// stand for, in samples.
+    fn values_shown(&self, speed: &[f64]) -> Vec<(f64, f64)> {
+        if let Some(window) = self.window {
+            let late = if window.is_mean { 0.5 * window.samples as f64 } else { 0.0 };
+            return self.renewed().into_iter().map(|n| (n as f64 - late, speed[n])).collect();
+        }
+        let between = |sensor: SpeedSensor| sensor.between_pulses(speed, &self.stretches, self.interval_s);
+        let between = self.sensor.map_or_else(Vec::new, between);
+        between.iter().zip(&self.stretches).map(|([a, b], [_, end])| (0.5 * (a + b), speed[*end])).collect()
+    }
+
+    /// Samples at which the speed itself is told: a sensor that times pulses says nothing of a rotor that stands or
+    /// turns round, nor of one that is another [`FACTOR_TOLD`] times as fast at the next pulse. `None`: everywhere.
+    fn told(&self) -> Option<Vec<bool>> {
+        let speed = self.speed.as_deref().filter(|_| !self.stretches.is_empty() && self.is_renewed_slowly())?;
+        let mut told = vec![false; speed.len()];
+        let values = self.values_shown(speed);
+        for (pair, stretches) in values.windows(2).zip(self.stretches.windows(2)) {
+            let [(from, one), (to, other)] = [pair[0], pair[1]];
+            let (slow, fast) = (one.abs().min(other.abs()), one.abs().max(other.abs()));
+            if one * other > 0.0 && fast <= FACTOR_TOLD * slow && stretches[0][1] == stretches[1][0] {
+                let range = from.max(0.0).ceil() as usize..=(to.max(0.0) as usize).min(told.len() - 1);
+                told[range].fill(true);
+            }
+        }
+        Some(told)
+    }
+
+    /// Samples that count where the speed itself stands for what its sensor shows.
+    pub fn counted_where_told(&self) -> Vec<bool> {
+        let Some(told) = self.told() else { return self.counted.clone() };
+        let settling = self.filter.settling_samples().unwrap_or(0) as usize;
+        settled(&told, settling, 0).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
     }
 
     /// The same with hard edges of the voltage where the current saw them, between the samples: for comparison and
@@ -440,11 +477,12 @@ impl Experiment {
         let last = self.len() - 1;
         let same = |n: usize| (n.saturating_sub(1)..=(n + 1).min(last)).all(|k| self.is_open(k) == self.is_open(n));
         let unbroken: Vec<bool> = (0..self.len()).map(same).collect();
+        let counted = self.counted_where_told();
         if unbroken.iter().all(|same| *same) {
-            return self.counted.clone();
+            return counted;
         }
         let settling = self.filter.settling_samples().unwrap_or(0) as usize;
-        settled(&unbroken, settling, 0).iter().zip(&self.counted).map(|(a, b)| *a && *b).collect()
+        settled(&unbroken, settling, 0).iter().zip(&counted).map(|(a, b)| *a && *b).collect()
     }
 
     /// Where the voltage is not straight between its samples: sample, and mean of voltage (V) and current (A) over the
@@ -499,7 +537,7 @@ impl Experiment {
             position: self.position.as_deref().map(average),
             locked: flags(&self.locked),
             open: flags(&self.open),
-            counted: flags(&self.counted),
+            counted: flags(&self.counted_where_told()),
             start: self.start,
             mains_period_s: self.mains_period_s,
             filter: butterworth::Settings { sample_rate_hz: self.filter.sample_rate_hz / factor as f64, ..self.filter },

@@ -91,11 +91,34 @@ impl SpeedSensor {
         changes
             .map(|n| {
                 let taken = (angle / (speed[n].abs() * interval_s)).round();
-                let from = if taken < (n - last) as f64 { n - taken.max(1.0) as usize } else { last };
+                // Both ends of a stretch are known to a sample.
+                let from = if taken + 1.0 < (n - last) as f64 { n - taken.max(1.0) as usize } else { last };
                 last = n;
                 [from, n]
             })
             .collect()
+    }
+
+    /// The same stretches between the samples, in samples: a pulse comes at some instant of the interval before its
+    /// value is shown, and as long after the pulse before it as the value tells, which leaves little to choose.
+    pub fn between_pulses(self, speed: &[f64], stretches: &[[usize; 2]], interval_s: f64) -> Vec<[f64; 2]> {
+        let as_shown = |stretch: &[usize; 2]| stretch.map(|n| n as f64);
+        let Self::Period { pulses } = self else { return stretches.iter().map(as_shown).collect() };
+        let angle = TAU / f64::from(pulses);
+        // The sample that a pulse is shown at, and the instants between which it has come.
+        let mut last: Option<(usize, [f64; 2])> = None;
+        let of = |[begin, end]: &[usize; 2]| {
+            let shown = *end as f64;
+            let taken = angle / (speed[*end].abs() * interval_s);
+            let since = |[from, to]: [f64; 2]| [(from + taken).max(shown - 1.0), (to + taken).min(shown)];
+            let told = last.filter(|(before, _)| before == begin).map(|(_, before)| since(before));
+            // Values of few digits add up to more than an interval in the end.
+            let [from, to] = told.filter(|[from, to]| from <= to).unwrap_or([shown - 1.0, shown]);
+            last = Some((*end, [from, to]));
+            let pulse = 0.5 * (from + to);
+            [pulse - taken.min((end - begin) as f64 + 1.0), pulse]
+        };
+        stretches.iter().map(of).collect()
     }
 
     /// Whether a value is a mean over its window.
@@ -222,6 +245,29 @@ mod tests {
         assert_eq!("period:12".parse(), Ok(SpeedSensor::Period { pulses: 12 }));
         for wrong in ["period:0.5", "counts:0:0.01", "counts:120", "mean:-1", "mean:nan", "tacho", ""] {
             assert_eq!(wrong.parse::<SpeedSensor>(), Err(Unknown(wrong.to_owned())), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn pulses_come_when_the_shaft_is_there() {
+        // ω = 40 t rad/s in samples of 0.1 ms, 12 pulses a turn: pulse k at t = √(2 k (2π/12)/40).
+        let (h, step, rate) = (1e-4, TAU / 12.0, 40.0);
+        let pulse_s = |k: usize| (2.0 * k as f64 * step / rate).sqrt();
+        let mut speed = vec![0.0; 20_000];
+        for k in 2.. {
+            let from = (pulse_s(k) / h).ceil() as usize;
+            if from >= speed.len() {
+                break;
+            }
+            speed[from..].fill(step / (pulse_s(k) - pulse_s(k - 1)));
+        }
+        let sensor = SpeedSensor::Period { pulses: 12 };
+        let between = sensor.between_pulses(&speed, &sensor.stretches(&speed, h), h);
+        assert!(between.len() > 100, "{}", between.len());
+        for (k, [begin, end]) in between.iter().enumerate().skip(20) {
+            // Twenty ends that are known to a sample each, at any part of it, leave about a twentieth.
+            let off = [end - pulse_s(k + 2) / h, begin - pulse_s(k + 1) / h].map(f64::abs);
+            assert!(off.iter().all(|off| *off < 0.15), "pulse {}: {off:?}", k + 2);
         }
     }
 

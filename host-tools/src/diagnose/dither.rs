@@ -41,6 +41,7 @@ pub fn add(experiments: &mut [Experiment]) -> Vec<&'static str> {
         for (k, is_clean) in clean.iter_mut().enumerate() {
             // Values that are held have no noise of samples.
             if k == 2 && e.is_windowed() && e.renewed().len() < e.len() {
+                *is_clean |= add_to_pulses(e, (LEAST[k] * largest[k]).powi(2) * rate, &mut random);
                 continue;
             }
             let Some(signal) = channel(e, k) else { continue };
@@ -55,6 +56,20 @@ pub fn add(experiments: &mut [Experiment]) -> Vec<&'static str> {
         }
     }
     ["voltage", "current", "speed"].into_iter().zip(clean).filter_map(|(name, clean)| clean.then_some(name)).collect()
+}
+
+/// Timed pulses average nearly all noise away: each value gets what noise of a variance per sample leaves of a mean
+/// over its stretch. Whether there are any.
+fn add_to_pulses(e: &mut Experiment, variance: f64, random: &mut ChaCha8Rng) -> bool {
+    let (stretches, length) = (&e.stretches, e.input.len());
+    let Some(speed) = &mut e.speed else { return false };
+    let next = stretches.iter().skip(1).map(|[_, end]| *end).chain([length]);
+    for ([begin, end], next) in stretches.iter().zip(next) {
+        let z: f64 = StandardNormal.sample(random);
+        let noise = z * (variance / (end - begin).max(1) as f64).sqrt();
+        speed[*end..next].iter_mut().for_each(|w| *w += noise);
+    }
+    !stretches.is_empty()
 }
 
 /// Voltage, current or speed.

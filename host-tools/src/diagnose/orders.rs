@@ -5,6 +5,9 @@
 //! mean rank over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a
 //! torque: a torque c cos nθ makes a speed of c/(J n ω).
 //!
+//! A sensor that shows a value for several samples has a raster of its own: timed pulses tell lines of fewer than half
+//! as many waves a turn, windows those below half their rate. What stands above is the raster.
+//!
 //! What repeats with the mains is taken off first, by the mean of one period before and one after: the torque of an AC
 //! motor pulsates at twice the mains, which is an order at some speed.
 
@@ -13,6 +16,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 
 use crate::experiment::Experiment;
+use crate::speed_sensor::SpeedSensor;
 
 /// Turns in a window.
 const TURNS: f64 = 8.0;
@@ -116,6 +120,7 @@ fn windows(e: &Experiment) -> Vec<Window> {
             Some(*theta)
         })
         .collect();
+    let highest = Highest::of(e);
     let usable = |n: usize| e.counted[n] && !e.is_locked(n) && n >= period && n + period < speed.len();
     let mut cuts: Vec<(usize, usize)> = Vec::new();
     let mut from = 0;
@@ -143,7 +148,7 @@ fn windows(e: &Experiment) -> Vec<Window> {
                     }
                 })
                 .collect();
-            window(&without_trend(&signal), &angle[a..b], e.interval_s)
+            window(&without_trend(&signal), &angle[a..b], e.interval_s, highest)
         })
         .collect()
 }
@@ -158,7 +163,26 @@ fn without_trend(signal: &[f64]) -> Vec<f64> {
     normal.map_or_else(|| signal.to_vec(), |b| (&y - &powers * b).iter().copied().collect())
 }
 
-fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
+/// What a sensor can show.
+#[derive(Debug, Clone, Copy)]
+struct Highest {
+    hz: f64,
+    order: f64,
+}
+
+impl Highest {
+    fn of(e: &Experiment) -> Self {
+        let samples = e.window.map_or(1, |window| window.samples);
+        let hz = HIGHEST / (e.interval_s * samples as f64);
+        let order = match e.sensor {
+            Some(SpeedSensor::Period { pulses }) => 0.5 * f64::from(pulses),
+            _ => f64::INFINITY,
+        };
+        Self { hz, order }
+    }
+}
+
+fn window(signal: &[f64], angle: &[f64], interval_s: f64, highest: Highest) -> Window {
     let n = signal.len();
     let turned = angle[n - 1] - angle[0];
     let speed = (turned / ((n - 1) as f64 * interval_s)).abs();
@@ -188,11 +212,12 @@ fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
         let (c, s) = sums[part / PARTS][part % PARTS];
         4.0 * (c * c + s * s) / (total * total)
     };
-    let highest = HIGHEST / interval_s;
     let mut powers = Vec::new();
     let mut floors = Vec::new();
     for order in ORDERS {
-        if (order as f64 + 0.5) * speed / TAU > highest {
+        // With the neighbours, which are half an order away.
+        let reach = order as f64 + 0.5;
+        if reach * speed / TAU > highest.hz || reach > highest.order {
             powers.push(None);
             floors.push((0.0, 0.0));
             continue;
@@ -204,4 +229,24 @@ fn window(signal: &[f64], angle: &[f64], interval_s: f64) -> Window {
         floors.push((around.iter().sum::<f64>() / m, around.iter().filter(|p| **p < own).count() as f64 / m));
     }
     Window { speed, power: powers, floor: floors }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filtering::Filter;
+    use crate::model::Kind;
+    use crate::rig::{Logger, Setup};
+
+    #[test]
+    fn timed_pulses_are_no_line_of_the_rotor() {
+        let setup = Setup::new(Kind::PmDc).profile("dc-ramp").unwrap().seconds(5.0);
+        let timed = Logger { speed_sensor: Some(SpeedSensor::Period { pulses: 4 }), ..Logger::default() };
+        let recording = timed.record(&setup.run().unwrap().recording).unwrap();
+        let mut e = Experiment::new(&recording, &Filter::default()).unwrap();
+        assert_eq!(lines(std::slice::from_ref(&e)), []);
+        // What it would be taken for.
+        (e.sensor, e.window) = (None, None);
+        assert!(lines(&[e]).iter().any(|line| line.order == 4));
+    }
 }

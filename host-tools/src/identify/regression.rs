@@ -145,8 +145,8 @@ fn electrical(space: &mut Space, experiments: &[&Experiment]) {
             }
             continue;
         }
-        let stride = stride(e);
-        for n in (0..e.len()).step_by(stride).filter(|n| e.counted[*n] && !e.is_open(*n)) {
+        let (stride, counted) = (stride(e), e.counted_where_told());
+        for n in (0..e.len()).step_by(stride).filter(|n| counted[*n] && !e.is_open(*n)) {
             let emf = if e.is_locked(n) { 0.0 } else { columns[1][n] };
             regression.push(&[columns[0][n], emf, columns[2][n]], columns[3][n]);
         }
@@ -216,14 +216,14 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
         let period = e.mains_period_s.unwrap_or(0.02);
         let window = ((WINDOW_S / period).ceil() * period / e.interval_s).round() as usize;
         let smooth = SlidingMean::new(&w, (period / e.interval_s).round() as usize);
-        let direction = directions(&w);
+        let (direction, counted) = (directions(&w), e.counted_where_told());
         let mut from = 0;
         while from + window < w.len() {
             let range = from..from + window;
             from += window;
             let undirected = range.clone().filter(|n| direction[*n] == 0.0).count();
             let passes = if e.is_slow(None) { WITHOUT_DIRECTION * window as f64 } else { 0.0 };
-            if range.clone().any(|n| !e.counted[n] || e.is_locked(n)) || undirected as f64 > passes {
+            if range.clone().any(|n| !counted[n] || e.is_locked(n)) || undirected as f64 > passes {
                 continue;
             }
             let sum = |f: &dyn Fn(usize) -> f64| range.clone().map(f).sum::<f64>() * e.interval_s;

@@ -60,11 +60,12 @@ impl<'a> WholeMotor<'a> {
         let shortest = e.mains_period_s.map_or(WINDOW_WITHOUT_MAINS_S, |period| (WINDOW_S / period).ceil() * period);
         let window = ((shortest / e.interval_s).round() as usize).max(2);
         let period = e.mains_period_s.map_or(window / 2, |period| (period / e.interval_s).round() as usize).max(2);
+        let is_told = e.counted_where_told();
         let mut windows = Vec::new();
         let mut from = period;
         while e.speed.is_some() && from + window + period < current.len() {
             let to = from + window;
-            let counted = || (from..=to + period / 2).all(|n| e.counted[n]);
+            let counted = || (from..=to + period / 2).all(|n| is_told[n]);
             // Through standstill, which can lie between two samples, dry friction jumps.
             let turns_one_way = || {
                 let direction = |n: usize| if e.is_locked(n) { 0.0 } else { directions[n] };
