@@ -238,7 +238,7 @@ impl<'a> Rig<'a> {
         }
         let known = |id: EffectId| start.effects().contains(&id);
         let mut candidates = screening::candidates(settings.kind, Holds::of(full), known);
-        let fit = climb(&coarse, &candidates, ctx)?.fit(&start)?;
+        let fit = climb(&coarse, &candidates, ctx)?.fit_from_what_is_known(&start, &settings.known)?;
         let mut unconfirmed = Vec::new();
         while let Some(id) = climb(&coarse, &candidates, ctx)?.first_step(&fit)?.winners.first().copied() {
             unconfirmed.push(id);

@@ -179,7 +179,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let Some(climb) = Climb::new(&coarse, candidates, most, ctx).map(|climb| climb.ranked_to(ranked)) else {
         return Ok(insufficient(&Insufficient::NeitherSide));
     };
-    let base = climb.fit(&space)?;
+    let base = climb.fit_from_what_is_known(&space, &settings.known)?;
     let free_run = match climb.is_of_whole_motor() {
         true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
         false => None,

@@ -2,6 +2,7 @@
 //! data do not tell.
 
 use greyrig::motor::BaseParameter;
+use rayon::prelude::*;
 
 use super::determined::covariance_without_open_shapes;
 use super::equation_error::EquationError;
@@ -16,6 +17,7 @@ use super::{identifiability, regression, slow_sampling};
 use crate::context::Context;
 use crate::error::{Error, Insufficient, Result};
 use crate::experiment::Experiment;
+use crate::model::Assignment;
 
 /// A fit from before a parameter was held that seemed to be open. Where the error rises without it, it was not: what a
 /// model lacks leaves residuals that make every parameter uncertain, and the motor cannot do without all of them.
@@ -29,7 +31,8 @@ struct Earlier {
 /// Rise of each signal's error, as a logarithm, from which a parameter is needed.
 const NEEDED: f64 = 0.1;
 
-/// Fits what is free and not known to be `out_of_reach`, and says in `notes` what the user should know.
+/// Fits what is free and not known to be `out_of_reach`, from what is `known`, too, and says in `notes` what the user
+/// should know.
 ///
 /// # Errors
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
@@ -38,6 +41,7 @@ pub fn fit(
     experiments: &[Experiment],
     method: Method,
     out_of_reach: Option<Weakness>,
+    known: &[Assignment],
     notes: &mut Vec<String>,
     ctx: &Context,
 ) -> Result<Outcome> {
@@ -70,7 +74,7 @@ pub fn fit(
         let refined = match method {
             Method::OutputError => {
                 if space.entries.iter().any(Entry::of_effect) {
-                    space = with_effects_started(&space, &bare, experiments, &ctx.quietly())?;
+                    space = with_effects_started(&space, &bare, known, experiments, &ctx.quietly())?;
                 }
                 if experiments.iter().all(|e| e.current.is_none()) {
                     let (best, differing) = from_several_starts(&space, &problem, ctx)?;
@@ -180,9 +184,15 @@ fn differ(entry: &Entry, other: &Space) -> bool {
 
 /// Effects start at the fit of the base model and grow or shrink to where the balances of the measured state want them:
 /// equation error is nearly linear and gets there in a few steps, where the free run would take dozens. They start from
-/// absence and from a typical size, and the better end counts: what bends, such as hysteresis, may show no way up from
-/// zero, and another effect no way down.
-fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment], ctx: &Context) -> Result<Space> {
+/// absence, from a typical size and from what is `known`, and the best end counts: what bends, such as hysteresis, may
+/// show no way up from zero, and another effect no way down.
+fn with_effects_started(
+    space: &Space,
+    bare: &Space,
+    known: &[Assignment],
+    experiments: &[Experiment],
+    ctx: &Context,
+) -> Result<Space> {
     let coarse: Vec<Experiment> = experiments.iter().map(Experiment::coarse).collect();
     let mut typical = space.clone();
     let Some(balances) = EquationError::new(&coarse) else {
@@ -196,8 +206,9 @@ fn with_effects_started(space: &Space, bare: &Space, experiments: &[Experiment],
     absent.remove_sizes();
     let effort = Effort { steps: 15, tolerance: 1e-4, carried_on: 0, confirmed: true };
     let fit = |from: &Space| minimise(from, &balances, effort, None, ctx);
-    let (from_absent, from_typical) = rayon::join(|| fit(&absent), || fit(&typical));
+    let starts: Vec<Space> = [Some(absent), typical.started_at(known), Some(typical)].into_iter().flatten().collect();
+    let fits: Vec<Fit> = starts.par_iter().map(fit).collect::<Result<_>>()?;
     let error = |fit: &Fit| fit.log_error(balances.groups());
-    let (from_absent, from_typical) = (from_absent?, from_typical?);
-    Ok(if error(&from_typical) < error(&from_absent) { from_typical } else { from_absent }.space)
+    let best = fits.into_iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+    Ok(best.map_or_else(|| space.clone(), |best| best.space))
 }

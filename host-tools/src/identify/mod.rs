@@ -83,7 +83,7 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
         }
         Drive::Voltage => {
             let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, settings.course, &ctx.quietly())?;
-            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &mut notes, ctx)?
+            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &settings.known, &mut notes, ctx)?
         }
     };
     // Of slow recordings the filter passes what they can carry.

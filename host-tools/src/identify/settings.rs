@@ -6,7 +6,7 @@ use greyrig::motor::MAX_TERMS;
 use super::space::{Freedom, Space};
 use crate::between::Course;
 use crate::error::{Error, Result};
-use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Status};
+use crate::model::{Assignment, Base, EffectEntry, Filter, Kind, Model, Parameter, Status};
 use crate::speed_sensor::Chain;
 use crate::term::Formula;
 
@@ -35,6 +35,8 @@ pub struct Settings {
     pub terms: Vec<Formula>,
     /// Parameters with known values.
     pub fixed: Vec<Assignment>,
+    /// Values that a model has: fits begin from there, too.
+    pub known: Vec<Assignment>,
     /// Parameters with bounds: name, least, greatest.
     pub bounds: Vec<(String, f64, f64)>,
     /// Filter of the comparison; the cut-off may be left to the data on the mechanical side alone.
@@ -57,6 +59,7 @@ impl Settings {
             effects: Vec::new(),
             terms: Vec::new(),
             fixed: Vec::new(),
+            known: Vec::new(),
             bounds: Vec::new(),
             filter: Filter::default(),
             cutoff_given: false,
@@ -65,19 +68,18 @@ impl Settings {
         }
     }
 
-    /// The settings that identify a model again; what the user fixed stays fixed.
+    /// The settings that identify a model again, from its own values, too; what the user fixed stays fixed.
     pub fn of_model(model: &Model) -> Self {
         let effects = model.effects.iter().flat_map(|e: &EffectEntry| &e.parameters);
         let terms = model.terms.iter().flat_map(|t| &t.parameters);
-        let held = model.parameters.iter().chain(effects).chain(terms);
+        let has: Vec<(&String, &Parameter)> = model.parameters.iter().chain(effects).chain(terms).collect();
+        let assigned = |(name, p): &(&String, &Parameter)| Assignment { name: (*name).clone(), value: p.value };
         Self {
             base: model.base,
             effects: model.effects.iter().map(|e| e.id).collect(),
             terms: model.terms.iter().map(|t| t.formula.clone()).collect(),
-            fixed: held
-                .filter(|(_, p)| p.status == Status::Fixed)
-                .map(|(name, p)| Assignment { name: name.clone(), value: p.value })
-                .collect(),
+            fixed: has.iter().filter(|(_, p)| p.status == Status::Fixed).map(assigned).collect(),
+            known: has.iter().filter(|(_, p)| p.status != Status::NotIdentifiable).map(assigned).collect(),
             filter: model.filter,
             chain: model.chain,
             cutoff_given: true,

@@ -6,7 +6,7 @@ use greyrig::term::Target;
 
 use super::scales::Scales;
 use crate::experiment::Experiment;
-use crate::model::{Base, Kind, Model, unit};
+use crate::model::{Assignment, Base, Kind, Model, unit};
 use crate::recording::Motion;
 use crate::term::Formula;
 
@@ -447,6 +447,20 @@ impl Space {
         {
             entry.value = value;
         }
+    }
+
+    /// The same from values that a model has. `None`: it has no effect, whose fit would depend on where it begins.
+    #[must_use]
+    pub fn started_at(&self, known: &[Assignment]) -> Option<Self> {
+        let mut space = self.clone();
+        for Assignment { name, value } in known {
+            if let Some(key) = space.named_mut(name).map(|entry| entry.key) {
+                space.start(key, *value);
+            }
+        }
+        let is_known = |entry: &Entry| entry.of_effect() && known.iter().any(|a| a.name == entry.name);
+        let has_effects = space.free().any(is_known);
+        has_effects.then_some(space)
     }
 
     /// Takes the values of an effect's parameters over from another space.

@@ -3,6 +3,7 @@
 pub mod alone;
 pub mod balances;
 pub mod cases;
+pub mod ending;
 pub mod export;
 pub mod lot;
 pub mod recovery;

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Parser;
 use greyrig_exam::alone::Table;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
+use greyrig_exam::ending::{self, Ending, Steps};
 use greyrig_exam::recovery::{self, Recovery};
 use greyrig_exam::rig::{self, KINDS, Kind, Said, Verdict};
 use greyrig_exam::score::{Outcome, run};
@@ -51,9 +52,12 @@ struct Args {
     /// Add what was named in all cases, and report the error of the balances on a ramp
     #[arg(long)]
     balances: bool,
+    /// Add what was named, all at once and one by one, and ask the model again until nothing is named
+    #[arg(long = "loop")]
+    follow: bool,
     /// Diagnose each effect, of a usual size, on each profile by itself, in this many motors of either kind, and print
     /// what each profile reveals
-    #[arg(long, value_name = "MOTORS", conflicts_with_all = ["cases", "only", "seed", "seeds", "export", "add", "balances", "verbose"])]
+    #[arg(long, value_name = "MOTORS", conflicts_with_all = ["cases", "only", "seed", "seeds", "export", "add", "balances", "follow", "verbose"])]
     alone: Option<u64>,
     /// Of rig-* questions: diagnose the motor behind the damage, instead of asking what the damage is
     #[arg(long)]
@@ -129,6 +133,9 @@ fn main() -> ExitCode {
                     report(&id, *question, &outcomes, healthy);
                     if args.balances {
                         balances(*question, excitation, noise, &outcomes);
+                    }
+                    if args.follow {
+                        endings(*question, excitation, noise, &outcomes);
                     }
                     if *name == "one" && args.add > 0 {
                         recover(*question, excitation, noise, &outcomes, healthy, args.add);
@@ -298,6 +305,20 @@ fn recover(
             "- {}: {before:.5} -> {after:.5}, floor {floor:.5}; off by {resistance:.1} {inertia:.1} {flux:.1} half widths",
             r.seed
         );
+    }
+    say!("");
+}
+
+/// How loops end that began with named effects.
+fn endings(question: Question, excitation: Excitation, noise: f64, outcomes: &[Outcome]) {
+    let begun: Vec<&Outcome> = outcomes.iter().filter(|o| o.kind == VerdictKind::MissingEffect).collect();
+    for steps in Steps::ALL {
+        let follow = |o: &&Outcome| ending::follow(&Case::new(question, excitation, noise, o.seed), o, steps);
+        let (ended, failed): (Vec<_>, Vec<_>) = begun.par_iter().map(follow).partition(Result::is_ok);
+        let ended: Vec<Ending> = ended.into_iter().filter_map(Result::ok).collect();
+        say!("loop, {}: ends with none {}", steps.words(), Share::of(&ended, Ending::is_none));
+        failed.into_iter().filter_map(Result::err).for_each(|error| eprintln!("{error}"));
+        ended.iter().filter(|e| !e.is_none()).for_each(|e| say!("    {e}"));
     }
     say!("");
 }

@@ -27,6 +27,7 @@ use crate::identify::intervals_of;
 use crate::identify::minimise::{CARRIED_ON, Effort, Fit, HeldOut, Residuals, minimise, minimise_beside, resume};
 use crate::identify::refitted::held_out_refitted;
 use crate::identify::space::{Key, Space};
+use crate::model::Assignment;
 use crate::repeats;
 use step::{SHOWN, winner};
 
@@ -94,6 +95,17 @@ impl<'a> Climb<'a> {
     /// An interrupt.
     pub fn fit(&self, space: &Space) -> Result<Fit> {
         self.fit_from(None, space, THOROUGH)
+    }
+
+    /// The same from the values that a model has, too, where it has effects; the better end counts.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit_from_what_is_known(&self, space: &Space, known: &[Assignment]) -> Result<Fit> {
+        let Some(known) = space.started_at(known) else { return self.fit(space) };
+        let (usual, from_known) = rayon::join(|| self.fit(space), || self.fit(&known));
+        let (usual, from_known) = (usual?, from_known?);
+        Ok(if self.error(&from_known) < self.error(&usual) { from_known } else { usual })
     }
 
     /// Fits a model, from the weights that another fit has ended on.

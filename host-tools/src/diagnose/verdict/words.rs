@@ -4,8 +4,8 @@ use greyrig::effects::{Acts, EffectId};
 
 use crate::diagnose::classes;
 use crate::diagnose::completeness::Completeness;
-use crate::diagnose::criteria::SAME_ERROR;
-use crate::diagnose::ladder::Ladder;
+use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
+use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::Size;
 use crate::identify::space::Key;
 use crate::numbers::with_interval;
@@ -38,24 +38,36 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
     if let Some(step) = step
         && let Some(own) = step.tried.iter().find(|t| t.id == id)
     {
-        let other = step.winners.iter().find(|w| step.together && **w != id);
-        let with = other.map_or_else(String::new, |other| format!("with {} ", name(*other)));
-        text +=
-            &format!("; {with}the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * own.gain).exp()));
-        if let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) {
-            let (other, share) = (name(next.id), 100.0 * (1.0 - (-0.5 * next.gain).exp()).max(0.0));
-            // Only an exchange takes what gained less.
-            text += &match next.objection.is_none() && next.gain > own.gain + SAME_ERROR {
-                true => format!(", less than with {other} at first ({share:.0} %), but more beside the other effects"),
-                false => format!(", with the next best, {other}, by {share:.0} %"),
-            };
-        }
+        text += &gained(own, step);
     }
     if let Some((_, sum)) = classes::sums(ladder.fit.space.kind()).find(|(one, _)| *one == id) {
         let two = sum.two.map(name).join(" and ");
         text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
     text
+}
+
+/// What an effect has gained at its step, and what the next best one would have.
+fn gained(own: &Tried, step: &Step) -> String {
+    // An exchange or a look back takes what gains nothing by itself.
+    if own.gain < SMALLEST_GAIN {
+        return "; by itself it hardly lowers the error, beside the other effects it does".to_owned();
+    }
+    let other = step.winners.iter().find(|w| step.together && **w != own.id);
+    let with = other.map_or_else(String::new, |other| format!("with {} ", name(*other)));
+    let text = format!("; {with}the error on data held out falls by {:.0} %", share(own.gain));
+    let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) else { return text };
+    let (other, taken) = (name(next.id), share(next.gain).max(0.0));
+    text + &match next.objection {
+        _ if next.gain <= own.gain + SAME_ERROR => format!(", with the next best, {other}, by {taken:.0} %"),
+        Some(objection) => format!("; {other} would take {taken:.0} %, but {}", objection.words()),
+        None => format!(", less than with {other} at first ({taken:.0} %), but more beside the other effects"),
+    }
+}
+
+/// A gain as the share of the error that it takes, %.
+fn share(gain: f64) -> f64 {
+    100.0 * (1.0 - (-0.5 * gain).exp())
 }
 
 /// What effects that explain nearly all leave in the free run.
@@ -87,4 +99,58 @@ pub fn without_interval(size: &Size) -> String {
     let (value, _) = with_interval(size.value, size.ci95);
     let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
     format!("{} = {value}{unit}", size.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, OnceLock};
+
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::diagnose::ladder::Objection;
+    use crate::identify::minimise::Fit;
+    use crate::identify::space::Space;
+    use crate::model::{Base, Kind};
+
+    /// Gains as falls of both balances: 2 ln 2 takes a half of each, 2 ln 4 three quarters, 2 ln 10 nine tenths.
+    #[test]
+    fn each_figure_of_a_reason_is_the_one_that_decided() {
+        let fit = Arc::new(Fit {
+            space: Space::new(Kind::Universal, Base::usual(Kind::Universal), &[]),
+            residuals: DVector::zeros(0),
+            jacobian: DMatrix::zeros(0, 0),
+            rms: [1.0; 2],
+            ended: true,
+            known_held_out: OnceLock::new(),
+        });
+        let tried = |id, ratio: f64, objection| Tried {
+            id,
+            fit: Arc::clone(&fit),
+            gain: 2.0 * ratio.ln(),
+            p_value: 0.0,
+            objection,
+        };
+        let step = |next: Tried| Step {
+            promises: Vec::new(),
+            tried: vec![next],
+            winners: vec![EffectId::Saturation],
+            together: false,
+            in_free_run: false,
+            as_well: Vec::new(),
+            decoy_gain: 0.0,
+            decoys: [0, 0],
+        };
+        let own = |ratio| tried(EffectId::Saturation, ratio, None);
+        let said = |ratio, next: Tried| gained(&own(ratio), &step(next));
+        let half = said(4.0, tried(EffectId::BrushDrop, 2.0, None));
+        assert!(half.contains("falls by 75 %, with the next best") && half.ends_with("by 50 %"), "{half}");
+        let refused = said(4.0, tried(EffectId::BrushDrop, 10.0, Some(Objection::Implausible)));
+        assert!(refused.contains("would take 90 %, but R or K would be those of another motor"), "{refused}");
+        let exchanged = said(4.0, tried(EffectId::BrushDrop, 10.0, None));
+        assert!(exchanged.contains("(90 %), but more beside"), "{exchanged}");
+        // An error that rises is no fall of −100 %.
+        let nothing = said(0.5, tried(EffectId::BrushDrop, 2.0, None));
+        assert!(!nothing.contains('%'), "{nothing}");
+    }
 }
