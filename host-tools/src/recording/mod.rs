@@ -346,7 +346,11 @@ impl Recording {
             values.iter().copied().skip(first).step_by(every).collect()
         }
         let among = |samples: &[usize]| -> Vec<usize> {
-            samples.iter().filter(|n| **n >= first && (**n - first) % every == 0).map(|n| (n - first) / every).collect()
+            samples
+                .iter()
+                .filter(|n| **n >= first && (**n - first).is_multiple_of(every))
+                .map(|n| (n - first) / every)
+                .collect()
         };
         let row = |n: usize| n.saturating_sub(first).div_ceil(every);
         let valid = kept(&self.valid, every, first);
