@@ -112,7 +112,7 @@ impl Between {
 }
 
 /// The cubic through four samples, a share of the interval after sample n − 1; straight at the ends of the signal.
-fn cubic(voltage: &[f64], n: usize, s: f64) -> f64 {
+pub fn cubic(voltage: &[f64], n: usize, s: f64) -> f64 {
     let (u1, u2) = (voltage[n - 1], voltage[n]);
     if n < 2 || n + 1 >= voltage.len() {
         return u1 + s * (u2 - u1);

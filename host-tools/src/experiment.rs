@@ -201,7 +201,7 @@ const LARGEST_SWING: f64 = 0.3;
 const MOST_PIECES: usize = 512;
 
 /// Most by which the speed may change from one timed pulse to the next, as a factor, so that a line between them tells
-/// it: of a steady acceleration the line is off by an eighth at most.
+/// it: of a rotor that runs down exponentially the line is off by (ln 1.5)²/8, 2 %.
 const FACTOR_TOLD: f64 = 1.5;
 
 /// Longest sampling interval that is still fine enough for trying models, s.

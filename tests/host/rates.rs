@@ -11,6 +11,7 @@ use greyrig_host::between::Course;
 use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Options, VerdictKind, diagnose};
+use greyrig_host::experiment::Experiment;
 use greyrig_host::filtering::Filter;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Base, Kind, Model, Parameter, Provenance, SCHEMA, Status, unit};
@@ -286,14 +287,36 @@ fn a_speed_that_is_renewed_every_many_quick_samples_is_told_and_its_motor_identi
         assert_eq!(told, Some(sensor.to_string()));
         let j = found.model.parameters["J"].value;
         assert!((j / truth.j - 1.0).abs() < off, "{sensor}: J {j}");
-        // Timed pulses are identified, but the rest of the error is not known for theirs yet.
-        if sensor.window_s().is_some() {
-            let settings = Settings::new(Kind::PmDc);
-            let options = Options { settings, exclude: Vec::new(), candidates_refined: false };
-            let verdict = diagnose(runs, &options, &Context::quiet()).unwrap().verdict;
-            assert!(verdict.kind == VerdictKind::None, "{sensor}: {:?} {:?}", verdict.kind, verdict.effects);
-        }
+        let settings = Settings::new(Kind::PmDc);
+        let options = Options { settings, exclude: Vec::new(), candidates_refined: false };
+        let verdict = diagnose(runs, &options, &Context::quiet()).unwrap().verdict;
+        assert!(verdict.kind == VerdictKind::None, "{sensor}: {:?} {:?}", verdict.kind, verdict.effects);
     }
+}
+
+#[test]
+fn timed_pulses_tell_nothing_of_a_rotor_that_stands_or_turns_round() {
+    // Half a second forwards at 100 rad/s, half a second at rest, half a second backwards; 24 pulses a turn.
+    let speed: Vec<f64> = (0..15_000).map(|n| [100.0, 0.0, -100.0][n / 5000]).collect();
+    let shown = logger::timed(&speed, 1e-4, 24);
+    let recording = Recording::builder(1e-4)
+        .channel(Channel::Voltage, (0..15_000).map(|n| 12.0 + f64::from(n % 7)).collect())
+        .channel(Channel::Current, (0..15_000).map(|n| 1.0 + f64::from(n % 5)).collect())
+        .channel(Channel::Speed, shown)
+        .metadata([(KEY.to_owned(), "period:24".to_owned())].into())
+        .build()
+        .unwrap();
+    let e = Experiment::new(&recording, &Filter::default()).unwrap();
+    let told = e.counted_where_told();
+    let share = |from: usize, to: usize| told[from..to].iter().filter(|t| **t).count() as f64 / (to - from) as f64;
+    // A pulse each 2.6 ms, 26 samples; the filter settles within a few milliseconds.
+    assert_eq!(share(5030, 9970), 0.0, "at rest");
+    assert!(
+        share(1000, 4900) > 0.95 && share(11_000, 14_900) > 0.95,
+        "{} {}",
+        share(1000, 4900),
+        share(11_000, 14_900)
+    );
 }
 
 /// The mean of the speed over the interval that a sample ends, by trapezoids.

@@ -3,7 +3,8 @@
 //! Debts, set by sight and tried on `cargo xtask exam --only 'rig-*'`, beside the checks that they belong to: `BETTER`,
 //! `BETTER_YET`, `BLAMED` and `PARTS` of shifts and clocks; `ALONE`, `PHASE`, `SWITCHED` and `BY_CONTROL` of lost
 //! samples; `LINE` and `NEAR_A_HARMONIC` of interpolation; `CORRELATED` and `ALONE` of means; `SLOPE`, `STANDS_OUT` and
-//! `IN_THE_SUPPLY` of colour and hum, `STEADY`, `SCATTER` and `SPEEDS` of hum that is taken out; `BY_ITSELF` and
+//! `IN_THE_SUPPLY` of colour and hum, `STEADY`, `SCATTER`, `MOST`, `SEEN` and `SPEEDS` of hum that is taken out;
+//! `MOST_AROUND`, `PERIODS_AROUND`, `ECHO` and `PULSES` of spikes; `BY_ITSELF` and
 //! `ACCELERATES` of speeds of another run; `LEVELS` of silent sensors; the ranges of what is built.
 
 /// Groups that a regression leaves out one at a time. Nineteen degrees of freedom; more would leave too little in each

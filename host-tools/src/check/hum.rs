@@ -1,6 +1,7 @@
 //! Hum: lines of the mains that are the measuring chain's, found and taken out of the samples.
 //!
-//! A line that the voltage does not have, with the same amplitude and phase whatever the motor does, is the measuring
+//! Hum stands out of its neighbours in the spectrum of a channel, in the median over windows, and not in that of the
+//! voltage. A line that the voltage does not have, with the same amplitude and phase whatever the motor does, is the measuring
 //! chain's: A cos(2πft + φ) is fitted to it and taken off. In short windows with a taper a phasor z is what the line
 //! makes of them, and the power P of its neighbours in the spectrum is what all else does; the line is the mean of z
 //! weighted by 1/P, at the frequency at which that mean is largest. It has to stand out of the same mean at its
@@ -11,12 +12,14 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
 
+use super::signals::{self, Signals, short};
+use super::spectrum::{plain_channels, spectrum};
 use crate::mains;
-use crate::recording::finding::{Code, DataFinding, Handled};
+use crate::recording::finding::{Code, DataFinding, Handled, Severity};
 use crate::recording::{Channel, Recording};
 
 /// Frequencies of hum, Hz.
-pub const HUMS_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
+const HUMS_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 /// Windows: ten periods of 50 Hz.
 const WINDOW_S: f64 = 0.2;
 /// Frequencies of the neighbours beside the line, Hz: clear of its own lobe, which is 10 Hz wide on either side.
@@ -47,6 +50,28 @@ const SPEEDS: f64 = 0.2;
 /// Lines of a channel at most: the mains and its harmonics.
 const MOST_LINES: usize = 3;
 
+/// What to look for: a line that stands out in most windows, or in all of them together.
+pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
+    let is_resampled = found.iter().any(|f| f.recording == s.path() && f.code == Code::Resampled);
+    // Of an alternating supply all harmonics are in all channels.
+    let alternates = s.voltage.is_some_and(|u| mains::period_s(u, s.interval_s).is_some());
+    if is_resampled || alternates {
+        return;
+    }
+    for (channel, values) in plain_channels(s, found) {
+        let stands_out = || hum(s, values).map(|(hz, power)| (hz, power.sqrt()));
+        let steady = || Line::strongest(s.recording(), channel).map(|line| (line.hz, line.times));
+        if let Some((hz, times)) = stands_out().or_else(steady) {
+            let text = format!(
+                "{} hums at {hz} Hz, {} times its neighbourhood, and the voltage does not",
+                signals::name(channel),
+                short(times)
+            );
+            found.push(s.finding(Code::Hum, Severity::Info, text).on(channel).value(hz, "Hz").handled(Handled::None));
+        }
+    }
+}
+
 /// Takes the hum that was found out of the samples, where it is the chain's.
 pub fn take_out(recordings: &mut [Recording], found: &mut [DataFinding]) {
     for finding in found.iter_mut().filter(|f| f.code == Code::Hum) {
@@ -65,11 +90,11 @@ pub fn take_out(recordings: &mut [Recording], found: &mut [DataFinding]) {
 }
 
 /// A line of a spectrum that is the measuring chain's.
-pub struct Line {
+struct Line {
     /// Its nominal frequency, Hz.
-    pub hz: f64,
+    hz: f64,
     /// Its amplitude in that of the strongest neighbour.
-    pub times: f64,
+    times: f64,
     /// Angle from sample to sample, rad.
     step: f64,
     phasor: Complex64,
@@ -88,7 +113,7 @@ struct Window {
 
 impl Line {
     /// The strongest one of a channel, if it has any and no supply alternates.
-    pub fn strongest(recording: &Recording, channel: Channel) -> Option<Self> {
+    fn strongest(recording: &Recording, channel: Channel) -> Option<Self> {
         let voltage = recording.channel(Channel::Voltage);
         if voltage.is_some_and(|u| mains::period_s(u, recording.sample_time_s()).is_some()) {
             return None;
@@ -226,10 +251,35 @@ fn windows(recording: &Recording, channel: Channel, hz: f64) -> Option<Vec<Windo
     (windows.len() >= FEWEST_WINDOWS && length >= 32).then_some(windows)
 }
 
+/// The frequency of hum, Hz, and its power in that of its neighbours.
+pub fn hum(s: &Signals<'_>, values: &[f64]) -> Option<(f64, f64)> {
+    let length = (WINDOW_S / s.interval_s).round() as usize;
+    let hop = (length / 2).max(1);
+    if length < 32 {
+        return None;
+    }
+    let power = spectrum(values, length, hop)?;
+    let supply = s.voltage.and_then(|u| spectrum(u, length, hop));
+    // Hann's main lobe is two frequencies wide on either side.
+    let stands_out = |power: &[f64], k: usize| {
+        let beside = [k - 3, k - 4, k + 3, k + 4].into_iter().filter_map(|k| power.get(k)).map(|p| p.max(1e-300).ln());
+        let count = beside.clone().count().max(1) as f64;
+        power.get(k).map_or(0.0, |p| p / (beside.sum::<f64>() / count).exp())
+    };
+    let at = |hz: f64| (hz * length as f64 * s.interval_s).round() as usize;
+    HUMS_HZ
+        .into_iter()
+        .filter(|hz| at(*hz) + 4 < power.len() && at(*hz) >= 5)
+        .map(|hz| (hz, stands_out(&power, at(hz)), supply.as_ref().map_or(0.0, |u| stands_out(u, at(hz)))))
+        .filter(|(_, times, supply)| *times > STANDS_OUT && *supply < IN_THE_SUPPLY)
+        .map(|(hz, times, _)| (hz, times))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{Wild, question};
+    use crate::check::{Purpose, question};
     use crate::model::Kind;
     use crate::rig::Setup;
 
@@ -252,7 +302,7 @@ mod tests {
     fn hum_of_a_chain_is_taken_out_and_said_to_be() {
         let (sound, amplitude) = (sound(), 0.2);
         let mut recordings = [humming(&sound, |_| amplitude)];
-        let found = question(&mut recordings, Kind::PmDc, Wild::CodesAndOutliers);
+        let found = question(&mut recordings, Kind::PmDc, Purpose::Fit);
         let hum = found.iter().find(|f| f.code == Code::Hum && f.channel == Some(Channel::Current)).unwrap();
         assert_eq!(hum.handled, Handled::Modelled, "{}", hum.text);
         let [left, before] = [&recordings[0], &sound].map(|r| r.channel(Channel::Current).unwrap());
@@ -261,7 +311,7 @@ mod tests {
         assert!(rms < amplitude / 30.0, "{rms} A");
         // A detector is told what there is.
         let mut recordings = [humming(&sound, |_| amplitude)];
-        question(&mut recordings, Kind::PmDc, Wild::Codes);
+        question(&mut recordings, Kind::PmDc, Purpose::Detection);
         assert_eq!(recordings[0].channel(Channel::Current), humming(&sound, |_| amplitude).channel(Channel::Current));
     }
 

@@ -40,6 +40,7 @@ mod sets;
 mod sign;
 mod signals;
 mod smoothed;
+mod spectrum;
 mod spikes;
 mod standstill;
 mod steps;
@@ -86,6 +87,7 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     interpolated::look(s, found);
     smoothed::look(s, kind, found);
     lost::look(s, found);
+    hum::look(s, found);
     colour::look(s, found);
     rest::look(s, found);
     sampling::look(s, e, kind, found);
@@ -109,30 +111,30 @@ fn one(s: &Signals<'_>, e: &Evidence, asked: Option<Kind>, found: &mut Vec<DataF
     scale::look(s, e, kind, found);
 }
 
-/// What of the measuring chain's doing is undone, wild samples above all.
+/// What recordings are questioned for: how much of the measuring chain's doing is undone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wild {
-    /// Codes for "no measurement" alone: to a detector a spark is what it looks for.
-    Codes,
-    /// Single samples far from their neighbours, too: to a fit they are nothing that a motor does. Nor is hum, nor the
-    /// lateness of a current that is held.
-    CodesAndOutliers,
+pub enum Purpose {
+    /// A detector: codes for "no measurement" are masked alone, since a spark is what it looks for.
+    Detection,
+    /// A fit or a comparison: single samples far from their neighbours are masked, too, since they are nothing that a
+    /// motor does. Nor is hum, nor the lateness of a current that is held.
+    Fit,
 }
 
 /// Masks wild samples, as the findings `overrange` and `outliers` say: they do not count, and the line between their
 /// neighbours takes their place.
-pub fn mask(recordings: &mut [Recording], wild: Wild) {
-    recordings.iter_mut().for_each(|r| spikes::mask(r, wild == Wild::CodesAndOutliers));
+pub fn mask(recordings: &mut [Recording], purpose: Purpose) {
+    recordings.iter_mut().for_each(|r| spikes::mask(r, purpose == Purpose::Fit));
 }
 
 /// The first step of every answer: questions recordings as [`check`] does, then masks what is wild. For a fit the hum
 /// of the measuring chain is taken out, and of a current that is held the rows with a new value are taken.
-pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
+pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> Vec<DataFinding> {
     let mut found = check(recordings, Some(kind));
-    mask(recordings, wild);
-    let kept = |f: &DataFinding| f.code == Code::Outliers && wild == Wild::Codes;
+    mask(recordings, purpose);
+    let kept = |f: &DataFinding| f.code == Code::Outliers && purpose == Purpose::Detection;
     found.iter_mut().filter(|f| kept(f)).for_each(|f| f.handled = Handled::None);
-    if wild == Wild::CodesAndOutliers {
+    if purpose == Purpose::Fit {
         hum::take_out(recordings, &mut found);
         raster::take_renewed(recordings, &mut found);
     }

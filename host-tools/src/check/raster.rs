@@ -52,7 +52,7 @@ fn carries_voltage(recording: &Recording, window: &Window) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::{Wild, question};
+    use crate::check::{Purpose, question};
     use crate::model::Kind;
     use crate::rig::Setup;
 
@@ -67,7 +67,7 @@ mod tests {
     fn the_rows_at_which_a_held_current_is_new_are_what_a_slower_logger_writes() {
         let sound = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(3.0).run().unwrap().recording;
         let mut recordings = [held(&sound, 7)];
-        let found = question(&mut recordings, Kind::PmDc, Wild::CodesAndOutliers);
+        let found = question(&mut recordings, Kind::PmDc, Purpose::Fit);
         let told = found.iter().find(|f| f.code == Code::HeldValues && f.channel == Some(Channel::Current)).unwrap();
         assert_eq!(told.handled, Handled::Corrected, "{}", told.text);
         assert!((recordings[0].sample_time_s() - 7.0 * sound.sample_time_s()).abs() < 1e-12);

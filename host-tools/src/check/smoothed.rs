@@ -3,8 +3,8 @@
 //! Of white noise e the mean over W samples changes by (e(n) − e(n − W))/W: its differences of any order are correlated
 //! by −1/2 at the lag W, and nowhere else beyond the order. A root of a mean of squares does the same.
 
-use super::colour::hum;
 use super::differences::{autocorrelation, fourth};
+use super::hum::hum;
 use super::signals::{self, Signals, short};
 use crate::model::Kind;
 use crate::recording::Channel;

@@ -13,6 +13,7 @@ use std::borrow::Cow;
 use super::criteria::SIGMAS_OF_OUTLIER;
 use super::regression;
 use super::signals::{self, Signals, short};
+use crate::between::cubic;
 use crate::mains;
 use crate::noise;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
@@ -25,8 +26,10 @@ const RARE: f64 = 0.02;
 const AROUND: usize = 10;
 const MOST_AROUND: usize = 2;
 
-/// Periods before and after at which the same phase is looked at.
+/// Periods before and after at which the same phase is looked at, and the share of a height from which on it has been
+/// there before; of the first period before and after half of it is what the height itself leaves.
 const PERIODS_AROUND: usize = 5;
+const ECHO: f64 = 0.25;
 
 /// Samples a period of the mains from which on its bend from sample to sample, (2π/64)² of the amplitude, is little.
 const FEW_A_PERIOD: f64 = 64.0;
@@ -140,7 +143,7 @@ pub fn wild(s: &Signals<'_>, channel: Channel, values: &[f64]) -> Wild {
             all.into_iter().flatten().filter(|k| (1..signal.len() - 1).contains(k)).map(|k| height(k).abs())
         };
         let keeps_below = |samples: f64, periods: usize| {
-            let most = if periods == 1 { 0.75 } else { 0.25 } * height(n).abs();
+            let most = if periods == 1 { 0.5 + ECHO } else { ECHO } * height(n).abs();
             echoes(periods as f64 * samples).all(|echo| echo < most)
         };
         period.is_none_or(|samples| (1..=PERIODS_AROUND).all(|periods| keeps_below(samples, periods)))
@@ -199,19 +202,9 @@ fn without_mains(values: &[f64], period: Option<f64>) -> Cow<'_, [f64]> {
         if around[0] < 1.0 || around[1] > last {
             return 0.0;
         }
-        values[n] - 0.5 * around.iter().map(|t| between(values, *t)).sum::<f64>()
+        values[n] - 0.5 * around.iter().map(|t| cubic(values, *t as usize + 1, t.fract())).sum::<f64>()
     };
     Cow::Owned((0..values.len()).map(without).collect())
-}
-
-/// A signal between its samples, by the cubic through the four around.
-fn between(values: &[f64], t: f64) -> f64 {
-    let (n, x) = (t as usize, t.fract());
-    let [a, b, c, d] = [values[n - 1], values[n], values[n + 1], values[n + 2]];
-    let [before, here, after] = [x + 1.0, x, x - 1.0];
-    let far = x - 2.0;
-    -a * here * after * far / 6.0 + b * before * after * far / 2.0 - c * before * here * far / 2.0
-        + d * before * here * after / 6.0
 }
 
 /// Whether a signal jumps up and down by itself, as a binary sequence does: for several samples as well as for one.

@@ -12,7 +12,7 @@ use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::{Addition, Stage, add_to, stage};
 use crate::check;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::error::{Error, Place, Result};
 use crate::held_out::split;
 use crate::model::{Model, Origin};
@@ -71,7 +71,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         return Err(Error::usage(format!("the model has {id} already"), "leave it out, or add another effect"));
     }
     let mut recordings = input::load(&files, &args.map, &terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Fit);
     input::refuse(&findings)?;
     let (training, held_out) = split(&recordings);
     refuse_seen(&training, &held_out)?;

@@ -10,7 +10,7 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::error::Result;
 use crate::model::{DetectorEntry, Model};
 use crate::monitor::calibrate::{Shown, calibrate};
@@ -53,7 +53,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     let model = Model::load(&args.model)?;
     let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
     let (detector, shown) =
         terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
     let calibrated = Model { detector: Some(detector.clone()), ..model };

@@ -8,7 +8,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::challenge::{Challenge, Challenged, challenge};
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::error::Result;
 use crate::model::{Model, catalogue};
 
@@ -39,7 +39,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let effects = catalogue::effects(&args.effect)?;
     let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Fit);
     input::refuse(&findings)?;
     let result = terminal.watching("challenge", |ctx| challenge(&recordings, &model, &effects, ctx))?;
     if args.json {

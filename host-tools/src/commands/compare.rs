@@ -9,7 +9,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::compare::compare_along;
 use crate::error::Result;
 use crate::model::{Model, Origin};
@@ -43,7 +43,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     let model = Model::load(&args.model)?;
     let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Fit);
     input::refuse(&findings)?;
     let comparison = compare_along(&model, &recordings, args.course, &terminal.context())?;
     if let Some(path) = &args.answer.report {

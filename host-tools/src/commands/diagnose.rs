@@ -15,7 +15,7 @@ use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
 use crate::check;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::compare::{Comparison, PerSignal, compare_along};
 use crate::diagnose::shape::Shape;
 use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
@@ -75,7 +75,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     };
     settings.course = args.course;
     settings.fixed.extend(args.fix.iter().cloned());
-    let findings = input::question(&mut recordings, settings.kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, settings.kind, Purpose::Fit);
     if let Some(stop) = check::stop(&findings) {
         return refused(args, stop, &findings);
     }

@@ -10,7 +10,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::between::Course;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::compare::compare_along;
 use crate::error::{Error, Result, if_possible};
 use crate::identify::{self, Method, Settings};
@@ -89,7 +89,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     let mut recordings = args.input.load(&terminal.context())?;
     let kind = Kind::of(args.kind, &recordings);
-    let findings = input::question(&mut recordings, kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, kind, Purpose::Fit);
     input::refuse(&findings)?;
     let mut settings = Settings::new(kind);
     settings.method = args.method;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::check::{self, Wild};
+use crate::check::{self, Purpose};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::model::Kind;
@@ -50,10 +50,10 @@ pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recor
     Ok(recordings)
 }
 
-/// Questions recordings before anything is asked of them, says on stderr what may spoil the answer, and masks what is
-/// wild.
-pub fn question(recordings: &mut [Recording], kind: Kind, wild: Wild) -> Vec<DataFinding> {
-    let found = check::question(recordings, kind, wild);
+/// Questions recordings before anything is asked of them, says on stderr what may spoil the answer, and undoes what
+/// their purpose allows.
+pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> Vec<DataFinding> {
+    let found = check::question(recordings, kind, purpose);
     // Of what is masked the reader has told already.
     let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
     for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {

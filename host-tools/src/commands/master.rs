@@ -11,7 +11,7 @@ use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::{self, Wild};
+use crate::check::{self, Purpose};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::calibrate::by_motor;
@@ -74,7 +74,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             "give runs of the golden motor only (# serial: in the file), or --study for a gauge study",
         ));
     }
-    check::mask(&mut recordings, Wild::Codes);
+    check::mask(&mut recordings, Purpose::Detection);
     let mut tests = Vec::new();
     for recording in &recordings {
         crate::compare::same_type(&model, recording)?;
@@ -86,7 +86,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     } else {
         golden_motor(args, &model, detector, &recordings, &tests, terminal)?
     };
-    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
     // Of a motor that does not pass nothing can be said about the rig.
     let drifted = verdict == Outcome::Pass && shift.charts.iter().any(Chart::drifted);
     if let Some(path) = &args.answer.report {

@@ -12,7 +12,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Ridge, Settings, Trained};
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::error::{Error, Result};
 use crate::held_out::split;
@@ -80,7 +80,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     let bare = Model { correction: None, detector: None, ..Model::load(&args.model)? };
     let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, bare.kind, Wild::CodesAndOutliers);
+    let findings = input::question(&mut recordings, bare.kind, Purpose::Fit);
     input::refuse(&findings)?;
     let outcome = Outcome::of(&bare, &recordings, args, terminal)?;
     if let Some(path) = &args.out {

@@ -13,7 +13,8 @@
 //! | f | sampling rate; 5 kHz is what the search works with | Hz |
 //!
 //! `σ ≥ a x̂ √(f/5 kHz)` with a = 3e-4 of the voltage, 6e-4 of the current, 2.5e-4 of the speed, so that the density is
-//! the same at any rate. The measuring chain of the virtual rig has two to three times that.
+//! the same at any rate. The measuring chain of the virtual rig has two to three times that. Timed pulses average nearly
+//! all noise away: each gets what that σ leaves of a mean over the samples since the last one, σ/√n.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -90,8 +91,8 @@ mod tests {
     use super::*;
     use crate::identify::prepare;
     use crate::model::{Filter, Kind};
-    use crate::rig::Setup;
-    use crate::speed_sensor::Chain;
+    use crate::rig::{Logger, Setup};
+    use crate::speed_sensor::{Chain, SpeedSensor};
 
     fn recorded(noise: f64) -> Vec<Experiment> {
         let setup = Setup::new(Kind::Universal).noise(noise).profile("staircase").unwrap().seconds(4.0);
@@ -125,5 +126,30 @@ mod tests {
         add(&mut one);
         add(&mut other);
         assert_eq!(one[0].current, other[0].current);
+    }
+
+    #[test]
+    fn timed_pulses_get_what_a_mean_leaves_of_the_noise_and_stay_held() {
+        let setup = Setup::new(Kind::PmDc).noise(0.0).profile("dc-ramp").unwrap().seconds(5.0);
+        let sensor = SpeedSensor::Period { pulses: 4 };
+        let timed = Logger { speed_sensor: Some(sensor), ..Logger::default() };
+        let recording = timed.record(&setup.run().unwrap().recording).unwrap();
+        let mut with = prepare(&[recording], &Filter::default(), &Chain::default()).unwrap();
+        let without = with.clone();
+        assert!(add(&mut with).contains(&"speed"));
+        let [with, without] = [with, without].map(|mut e| e.remove(0));
+        let [noisy, clean] = [&with, &without].map(|e| e.speed.clone().unwrap());
+        // 2.5e-4 of the RMS at 5 kHz, times √2 at 10 kHz.
+        let sigma = 2.5e-4 * 2f64.sqrt() * rms(&clean);
+        let mut of_one = Vec::new();
+        for pair in without.stretches.windows(2) {
+            let ([begin, end], [_, next]) = (pair[0], pair[1]);
+            let added: Vec<f64> = (end..next).map(|n| noisy[n] - clean[n]).collect();
+            assert!(added.iter().all(|a| (a - added[0]).abs() < 1e-12), "a value is shown until the next one");
+            of_one.push(added[0] / (sigma / ((end - begin) as f64).sqrt()));
+        }
+        assert!(of_one.len() > 200, "{}", of_one.len());
+        // The standard deviation of 200 values is known to 1/√400, 5 %; four times that.
+        assert!((rms(&of_one) - 1.0).abs() < 0.2, "{}", rms(&of_one));
     }
 }

@@ -591,4 +591,22 @@ mod tests {
         space.hold([WARMUP_TIME], Freedom::Pinned);
         assert_eq!(space.at_its_shortest(EffectId::BearingWarmup), None);
     }
+
+    #[test]
+    fn a_model_with_effects_starts_at_its_own_values() {
+        let values = [("R", 2.2), ("K", -1.0), ("brush_drop", 2.6), ("not_there", 1.0)];
+        let known = values.map(|(name, value)| Assignment { name: name.to_owned(), value });
+        let mut space = Space::new(Kind::Universal, Base::Full, &[EffectId::BrushDrop]);
+        space.hold([BaseParameter::L], Freedom::Fixed);
+        let held = space.value(BaseParameter::L);
+        let begun = space.started_at(&known).unwrap();
+        assert_eq!([begun.value(BaseParameter::R), begun.value(Key::size_of(EffectId::BrushDrop))], [2.2, 2.6]);
+        assert_eq!(begun.value(BaseParameter::K), space.value(BaseParameter::K), "no motor has a negative K");
+        let fixed = Assignment { name: "L".to_owned(), value: 9.0 };
+        let begun = space.started_at(&[known[2].clone(), fixed]).unwrap();
+        assert_eq!(begun.value(BaseParameter::L), held);
+        // Without an effect, or where nothing is known of it, there is one start.
+        assert!(Space::new(Kind::Universal, Base::Full, &[]).started_at(&known).is_none());
+        assert!(space.started_at(&known[..2]).is_none());
+    }
 }

@@ -342,75 +342,72 @@ impl Recording {
     /// One row of every so many, from the first one on, as a recording of its own; `None`: nothing usable is left.
     #[must_use]
     pub fn one_row_in(&self, every: usize, first: usize) -> Option<Self> {
-        fn kept<T: Copy>(values: &[T], every: usize, first: usize) -> Vec<T> {
-            values.iter().copied().skip(first).step_by(every).collect()
-        }
-        let among = |samples: &[usize]| -> Vec<usize> {
-            samples
-                .iter()
-                .filter(|n| **n >= first && (**n - first).is_multiple_of(every))
-                .map(|n| (n - first) / every)
-                .collect()
-        };
-        let row = |n: usize| n.saturating_sub(first).div_ceil(every);
-        let valid = kept(&self.valid, every, first);
-        let gaps = self.gaps.iter().map(|gap| row(gap.start)..row(gap.end)).filter(|gap| !gap.is_empty()).collect();
-        valid.contains(&true).then(|| Self {
-            start_s: self.start_s + first as f64 * self.sample_time_s,
-            sample_time_s: self.sample_time_s * every as f64,
-            channels: self.channels.iter().map(|(c, values)| (*c, kept(values, every, first))).collect(),
-            valid,
-            masked_rows: among(&self.masked_rows),
-            masked: self.masked.iter().map(|(c, samples)| (*c, among(samples))).collect(),
-            rotor_locked: kept(&self.rotor_locked, every, first),
-            supply_open: kept(&self.supply_open, every, first),
-            extras: self
-                .extras
-                .iter()
-                .map(|e| Extra { name: e.name.clone(), values: kept(&e.values, every, first) })
-                .collect(),
-            gaps,
-            path: self.path.clone(),
-            sha256: self.sha256.clone(),
-            motion: self.motion,
-            metadata: self.metadata.clone(),
-            warnings: self.warnings.clone(),
-            findings: self.findings.clone(),
-            part: self.part,
-            sources: self.sources.clone(),
-        })
+        Some(self.rows(first..self.len(), every)).filter(|rows| rows.valid.contains(&true))
     }
 
     /// A stretch of samples as a recording of its own.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
-        let flags = |flags: &[bool]| if flags.is_empty() { Vec::new() } else { flags[range.clone()].to_vec() };
-        let inside = |samples: &[usize]| -> Vec<usize> {
-            samples.iter().filter(|k| range.contains(k)).map(|k| k - range.start).collect()
+        self.rows(range, 1)
+    }
+
+    /// One row of every so many in a range.
+    fn rows(&self, range: Range<usize>, every: usize) -> Self {
+        fn kept<T: Copy>(values: &[T], range: &Range<usize>, every: usize) -> Vec<T> {
+            values.get(range.clone()).unwrap_or_default().iter().copied().step_by(every).collect()
+        }
+        let of = |values: &[f64]| kept(values, &range, every);
+        let flags = |flags: &[bool]| kept(flags, &range, every);
+        let among = |samples: &[usize]| -> Vec<usize> {
+            let inside = samples.iter().filter(|n| range.contains(n)).map(|n| n - range.start);
+            inside.filter(|n| n.is_multiple_of(every)).map(|n| n / every).collect()
         };
+        let gaps = gaps::within(&self.gaps, &range).into_iter();
+        let gaps = gaps.map(|gap| gap.start.div_ceil(every)..gap.end.div_ceil(every));
         Self {
             start_s: self.start_s + range.start as f64 * self.sample_time_s,
-            channels: self.channels.iter().map(|(c, values)| (*c, values[range.clone()].to_vec())).collect(),
-            valid: self.valid[range.clone()].to_vec(),
-            masked_rows: inside(&self.masked_rows),
-            masked: self.masked.iter().map(|(c, samples)| (*c, inside(samples))).collect(),
+            sample_time_s: self.sample_time_s * every as f64,
+            channels: self.channels.iter().map(|(c, values)| (*c, of(values))).collect(),
+            valid: flags(&self.valid),
+            masked_rows: among(&self.masked_rows),
+            masked: self.masked.iter().map(|(c, samples)| (*c, among(samples))).collect(),
             rotor_locked: flags(&self.rotor_locked),
             supply_open: flags(&self.supply_open),
-            extras: self
-                .extras
-                .iter()
-                .map(|e| Extra { name: e.name.clone(), values: e.values[range.clone()].to_vec() })
-                .collect(),
+            extras: self.extras.iter().map(|e| Extra { name: e.name.clone(), values: of(&e.values) }).collect(),
+            gaps: gaps.filter(|gap| !gap.is_empty()).collect(),
             path: self.path.clone(),
             sha256: self.sha256.clone(),
-            sample_time_s: self.sample_time_s,
             motion: self.motion,
             metadata: self.metadata.clone(),
             warnings: self.warnings.clone(),
             findings: self.findings.clone(),
-            gaps: gaps::within(&self.gaps, &range),
             part: self.part,
             sources: self.sources.clone(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_row_in_three_keeps_its_flags_masks_and_gaps() {
+        let numbers: Vec<f64> = (0..20).map(f64::from).collect();
+        let mut recording = Recording::builder(1e-3)
+            .channel(Channel::Voltage, numbers.clone())
+            .channel(Channel::Current, numbers)
+            .rotor_locked((0..20).map(|n| n < 9).collect())
+            .gaps(vec![3..4, 8..13])
+            .build()
+            .unwrap();
+        recording.mask(Channel::Current, &[2, 5, 6, 14]).unwrap();
+        // Rows 2, 5, 8, 11, 14, 17.
+        let kept = recording.one_row_in(3, 2).unwrap();
+        assert_eq!(kept.channel(Channel::Voltage).unwrap(), [2.0, 5.0, 8.0, 11.0, 14.0, 17.0]);
+        assert_eq!(kept.masked(Channel::Current), [0, 1, 4]);
+        assert_eq!(kept.rotor_locked(), [true, true, true, false, false, false]);
+        assert_eq!(kept.gaps(), std::slice::from_ref(&(2..4)), "rows 8 and 11; none of 3");
+        assert!((kept.sample_time_s() - 3e-3).abs() < 1e-12);
     }
 }

@@ -1,6 +1,6 @@
 //! The recordings of a page, questioned as every command questions them.
 
-use crate::check::{self, Wild};
+use crate::check::{self, Purpose};
 use crate::model::Kind;
 use crate::recording::Recording;
 use crate::recording::finding::DataFinding;
@@ -20,7 +20,7 @@ impl Questioned {
     pub fn new(read: Vec<Recording>, kind: Option<Kind>) -> Self {
         let mut usable = read.clone();
         let kind = Kind::of(kind, &usable);
-        let findings = check::question(&mut usable, kind, Wild::CodesAndOutliers);
+        let findings = check::question(&mut usable, kind, Purpose::Fit);
         Self { read, usable, findings }
     }
 

@@ -14,8 +14,8 @@ use greyrig_host::recording::Recording;
 use crate::cases::Case;
 use crate::score::Outcome;
 
-/// Rounds after which a loop does not end.
-const MOST_ROUNDS: usize = 8;
+/// Effects after which a loop counts as one that does not end: twice as many as any case has.
+const MOST_ADDED: usize = 10;
 
 /// How the effects of a verdict are added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +84,7 @@ pub fn follow(case: &Case, outcome: &Outcome, steps: Steps) -> Result<Ending> {
         added.extend(addition.effects);
         model = addition.identification.model;
         let last = asked(&model, &recordings, case, &ctx)?;
-        if last.kind != VerdictKind::MissingEffect || added.len() >= MOST_ROUNDS {
+        if last.kind != VerdictKind::MissingEffect || added.len() >= MOST_ADDED {
             return Ok(Ending { seed: case.seed, truth: case.truth.clone(), added, last });
         }
         named = last.effects;

@@ -2,6 +2,7 @@
 
 use greyrig::effects::EffectId;
 use greyrig_exam::cases::{Case, Excitation, Question};
+use greyrig_exam::ending::{Steps, follow};
 use greyrig_exam::lot::{MotorType, Onset};
 use greyrig_exam::rig::{self, KINDS};
 use greyrig_exam::score::{Outcome, run};
@@ -121,6 +122,16 @@ fn what_is_chosen_while_others_are_missing_is_given_for_what_is_there() {
     [11, 26].into_par_iter().for_each(|seed| {
         let o = run(&Case::new(Question::Five, Excitation::Ac, 1.0, seed)).unwrap();
         assert!(o.exact(), "seed {seed}, {:?}: {:?} {:?}", o.effects, o.kind, o.named);
+    });
+}
+
+#[test]
+fn what_is_named_and_added_is_not_missed_again() {
+    // Two effects each; of cases 301 to 308 those that are named exactly.
+    [302, 304, 305].into_par_iter().for_each(|seed| {
+        let case = Case::new(Question::Two, Excitation::Ac, 1.0, seed);
+        let ending = follow(&case, &run(&case).unwrap(), Steps::AllAtOnce).unwrap();
+        assert!(ending.is_none(), "{ending}");
     });
 }
 

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::answer::Answer;
 use super::input;
 use super::terminal::Terminal;
-use crate::check::Wild;
+use crate::check::Purpose;
 use crate::commands::stdout;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
@@ -153,7 +153,7 @@ fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, terminal: &Ter
             }
         }
     }
-    let findings = input::question(&mut recordings, model.kind, Wild::Codes);
+    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
     let mut tests = Vec::new();
     for recording in &recordings {
         crate::compare::same_type(model, recording)?;

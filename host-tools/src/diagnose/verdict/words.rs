@@ -38,7 +38,7 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
     if let Some(step) = step
         && let Some(own) = step.tried.iter().find(|t| t.id == id)
     {
-        text += &gained(own, step);
+        text += &gained(own, step, ladder.found.len() > 1);
     }
     if let Some((_, sum)) = classes::sums(ladder.fit.space.kind()).find(|(one, _)| *one == id) {
         let two = sum.two.map(name).join(" and ");
@@ -48,10 +48,11 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
 }
 
 /// What an effect has gained at its step, and what the next best one would have.
-fn gained(own: &Tried, step: &Step) -> String {
-    // An exchange or a look back takes what gains nothing by itself.
+fn gained(own: &Tried, step: &Step, has_company: bool) -> String {
+    // An exchange or a look back takes what gains nothing by itself, and the free run what the balances hardly show.
     if own.gain < SMALLEST_GAIN {
-        return "; by itself it hardly lowers the error, beside the other effects it does".to_owned();
+        let where_it_does = if has_company { "beside the other effects it does" } else { "in the free run it does" };
+        return format!("; by itself it hardly lowers the error of the balances, {where_it_does}");
     }
     let other = step.winners.iter().find(|w| step.together && **w != own.id);
     let with = other.map_or_else(String::new, |other| format!("with {} ", name(*other)));
@@ -142,7 +143,7 @@ mod tests {
             decoys: [0, 0],
         };
         let own = |ratio| tried(EffectId::Saturation, ratio, None);
-        let said = |ratio, next: Tried| gained(&own(ratio), &step(next));
+        let said = |ratio, next: Tried| gained(&own(ratio), &step(next), true);
         let half = said(4.0, tried(EffectId::BrushDrop, 2.0, None));
         assert!(half.contains("falls by 75 %, with the next best") && half.ends_with("by 50 %"), "{half}");
         let refused = said(4.0, tried(EffectId::BrushDrop, 10.0, Some(Objection::Implausible)));

@@ -6,7 +6,7 @@
 use std::fmt;
 
 use greyrig::effects::EffectId;
-use greyrig_host::check::{self, Wild};
+use greyrig_host::check::{self, Purpose};
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::classes::same;
 use greyrig_host::diagnose::{Options, VerdictKind, diagnose};
@@ -81,7 +81,7 @@ pub fn diagnosed(kind: &Kind, seed: u64) -> Result<Verdict> {
         }
     };
     let of = |mut recordings: Vec<Recording>, motor: MotorKind, besides: &[EffectId]| -> Result<(Said, String)> {
-        let found = check::question(&mut recordings, motor, Wild::CodesAndOutliers);
+        let found = check::question(&mut recordings, motor, Purpose::Fit);
         if recordings.is_empty() {
             return Ok((Said::Refused, "not read".to_owned()));
         }
