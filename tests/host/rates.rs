@@ -296,8 +296,9 @@ fn a_speed_that_is_renewed_every_many_quick_samples_is_told_and_its_motor_identi
 
 #[test]
 fn timed_pulses_tell_nothing_of_a_rotor_that_stands_or_turns_round() {
-    // Half a second forwards at 100 rad/s, half a second at rest, half a second backwards; 24 pulses a turn.
-    let speed: Vec<f64> = (0..15_000).map(|n| [100.0, 0.0, -100.0][n / 5000]).collect();
+    // Half a second forwards at about 100 rad/s, half a second at rest, half a second backwards; 24 pulses a turn.
+    let about = |n: usize| 100.0 + 5.0 * (0.002 * n as f64).sin();
+    let speed: Vec<f64> = (0..15_000).map(|n| [1.0, 0.0, -1.0][n / 5000] * about(n)).collect();
     let shown = logger::timed(&speed, 1e-4, 24);
     let recording = Recording::builder(1e-4)
         .channel(Channel::Voltage, (0..15_000).map(|n| 12.0 + f64::from(n % 7)).collect())

@@ -1,11 +1,11 @@
 //! Hum: lines of the mains that are the measuring chain's, found and taken out of the samples.
 //!
 //! Hum stands out of its neighbours in the spectrum of a channel, in the median over windows, and not in that of the
-//! voltage. A line that the voltage does not have, with the same amplitude and phase whatever the motor does, is the measuring
-//! chain's: A cos(2πft + φ) is fitted to it and taken off. In short windows with a taper a phasor z is what the line
-//! makes of them, and the power P of its neighbours in the spectrum is what all else does; the line is the mean of z
-//! weighted by 1/P, at the frequency at which that mean is largest. It has to stand out of the same mean at its
-//! neighbours, which a voltage in regular steps has as well. A line that follows the load or the rotor has another
+//! voltage. A line that the voltage does not have, with the same amplitude and phase whatever the motor does, is the
+//! measuring chain's: A cos(2πft + φ) is fitted to it and taken off. In short windows with a taper a phasor z is what
+//! the line makes of them, and the power P of its neighbours in the spectrum is what all else does; the line is the
+//! mean of z weighted by 1/P, at the frequency at which that mean is largest. It has to stand out of the same mean at
+//! its neighbours, which a voltage in regular steps has as well. A line that follows the load or the rotor has another
 //! phasor in each window, and stays; so does one that was recorded at a single speed, where it may be the rotor's.
 
 use std::f64::consts::TAU;

@@ -13,8 +13,8 @@
 //! | f | sampling rate; 5 kHz is what the search works with | Hz |
 //!
 //! `σ ≥ a x̂ √(f/5 kHz)` with a = 3e-4 of the voltage, 6e-4 of the current, 2.5e-4 of the speed, so that the density is
-//! the same at any rate. The measuring chain of the virtual rig has two to three times that. Timed pulses average nearly
-//! all noise away: each gets what that σ leaves of a mean over the samples since the last one, σ/√n.
+//! the same at any rate. The measuring chain of the virtual rig has two to three times that. Timed pulses average
+//! nearly all noise away: each gets what that σ leaves of a mean over the samples since the last one, σ/√n.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
