@@ -14,7 +14,7 @@
 //! which close in iron, close here as long as they are narrower than 2 p; z alone would be worn down by them, and so by
 //! the noise of a DC voltage. The inductive voltage of the share c of the inductance follows: `dλ/di = L (1 − c
 //! d(lag)/di)`, of which a twentieth is left at least: leakage through air, without which no current could be computed
-//! after a reversal with c = r = 1.
+//! after a reversal with c = r = 1. Where the iron saturates as well, the part that lags is smaller by dφ/di.
 //!
 //! Source: the Duhem model (P. Duhem 1897), of which e = 0 is the form of Bouc and Wen with exponent 1 and β = γ; plays
 //! as in M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.

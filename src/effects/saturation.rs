@@ -7,6 +7,9 @@
 //! dφ/di  = 1 − a (1 − g (2 + b z²) / (2 (1 + b z² + z⁴)))
 //! dλ/di  = L (1 − c + c dφ/di)
 //! ```
+//! Beside hysteresis, whose path is the same iron, dφ/di is that of both: `1 − c (1 − φ') − c' φ' d(lag)/di`, with c'
+//! its share.
+//!
 //! | symbol | parameter | unit |
 //! |---|---|---|
 //! | a | `saturation_depth`, share of the slope that is lost at high current | 1 |
@@ -117,6 +120,8 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
         let slope = (g * soft.plus(S::constant(2.0)) / q).times(S::constant(0.5) * self.depth).plus(left);
         balance.flux = balance.flux * g.times(self.depth).plus(left);
         balance.flux_slope = balance.flux_slope * slope;
-        balance.inductance = balance.inductance * slope.times(self.linked).plus(S::ONE - self.linked);
+        // What hysteresis has taken of the path is passed on by the chain rule.
+        let beside = balance.base_inductance * (S::ONE - self.linked);
+        balance.inductance = balance.inductance * slope + slope.times(-beside).plus(beside);
     }
 }

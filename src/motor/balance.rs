@@ -48,6 +48,8 @@ pub struct Balance<N: Scalar> {
     pub resistance: N,
     /// Incremental inductance dλ/di, H.
     pub inductance: N,
+    /// L without effects, of which the path of the flux has a share, H.
+    pub base_inductance: N::Base,
     /// Further voltage drop, V.
     pub voltage: N,
     /// Further driving torque, N m.

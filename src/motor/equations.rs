@@ -215,6 +215,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
             supply: at.voltage,
             resistance: N::lift(p.resistance),
             inductance: N::lift(p.inductance),
+            base_inductance: p.inductance,
             voltage: N::ZERO,
             torque: N::ZERO,
             dry_friction: N::lift(p.dry_friction),

@@ -246,7 +246,7 @@ impl<'a> Audit<'a> {
     /// # Errors
     /// An interrupt.
     pub fn held_out_fall(&self, before: &Fit, after: &Fit) -> Result<f64> {
-        Ok(self.held_out(before)?.log_error() - self.held_out(after)?.log_error())
+        Ok(self.held_out(before)?.fall_to(self.held_out(after)?))
     }
 
     /// The errors of a fit on blocks of time held out.

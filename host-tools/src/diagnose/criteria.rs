@@ -12,3 +12,8 @@ pub const SAME_ERROR: f64 = 0.04;
 /// Above this gain (the error divided by e) significance at 1 % suffices, and the checks for collinearity and for a
 /// plausible R and K are skipped; the check for vanishing flux and inertia is not.
 pub const BEYOND_DOUBT: f64 = 1.0;
+/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and
+/// the blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
+pub const SIGNIFICANCE: f64 = 1e-4;
+/// An effect has to beat the best decoy's gain by this factor.
+pub const OVER_DECOYS: f64 = 2.0;

@@ -56,8 +56,9 @@ pub fn held_out(fit: &Fit, groups: &[u8], blocks: &[usize]) -> HeldOut {
     for (row, block) in blocks.iter().enumerate() {
         rows_of[*block].push(row);
     }
-    let moves = |column: &usize| !entries[*column].rests_at_a_limit();
-    let columns: Vec<usize> = (0..entries.len()).filter(moves).collect();
+    // A column beyond the parameters is that of a term which is tried.
+    let moves = |column: &usize| entries.get(*column).is_none_or(|entry| !entry.rests_at_a_limit());
+    let columns: Vec<usize> = (0..fit.jacobian.ncols()).filter(moves).collect();
     let p = columns.len();
     let lengths: Vec<f64> = columns.iter().map(|c| fit.jacobian.column(*c).norm().max(1e-300)).collect();
     let part = |rows: &[usize]| {
@@ -70,8 +71,8 @@ pub fn held_out(fit: &Fit, groups: &[u8], blocks: &[usize]) -> HeldOut {
     let mut whole = normals.iter().fold(DMatrix::zeros(p, p), |sum, n| sum + n);
     for (k, column) in columns.iter().enumerate() {
         // What a single block tells all by itself stays where it is, and a shape keeps its prior.
-        whole[(k, k)] +=
-            SMALLEST_CURVATURE + if entries[*column].is_shape() { PRIOR / lengths[k].powi(2) } else { 0.0 };
+        whole[(k, k)] += SMALLEST_CURVATURE
+            + if entries.get(*column).is_some_and(|entry| entry.is_shape()) { PRIOR / lengths[k].powi(2) } else { 0.0 };
     }
     let mut predicted = fit.residuals.clone();
     for (b, (j, r)) in parts.iter().enumerate() {
@@ -83,7 +84,7 @@ pub fn held_out(fit: &Fit, groups: &[u8], blocks: &[usize]) -> HeldOut {
     }
     let mut rows = vec![[0.0; 2]; count];
     groups.iter().zip(blocks).for_each(|(group, block)| rows[*block][usize::from(*group)] += 1.0);
-    HeldOut { squares: squares_of(&predicted, fit.rms, groups, blocks), rows }
+    HeldOut::new(squares_of(&predicted, fit.rms, groups, blocks), rows)
 }
 
 /// Squared errors of the two groups in each block, of residuals that were divided by `unit`.
@@ -199,9 +200,8 @@ mod tests {
     /// Of ten blocks eight are better: (45 + 10 + 1)/1024. A block that is as it was does not count.
     #[test]
     fn the_sign_test_is_that_of_the_table() {
-        let of = |squares: &[f64]| HeldOut {
-            squares: squares.iter().map(|s| [*s, 0.0]).collect(),
-            rows: vec![[1.0, 0.0]; squares.len()],
+        let of = |squares: &[f64]| {
+            HeldOut::new(squares.iter().map(|s| [*s, 0.0]).collect(), vec![[1.0, 0.0]; squares.len()])
         };
         let before = of(&[1.0; 12]);
         let mut after = [0.5; 12];
@@ -221,7 +221,7 @@ mod tests {
         // Neighbours of opposite sign do not correlate.
         fit.residuals = DVector::from_fn(100, |row, _| [1.0, -1.0][row % 2]);
         let groups = [0; 100];
-        let of = |rms: f64| HeldOut { squares: vec![[100.0 * rms * rms, 0.0]], rows: vec![[100.0, 0.0]] };
+        let of = |rms: f64| HeldOut::new(vec![[100.0 * rms * rms, 0.0]], vec![[100.0, 0.0]]);
         let p = |after: f64, parameters| p_value(&of(1.0), &of(after), &fit, &groups, parameters);
         // Doubled, as the smaller of two; the sign test of one block that gains is ½.
         assert!((p(0.99, 1) - 2.0 * 0.156_3).abs() < 1e-3, "{}", p(0.99, 1));
@@ -231,8 +231,8 @@ mod tests {
         assert_eq!(p(1.01, 1), 1.0, "an error that rises");
         // Of rows that are one value ten times over, five are worth one: 1 + 2 (0.8 + 0.6 + 0.4 + 0.2).
         fit.residuals = DVector::from_fn(1000, |row, _| [1.0, -1.0][row / 10 % 2]);
-        let slow = HeldOut { squares: vec![[1000.0, 0.0]], rows: vec![[1000.0, 0.0]] };
-        let better = HeldOut { squares: vec![[1000.0 * 0.99 * 0.99, 0.0]], rows: vec![[1000.0, 0.0]] };
+        let slow = HeldOut::new(vec![[1000.0, 0.0]], vec![[1000.0, 0.0]]);
+        let better = HeldOut::new(vec![[1000.0 * 0.99 * 0.99, 0.0]], vec![[1000.0, 0.0]]);
         let few = p_value(&slow, &better, &fit, &[0; 1000], 1);
         // 2·200·ln(1/0.99) = 4.020; the table has P(χ² > 3.841) = 0.05.
         assert!((0.085..0.1).contains(&few), "{few}");

@@ -30,6 +30,7 @@ pub fn held_out_refitted(fit: &Fit, problem: &impl Residuals, blocks: &[usize], 
     let anew: Vec<_> = far_off(&held_out.squares, &inside).into_par_iter().map(anew).collect::<Result<_>>()?;
     for (block, squares) in anew {
         held_out.squares[block] = squares;
+        held_out.beyond[block] = [0, 1].map(|g| squares[g] > FAR * inside[block][g]);
     }
     Ok(held_out)
 }

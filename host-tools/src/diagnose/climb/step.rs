@@ -7,7 +7,9 @@ use greyrig::motor::BaseParameter;
 use rayon::prelude::*;
 
 use super::Climb;
-use crate::diagnose::criteria::{BEYOND_DOUBT, LEAST_INDEPENDENT, SAME_ERROR, SMALLEST_GAIN};
+use crate::diagnose::criteria::{
+    BEYOND_DOUBT, LEAST_INDEPENDENT, OVER_DECOYS, SAME_ERROR, SIGNIFICANCE, SMALLEST_GAIN,
+};
 use crate::diagnose::decoys;
 use crate::diagnose::ladder::{Objection, Step, Tried};
 use crate::diagnose::screening::Promise;
@@ -27,13 +29,8 @@ const WORTH_FITTING: f64 = 0.03;
 const WORTH_TRYING: f64 = 0.5;
 /// Candidates that are fitted at first, to be shown, however little they promise.
 pub(super) const SHOWN: usize = 2;
-/// Largest p-value, over the number of candidates tried. Strict, because turbulence of the load is not quite white and
-/// the blocks are not quite alike: at 1 % one healthy motor in twenty would be accused.
-const SIGNIFICANCE: f64 = 1e-4;
 /// Above [`BEYOND_DOUBT`] the usual level will do: independent rows are few then, because one structure fills them all.
 const CONVENTIONAL: f64 = 0.01;
-/// An effect has to beat the best decoy's gain by this factor.
-const OVER_DECOYS: f64 = 2.0;
 /// R and K that an effect changes by more than this factor are no longer those of the same motor.
 const LARGEST_SHIFT: f64 = 3.0;
 /// A motor whose flux and inertia both fall by more than this factor is none, however much the error falls: a flux and
@@ -80,7 +77,7 @@ impl Climb<'_> {
         let fits = self.fits(fit, &worthy, smallest)?;
         let judge = |(promise, refined): (&Promise, Fit)| {
             let held_out = self.held_out(&refined)?;
-            let gain = before.log_error() - held_out.log_error();
+            let gain = before.fall_to(held_out);
             let parameters = refined.space.free().count() - fit.space.free().count();
             let single = p_value(before, held_out, &refined, self.problem.groups(), parameters);
             let p_value = (single * self.candidates.len() as f64).min(1.0);

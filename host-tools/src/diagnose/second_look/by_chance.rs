@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     fn held_out(currents: &[f64]) -> HeldOut {
-        HeldOut { squares: currents.iter().map(|s| [*s, 0.0]).collect(), rows: vec![[1.0, 0.0]; currents.len()] }
+        HeldOut::new(currents.iter().map(|s| [*s, 0.0]).collect(), vec![[1.0, 0.0]; currents.len()])
     }
 
     #[test]

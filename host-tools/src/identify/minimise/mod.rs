@@ -460,7 +460,7 @@ mod tests {
         let asked = AtomicUsize::new(0);
         let by = |_: &Fit| {
             asked.fetch_add(1, Ordering::Relaxed);
-            Ok(HeldOut { squares: vec![[4.0, 9.0]], rows: vec![[1.0; 2]] })
+            Ok(HeldOut::new(vec![[4.0, 9.0]], vec![[1.0; 2]]))
         };
         assert!(matches!(fit.held_out(|_| Err(Error::Interrupted)), Err(Error::Interrupted)), "it is not known then");
         assert_eq!(fit.held_out(by).unwrap().rms(), [2.0, 3.0]);
