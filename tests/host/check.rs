@@ -141,6 +141,30 @@ fn swapped_and_dead_channels_are_found() {
 }
 
 #[test]
+fn a_coast_down_from_full_speed_is_no_dead_sensor() {
+    // A magnet motor that is at full speed within 50 ms, and has its supply opened after 2.4 s of 8 s.
+    let (rate, mut random) = (10_000, Random(3));
+    let (r, l, k, j, dry, viscous) = (0.6, 6e-4, 0.06, 8e-5, 0.02, 2e-5);
+    let (mut i, mut w) = (0.0f64, 0.0f64);
+    let (mut channels, mut open) = ([const { Vec::new() }; 3], Vec::new());
+    for n in 0..8 * rate {
+        let is_open = n >= 24 * rate / 10;
+        let u = if is_open { k * w } else { 24.0 };
+        let noise = [0.02, 0.05, 0.2].map(|size| size * random.gaussian());
+        channels.iter_mut().zip([u, i, w]).zip(noise).for_each(|((channel, x), noise)| channel.push(x + noise));
+        open.push(is_open);
+        let torque = k * i - viscous * w - dry;
+        w = (w + torque / j / f64::from(rate)).max(0.0);
+        i = if is_open { 0.0 } else { i + (u - r * i - k * w) / l / f64::from(rate) };
+    }
+    let [u, i, w] = channels;
+    let builder = Recording::builder(1.0 / f64::from(rate)).supply_open(open);
+    let builder = builder.channel(Channel::Voltage, u).channel(Channel::Current, i).channel(Channel::Speed, w);
+    let findings = check(&[builder.build().unwrap()], Some(Kind::PmDc));
+    assert_eq!(stop(&findings), None, "{findings:?}");
+}
+
+#[test]
 fn units_and_the_kind_of_motor_are_doubted() {
     found("deg/s", Code::ScaleSuspect, Some(Channel::Speed), |s, _| Some(times(&s.recording, Channel::Speed, 57.296)));
     found("mV", Code::ScaleSuspect, Some(Channel::Voltage), |s, _| Some(times(&s.recording, Channel::Voltage, 1e3)));

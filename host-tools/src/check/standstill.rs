@@ -33,14 +33,16 @@ const STEADY: f64 = 1e-3;
 /// What to look for.
 pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFinding>) {
     let windows = balance::windows(s, WINDOW_S);
+    // What rests does so with the supply open, too.
+    let all = Means { windows: balance::windows_of_all(s, WINDOW_S), length: s.window(WINDOW_S) };
     let usable = |c: Channel| s.usable(c).filter(|x| !x.is_empty());
     let (voltage, current) = (usable(Channel::Voltage), usable(Channel::Current));
     let speed = s.speed.as_ref().map(|w| (0..w.len()).filter(|n| s.is_valid(*n)).map(|n| w[n]).collect::<Vec<_>>());
     let locked = s.always(Signals::is_locked);
     let open = s.always(Signals::is_open);
-    let rests = |x: &Option<Vec<f64>>, of: fn(&Window) -> f64| x.as_ref().is_some_and(|x| at_rest(x, &windows, of));
+    let rests = |x: &Option<Vec<f64>>, of: fn(&Window) -> f64| x.as_ref().is_some_and(|x| all.rest(x, of));
     let still = !locked && rests(&speed, |x| x.w);
-    let dry = !open && current.as_ref().is_some_and(|i| no_current(s, i, &windows));
+    let dry = !open && current.as_ref().is_some_and(|i| no_current(s, i, &all));
     let moves = speed.is_some() && !rests(&speed, |x| x.w) && !locked;
 
     if still {
@@ -78,7 +80,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         found.push(s.finding(code, Severity::Stop, text).on(Channel::Current));
     }
     if let Some(u) = &voltage
-        && (signals::largest(u) == 0.0 || (is_white(u) && at_rest(u, &windows, |x| x.u)))
+        && (signals::largest(u) == 0.0 || (is_white(u) && all.rest(u, |x| x.u)))
         && !open
         && (moves || current.as_ref().is_some_and(|i| signals::largest(i) > 0.0))
         && !(kind == Kind::PmDc && braked(&windows))
@@ -122,29 +124,36 @@ fn braked(windows: &[Window]) -> bool {
     windows.iter().map(|x| x.iw).sum::<f64>() <= 0.0
 }
 
-/// Whether a channel holds nothing but noise about zero, or one value.
-fn at_rest(samples: &[f64], windows: &[Window], of: fn(&Window) -> f64) -> bool {
-    let (low, high) = signals::extremes(samples);
-    if low == high {
-        return true;
+/// Means over windows, whatever the supply does.
+struct Means {
+    windows: Vec<Window>,
+    /// Samples of a window.
+    length: usize,
+}
+
+impl Means {
+    /// Whether a channel holds nothing but noise about zero, or one value.
+    fn rest(&self, samples: &[f64], of: fn(&Window) -> f64) -> bool {
+        let (low, high) = signals::extremes(samples);
+        if low == high {
+            return true;
+        }
+        let spread = variance(samples.iter().copied());
+        let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+        // A channel that is never more than its own noise away from zero.
+        self.windows.len() >= 4
+            && mean * mean < 4.0 * spread
+            && variance(self.windows.iter().map(of)) < SLOW * WHITE / self.length as f64 * spread
     }
-    let spread = variance(samples.iter().copied());
-    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-    let length = windows.get(1).map_or(0, |w| w.at - windows[0].at) * 2;
-    // A channel that is never more than its own noise away from zero.
-    length > 0
-        && windows.len() >= 4
-        && mean * mean < 4.0 * spread
-        && variance(windows.iter().map(of)) < SLOW * WHITE / length as f64 * spread
 }
 
 /// Whether a current holds nothing but white noise about one value.
-fn no_current(s: &Signals<'_>, samples: &[f64], windows: &[Window]) -> bool {
+fn no_current(s: &Signals<'_>, samples: &[f64], all: &Means) -> bool {
     let (low, high) = signals::extremes(samples);
     if low == high {
         return true;
     }
-    if !(is_white(samples) && at_rest(samples, windows, |x| x.i)) {
+    if !(is_white(samples) && all.rest(samples, |x| x.i)) {
         return false;
     }
     let at = |signal: Option<&[f64]>, n: usize| signal.map_or(0.0, |x| x[n]);
