@@ -14,6 +14,10 @@ from one sample to the next. Classical Runge-Kutta at 100 kHz:
 
 One effect of moderate size a case, two in some, none in some. Columns of the table: motor, truth, excitation, verdict. --noise 0 is a
 recording without any noise, --noise 5 one with five times the usual.
+
+--foreign draws what the catalogue lacks: a parameter that is another one from some time on, a contact drop that grows with the
+speed, a load that goes with the angle, samples that are lost unseen, a clock of the speed of its own. There nothing may be named,
+and "none" is wrong where the model is far off.
 """
 
 import argparse
@@ -37,10 +41,13 @@ NAMES = [
     "demagnetisation", "nominal",  # share of the flux lost at the nominal speed, rad/s
     "stribeck", "stribeck_speed", "exponent", "exponent_speed",
     "iron", "warm", "warm_time", "heat", "heat_time", "dead_zone", "asymmetry", "torque",
+    "change", "other_R", "other_K", "other_J", "other_mu0",  # share of the time; factors from then on
+    "brush_speed", "cam",  # the drop's growth at the nominal speed; N m, three times a turn
 ]
 AT = {name: k for k, name in enumerate(NAMES)}
 (R, L, K, J, MU0, MU1, MU2, UNIVERSAL, KNEE, SHARPNESS, LAW, IND_KNEE, IND_LOST, LAG_I, EDDY, LINKED, REMANENCE, BRUSH, BRUSH_WIDTH,
- DEMAG, NOMINAL, STRIBECK, STRIBECK_W, EXPONENT, EXPONENT_W, IRON, WARM, WARM_S, HEAT, HEAT_S, DEAD, ASYMMETRY, TORQUE) = range(len(NAMES))
+ DEMAG, NOMINAL, STRIBECK, STRIBECK_W, EXPONENT, EXPONENT_W, IRON, WARM, WARM_S, HEAT, HEAT_S, DEAD, ASYMMETRY, TORQUE,
+ CHANGE, OTHER_R, OTHER_K, OTHER_J, OTHER_MU0, BRUSH_SPEED, CAM) = range(len(NAMES))
 
 MOTORS = {
     "vacuum": dict(R=2.9, L=0.026, K=0.0115, J=2.6e-4, mu0=0.02, mu1=1.2e-5, mu2=3.5e-8, universal=1),
@@ -83,6 +90,7 @@ def slopes(t, y, u, locked, is_open, p, out):
     if p[DEAD] > 0:
         u = u - p[DEAD] if u > p[DEAD] else (u + p[DEAD] if u < -p[DEAD] else 0.0)
     drop = p[BRUSH] * np.tanh(i / p[BRUSH_WIDTH]) if p[BRUSH] > 0 else 0.0
+    drop *= 1 + p[BRUSH_SPEED] * abs(w) / p[NOMINAL]
     share = 1 - p[DEMAG] * abs(w) / p[NOMINAL]
     base = wide if p[LAG_I] > 0 else still
     phi = (late if p[EDDY] > 0 else base) if series else 1.0
@@ -122,7 +130,11 @@ def run(samples, steps, h, supply, is_open, locked, p, gusts):
     y, k1, k2, k3, k4 = np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5), np.zeros(5)
     voltage, current, speed = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     p, load, t = p.copy(), p[MU2], 0.0
+    steady, angle, changed = p[TORQUE], 0.0, False
     for n in range(samples):
+        if p[CHANGE] > 0 and not changed and n > p[CHANGE] * samples:
+            p[R], p[K], p[J], p[MU0] = p[R] * p[OTHER_R], p[K] * p[OTHER_K], p[J] * p[OTHER_J], p[MU0] * p[OTHER_MU0]
+            changed = True
         if is_open[n]:
             y[0] = 0.0
         voltage[n], current[n], speed[n] = supply[n * steps], y[0], y[1]
@@ -132,6 +144,7 @@ def run(samples, steps, h, supply, is_open, locked, p, gusts):
         for q in range(steps):
             a, b = supply[n * steps + q], supply[n * steps + q + 1]
             before = y[1]
+            p[TORQUE] = steady + p[CAM] * np.sin(3 * angle)
             slopes(t, y, a, locked, is_open[n], p, k1)
             slopes(t + h / 2, y + h / 2 * k1, (a + b) / 2, locked, is_open[n], p, k2)
             slopes(t + h / 2, y + h / 2 * k2, (a + b) / 2, locked, is_open[n], p, k3)
@@ -140,6 +153,7 @@ def run(samples, steps, h, supply, is_open, locked, p, gusts):
             if before * y[1] < 0:
                 y[1] = 0.0
             t += h
+            angle += h * y[1]
     return voltage, current, speed
 
 
@@ -168,7 +182,8 @@ def record(path, motor, kind, rate, seed, effect, chain, noise):
     """Writes a recording. The motor and its effect are those of the seed, the noise that of the kind, too."""
     random = np.random.default_rng(seed)
     p = np.zeros(len(NAMES))
-    usual = dict(sharpness=2, brush_width=0.3, nominal=1e9, stribeck_speed=100, exponent=2, exponent_speed=1, warm_time=4, heat_time=15)
+    usual = dict(sharpness=2, brush_width=0.3, nominal=1e9, stribeck_speed=100, exponent=2, exponent_speed=1, warm_time=4, heat_time=15,
+                 other_R=1, other_K=1, other_J=1, other_mu0=1)
     for name, value in {**usual, **MOTORS[motor]}.items():
         p[AT[name]] = value
     p[R:UNIVERSAL] *= np.exp(0.1 * random.standard_normal(UNIVERSAL))
@@ -187,6 +202,8 @@ def record(path, motor, kind, rate, seed, effect, chain, noise):
     u, i, w = run(samples, steps, 1 / STEPS_HZ, supply, is_open, kind == "locked", p, gusts)
     if "delay" in chain:
         i = np.interp(np.arange(samples) - chain["delay"] * rate, np.arange(samples), i)
+    if "clock" in chain:
+        w = np.interp(np.arange(samples) * (1 + chain["clock"]), np.arange(samples), w)
     if "lag" in chain:
         kept = np.exp(-1 / (chain["lag"] * rate))
         w = lfilter([1 - kept], [1, -kept], w)
@@ -201,6 +218,11 @@ def record(path, motor, kind, rate, seed, effect, chain, noise):
     if noise > 0:  # a converter of twelve bits
         coded = lambda x, full: np.round(x / (2 * full / 4096)) * (2 * full / 4096)
         i, u = coded(i, 1.6 * largest), coded(u, 1.3 * peak)
+    if "lost" in chain:  # rows that the logger has dropped, while its time goes on
+        at, count = int(chain["lost"][0] * samples), int(chain["lost"][1] * rate)
+        kept = np.r_[0:at, at + count : samples]
+        u, i, w, is_open = u[kept], i[kept], w[kept], is_open[kept]
+        samples -= count
     columns, header = [np.arange(samples) / rate, u, i, w], "t_s,u_v,i_a,omega_rad_s"
     if is_open.any():
         columns.append(is_open.astype(float))
@@ -254,10 +276,32 @@ def effects(motor, random):
     }
 
 
+def foreign(motor, random):
+    """The same of what the catalogue lacks."""
+    _, _, peak, top = SUPPLY[motor]
+    m = MOTORS[motor]
+    torque = m["K"] * (peak * peak / 2 if m["universal"] else peak)
+    drop = dict(brush=m["R"] * peak * 0.12, brush_width=0.03 * peak)
+    when = lambda: float(random.uniform(0.35, 0.65))
+    factor = lambda size: float(1 + random.choice([-1, 1]) * random.uniform(0.7, 1.3) * size)
+    return {
+        "another J": (dict(change=when(), other_J=factor(0.3)), {}),
+        "another R": (dict(change=when(), other_R=factor(0.15)), {}),
+        "another K": (dict(change=when(), other_K=factor(0.05)), {}),
+        "another mu0": (dict(change=when(), other_mu0=factor(0.6)), {}),
+        "drop with speed": (drop | dict(brush_speed=float(random.uniform(1, 3)), nominal=top), {}),
+        "cam": (dict(cam=torque * float(random.uniform(0.05, 0.15))), {}),
+        "lost samples": ({}, dict(lost=(when(), float(random.uniform(0.004, 0.02))))),
+        "clock of the speed": ({}, dict(clock=float(random.choice([-1, 1]) * random.uniform(2e-4, 1e-3)))),
+    }
+
+
 def judge(case):
     greyrig, motor, truth, kinds, rate, seed, effect, chain, noise, folder = case
     names = []
-    for kind in kinds:
+    for place, kind in enumerate(kinds):
+        # What has changed in the first recording stays so.
+        effect = effect | (dict(change=1e-9) if place > 0 and "change" in effect else {})
         path = folder / f"{seed}-{kind}.csv"
         record(path, motor, kind, rate, seed, effect, chain, noise)
         names.append(str(path))
@@ -266,9 +310,18 @@ def judge(case):
     for name in names:
         Path(name).unlink()
     if done.returncode != 0:
-        return case, "error", [], done.stderr.strip().splitlines()[-1:]
+        return case, "error", [], done.stderr.strip().splitlines()[-1:], None
     answer = json.loads(done.stdout)
-    return case, answer["verdict"]["kind"], answer["verdict"]["effects"], answer["classes"]
+    return case, answer["verdict"]["kind"], answer["verdict"]["effects"], answer["classes"], told(answer)
+
+
+def told(answer):
+    """What is told beside a verdict, and how far off the model is: its errors over the noise floor."""
+    floor = (answer["noise_floor"] or {}).values()
+    over = [a / b for a, b in zip(answer["esr_after"].values(), floor) if a and b]
+    besides = [answer["remaining"]["cause"]] if answer["remaining"] else []
+    besides += [f["code"] for f in answer["data_findings"] if f["severity"] != "info"]
+    return f"{max(over, default=0):.1f} times the floor {' '.join(besides)}"
 
 
 def main():
@@ -277,6 +330,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="what is drawn")
     parser.add_argument("--rounds", type=int, default=1, help="cases of each motor and effect")
     parser.add_argument("--noise", type=float, default=1.0, help="factor on the noise")
+    parser.add_argument("--foreign", action="store_true", help="what the catalogue lacks")
     parser.add_argument("--jobs", type=int, default=2, help="cases at a time")
     args = parser.parse_args()
     random = np.random.default_rng(args.seed)
@@ -285,14 +339,26 @@ def main():
         cases = []
         for _ in range(args.rounds):
             for motor in MOTORS:
-                for truth, (effect, chain) in effects(motor, random).items():
+                for truth, (effect, chain) in (foreign if args.foreign else effects)(motor, random).items():
                     sets = SETS[MOTORS[motor]["universal"]]
                     kinds, rate = sets[random.integers(len(sets))], int(random.choice([10000, 10000, 5000, 20000]))
                     seed = int(random.integers(1, 10**6))
                     cases.append((args.greyrig, motor, truth, kinds, rate, seed, effect, chain, args.noise, Path(folder)))
-        for case, kind, named, classes in pool.map(judge, cases):
+        for case, kind, named, classes, besides in pool.map(judge, cases):
             _, motor, truth, kinds, rate, *_ = case
             wanted = set(truth.split())
+            if args.foreign:
+                kinds_told = {"missing_effect": "a wrong name", "ambiguous": "a wrong name", "none": "nothing named",
+                              "outside_catalogue": "outside the catalogue", "insufficient_data": "insufficient", "error": "error"}
+                figure = kinds_told[kind]
+                # The law that it has, and that it has another form; a torque that goes with the angle, a few times a turn.
+                if truth == "drop with speed" and named == ["brush_drop"] and "form_of_law" in besides:
+                    figure = "right"
+                if truth == "cam" and kind == "missing_effect" and set(named) <= {"torque_ripple", "imbalance"}:
+                    figure = "right"
+                figures[figure] = figures.get(figure, 0) + 1
+                print(f"{motor}, {truth}, {'+'.join(kinds)} at {rate} Hz: {figure} {' '.join(named)}; {besides}", flush=True)
+                continue
             members = [set(next((c for c in classes if n in c), [n])) for n in named] if kind != "error" else []
             covered = all(any(t in m for m in members) for t in wanted)
             if kind == "error":
