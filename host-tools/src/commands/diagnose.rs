@@ -176,7 +176,7 @@ fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<
         });
         let answer = json!({
             "esr_before": PerSignal::default(), "esr_after": PerSignal::default(), "noise_floor": null, "where": null,
-            "verdict": verdict, "classes": [], "candidates": [], "screening": [], "lead": null, "shape": null,
+            "verdict": verdict, "remaining": null, "classes": [], "candidates": [], "screening": [], "lead": null, "shape": null,
             "decoy_gain": null, "dithered": [], "data_findings": findings,
         });
         stdout::print_json("diagnose", &args.input.names(), answer)?;

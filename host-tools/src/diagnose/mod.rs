@@ -20,6 +20,7 @@ pub mod candidates;
 pub mod classes;
 pub mod climb;
 pub mod completeness;
+pub mod constancy;
 pub mod criteria;
 pub mod decoys;
 pub mod dither;
@@ -57,7 +58,7 @@ use samples::Finding;
 use second_look::SecondLook;
 use shape::Shape;
 use sizes::sizes;
-use verdict::Strained;
+use verdict::{Remaining, Strained};
 
 pub use verdict::{Verdict, VerdictKind};
 
@@ -206,7 +207,24 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         None => errors,
     };
     let seen = if alone { &lines } else { &findings };
-    let mut verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
+    let instead = if findings.is_empty() { climb.changes_instead(&base, &ladder)? } else { None };
+    let (varies, mut verdict) = match instead {
+        Some(change) => (Some(change), Verdict::changed(Vec::new())),
+        None => {
+            let varies = climb.varies(&left, &ladder);
+            let verdict = verdict::judge(&ladder, seen, &lead, varies.as_ref(), strained.as_ref(), sizes, holds);
+            (varies, verdict)
+        }
+    };
+    let stands = matches!(verdict.kind, VerdictKind::MissingEffect | VerdictKind::Ambiguous);
+    let over = ladder.free_run.filter(|_| stands && ladder.leaves_more_than_healthy()).map(|(_, over)| over);
+    verdict.remaining = match verdict.kind {
+        VerdictKind::InsufficientData => None,
+        kind => Remaining::beside(kind, varies.as_ref(), over.as_ref(), wandering),
+    };
+    if let Some(remaining) = &verdict.remaining {
+        verdict.text += &format!("\n{}", remaining.text);
+    }
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
     }
@@ -214,7 +232,9 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         remarks::standstill(verdict.kind, holds),
         remarks::held_voltage(&ladder.fit.space, &ladder.found, &full),
         remarks::flux(space, &ladder.found, &full),
-        wandering.and_then(|wandering| remarks::wandering(verdict.kind, wandering)),
+        wandering
+            .filter(|_| verdict.kind == VerdictKind::OutsideCatalogue)
+            .and_then(|wandering| remarks::wandering(verdict.kind, wandering)),
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));

@@ -14,6 +14,8 @@ use rayon::prelude::*;
 use super::Ranked;
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
+use super::constancy::{self, Variation};
+use super::criteria::SMALLEST_GAIN;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::screening::{self, Loops, Pair, Promise};
@@ -328,6 +330,25 @@ impl<'a> Climb<'a> {
         lead::find(fit, &self.problem, &self.blocks)
     }
 
+    /// A parameter that varies in what a fit leaves over; a decoy gains what it did in the last step.
+    pub fn varies(&self, fit: &Fit, ladder: &Ladder) -> Option<Variation> {
+        let decoy_gain = ladder.steps.last().map_or(0.0, |step| step.decoy_gain);
+        let whole = self.is_of_whole_motor();
+        whole.then(|| constancy::find(fit, &self.problem, &self.blocks, &ladder.floor, decoy_gain)).flatten()
+    }
+
+    /// A change in time of the model as it was, with which it comes closer on data held out than by all that was found:
+    /// the effects are surrogates for it then.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn changes_instead(&self, base: &Fit, ladder: &Ladder) -> Result<Option<Variation>> {
+        let change = self.varies(base, ladder).filter(|varies| varies.of_law().is_none());
+        let Some(change) = change.filter(|_| !ladder.found.is_empty()) else { return Ok(None) };
+        let found = self.held_out(&ladder.fit)?.log_error();
+        Ok((change.log_error + SMALLEST_GAIN < found).then_some(change))
+    }
+
     /// The shape of what a fit leaves over, in the balance that lacks more.
     pub fn shape(&self, fit: &Fit, floor: &Floor) -> Option<Shape> {
         let left = Completeness::of(fit, floor);
@@ -362,7 +383,7 @@ impl<'a> Climb<'a> {
     /// # Errors
     /// An interrupt.
     pub fn gain(&self, before: &Fit, fit: &Fit) -> Result<f64> {
-        Ok(self.held_out(before)?.log_error() - self.held_out(fit)?.log_error())
+        Ok(self.held_out(before)?.fall_to(self.held_out(fit)?))
     }
 
     fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {

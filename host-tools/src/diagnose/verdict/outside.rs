@@ -57,5 +57,6 @@ fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -
         sizes,
         text: text.join("\n"),
         next_experiment: Some(holds.each_part_alone()),
+        remaining: None,
     }
 }

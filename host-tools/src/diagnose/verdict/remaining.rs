@@ -1,0 +1,93 @@
+//! What is left though the verdict stands.
+
+use greyrig::effects::EffectId;
+use serde::Serialize;
+
+use super::VerdictKind;
+use super::words::left_over;
+use crate::diagnose::completeness::Completeness;
+use crate::diagnose::constancy::{Border, Variation, With};
+use crate::diagnose::remarks::{self, Wandering};
+use crate::numbers::figure;
+
+/// What the rest comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// A law that is named, of another form.
+    FormOfLaw,
+    /// A load that fluctuates, or what acts like one.
+    Load,
+    /// A parameter that changes in time.
+    SlowChange,
+    /// Not known.
+    Unknown,
+}
+
+/// What is left.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Remaining {
+    /// What it comes from.
+    pub cause: Cause,
+    /// The effect whose law it is.
+    pub effect: Option<EffectId>,
+    /// How many times the error is what it would be without that.
+    pub times_floor: f64,
+    /// In words.
+    pub text: String,
+}
+
+impl Remaining {
+    /// Of a verdict: a parameter that varies in the balances, what exceeds that of any healthy motor in the free run,
+    /// or a speed that wanders.
+    pub fn beside(
+        verdict: VerdictKind,
+        varies: Option<&Variation>,
+        over: Option<&Completeness>,
+        wandering: Option<Wandering>,
+    ) -> Option<Self> {
+        if let Some(varies) = varies {
+            let effect = varies.of_law();
+            let cause = if effect.is_some() { Cause::FormOfLaw } else { Cause::SlowChange };
+            // The balances' error on data held out, in what it is with that.
+            let times_floor = (0.5 * varies.gain).exp();
+            return Some(Self { cause, effect, times_floor, text: in_words(varies) });
+        }
+        if let Some(over) = over {
+            let times_floor = over.electrical.max(over.mechanical);
+            return Some(Self { cause: Cause::Unknown, effect: None, times_floor, text: left_over(over) });
+        }
+        let wandering = wandering.filter(|_| verdict == VerdictKind::None)?;
+        let text = remarks::wandering(verdict, wandering)?;
+        Some(Self { cause: Cause::Load, effect: None, times_floor: wandering.times, text })
+    }
+}
+
+/// A parameter that varies, in words.
+fn in_words(varies: &Variation) -> String {
+    let Variation { name, with, values: [before, after], gain, .. } = varies;
+    let [before, after] = [*before, *after].map(|value| figure(value, 3));
+    let ratio = varies.values[1] / varies.values[0];
+    let falls = format!("with that the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp()));
+    match with {
+        With::Time(Border { recording, at_s, within_s, .. }) => {
+            // A friction may pass zero, of which there is no multiple.
+            let times =
+                if ratio > 0.1 && ratio < 10.0 { format!(", by × {}", figure(ratio, 3)) } else { String::new() };
+            let number = if *recording == 0 { String::new() } else { format!(" of recording {}", recording + 1) };
+            format!(
+                "{name} changes at about {} s{number}, within {} s, from {before} to {after}{times}: {falls}. It is not the motor                  that it was: the load, a contact or what drives it has changed, or something warms up",
+                figure(*at_s, 3),
+                figure(*within_s, 2),
+            )
+        }
+        With::Current(largest) => format!(
+            "what is left is the form of a law: {name} goes with the current, {before} at none and {after} at {} A; {falls}",
+            figure(*largest, 3)
+        ),
+        With::Speed(largest) => format!(
+            "what is left is the form of a law: {name} goes with the speed, {before} at rest and {after} at {} rad/s; {falls}",
+            figure(*largest, 3)
+        ),
+    }
+}
