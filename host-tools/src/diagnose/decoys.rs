@@ -135,8 +135,8 @@ mod tests {
         };
         // Of either sign and any size; the curvature that keeps parameters in place is a millionth.
         assert!(error(&(sine(3.0) * -7.0)) < 1e-4);
-        // One that is orthogonal to the residuals takes nothing. Least squares of a constant and that sine (numpy.linalg),
-        // each block left out, predict it with 0.834 188.
+        // One that is orthogonal to the residuals takes nothing. Least squares of a constant and that sine
+        // (numpy.linalg), each block left out, predict it with 0.834 188.
         let unrelated = error(&sine(5.0));
         assert!((unrelated - 0.834_188).abs() < 1e-5, "{unrelated}");
     }
