@@ -109,7 +109,8 @@ pub fn find(
         let (values, ones) = (sum(&|i, w, _| term(i, w)), sum(&|_, _, _| 1.0));
         values.zip_map(&ones, |value, one| if one == 0.0 { 0.0 } else { (value / one).abs() })
     };
-    let rows = Rows { times: problem.times(), blocks, current: mean(|i, _| i.abs()), speed: mean(|_, w| w.abs()) };
+    let (current, speed) = (mean(|i, _| i.abs()), mean(|_, w| w.abs()));
+    let rows = Rows { times: problem.times(), blocks, current, speed };
     rows.find(fit, problem.groups(), floor, decoy_gain)
 }
 

@@ -218,9 +218,15 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     };
     let stands = matches!(verdict.kind, VerdictKind::MissingEffect | VerdictKind::Ambiguous);
     let over = ladder.free_run.filter(|_| stands && ladder.leaves_more_than_healthy()).map(|(_, over)| over);
+    let motion = recordings[0].motion();
     verdict.remaining = match verdict.kind {
         VerdictKind::InsufficientData => None,
-        kind => Remaining::beside(kind, varies.as_ref(), over.as_ref(), wandering),
+        kind => Remaining::beside(
+            kind,
+            varies.as_ref().map(|v| (v, v.key.unit(settings.kind, motion))),
+            over.as_ref(),
+            wandering,
+        ),
     };
     if let Some(remaining) = &verdict.remaining {
         verdict.text += &format!("\n{}", remaining.text);
@@ -238,7 +244,10 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));
-    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
+    // A change in time has no shape over current and speed.
+    let in_time = varies.as_ref().is_some_and(|varies| varies.of_law().is_none());
+    let is_outside = verdict.kind == VerdictKind::OutsideCatalogue && !in_time;
+    let shape = is_outside.then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
     ctx.check()?;

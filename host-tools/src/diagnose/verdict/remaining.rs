@@ -38,20 +38,20 @@ pub struct Remaining {
 }
 
 impl Remaining {
-    /// Of a verdict: a parameter that varies in the balances, what exceeds that of any healthy motor in the free run,
-    /// or a speed that wanders.
+    /// Of a verdict: a parameter that varies in the balances, with its unit, what exceeds that of any healthy motor in
+    /// the free run, or a speed that wanders.
     pub fn beside(
         verdict: VerdictKind,
-        varies: Option<&Variation>,
+        varies: Option<(&Variation, &str)>,
         over: Option<&Completeness>,
         wandering: Option<Wandering>,
     ) -> Option<Self> {
-        if let Some(varies) = varies {
+        if let Some((varies, unit)) = varies {
             let effect = varies.of_law();
             let cause = if effect.is_some() { Cause::FormOfLaw } else { Cause::SlowChange };
             // The balances' error on data held out, in what it is with that.
             let times_floor = (0.5 * varies.gain).exp();
-            return Some(Self { cause, effect, times_floor, text: in_words(varies) });
+            return Some(Self { cause, effect, times_floor, text: in_words(varies, unit) });
         }
         if let Some(over) = over {
             let times_floor = over.electrical.max(over.mechanical);
@@ -64,10 +64,13 @@ impl Remaining {
 }
 
 /// A parameter that varies, in words.
-fn in_words(varies: &Variation) -> String {
+fn in_words(varies: &Variation, unit: &str) -> String {
     let Variation { name, with, values: [before, after], gain, .. } = varies;
-    let [before, after] = [*before, *after].map(|value| figure(value, 3));
-    let ratio = varies.values[1] / varies.values[0];
+    let ratio = after / before;
+    let [before, after] = [*before, *after].map(|value| match unit {
+        "1" => figure(value, 3),
+        unit => format!("{} {unit}", figure(value, 3)),
+    });
     let falls = format!("with that the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp()));
     match with {
         With::Time(Border { recording, at_s, within_s, .. }) => {
@@ -75,11 +78,8 @@ fn in_words(varies: &Variation) -> String {
             let times =
                 if ratio > 0.1 && ratio < 10.0 { format!(", by × {}", figure(ratio, 3)) } else { String::new() };
             let number = if *recording == 0 { String::new() } else { format!(" of recording {}", recording + 1) };
-            format!(
-                "{name} changes at about {} s{number}, within {} s, from {before} to {after}{times}: {falls}. It is not the motor                  that it was: the load, a contact or what drives it has changed, or something warms up",
-                figure(*at_s, 3),
-                figure(*within_s, 2),
-            )
+            let when = format!("{} s{number}, within {} s", figure(*at_s, 3), figure(*within_s, 2));
+            format!("{name} changes at about {when}, from {before} to {after}{times}: {falls}")
         }
         With::Current(largest) => format!(
             "what is left is the form of a law: {name} goes with the current, {before} at none and {after} at {} A; {falls}",
