@@ -74,10 +74,6 @@ pub struct Variation {
     pub values: [f64; 2],
     /// Fall of the error on data held out, sum of the logarithms of both balances.
     pub gain: f64,
-    /// The logarithm of the error on data held out, with it.
-    pub log_error: f64,
-    /// Whether nearly nothing is left with it.
-    pub explains: bool,
 }
 
 impl Variation {
@@ -161,15 +157,7 @@ impl Rows<'_> {
         let slope = entry.slope(fit.space.coordinates()[place]);
         let first = entry.value - slope * solved[place];
         let values = [first, first - slope * solved[entries.len()]];
-        Some(Variation {
-            key: entry.key,
-            name: entry.name.clone(),
-            with,
-            values,
-            gain,
-            log_error: after.log_error(),
-            explains: left.explains(&was),
-        })
+        Some(Variation { key: entry.key, name: entry.name.clone(), with, values, gain })
     }
 
     /// The column of a parameter that varies.

@@ -207,15 +207,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         None => errors,
     };
     let seen = if alone { &lines } else { &findings };
-    let instead = if findings.is_empty() { climb.changes_instead(&base, &ladder)? } else { None };
-    let (varies, mut verdict) = match instead {
-        Some(change) => (Some(change), Verdict::changed(Vec::new())),
-        None => {
-            let varies = climb.varies(&left, &ladder);
-            let verdict = verdict::judge(&ladder, seen, &lead, varies.as_ref(), strained.as_ref(), sizes, holds);
-            (varies, verdict)
-        }
-    };
+    let varies = climb.varies(&left, &ladder);
+    let mut verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
     let stands = matches!(verdict.kind, VerdictKind::MissingEffect | VerdictKind::Ambiguous);
     let over = ladder.free_run.filter(|_| stands && ladder.leaves_more_than_healthy()).map(|(_, over)| over);
     let motion = recordings[0].motion();
@@ -244,10 +237,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));
-    // A change in time has no shape over current and speed.
-    let in_time = varies.as_ref().is_some_and(|varies| varies.of_law().is_none());
-    let is_outside = verdict.kind == VerdictKind::OutsideCatalogue && !in_time;
-    let shape = is_outside.then(|| climb.shape(&left, &ladder.floor)).flatten();
+    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
     let [esr_before, esr_after] = esr;
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
     ctx.check()?;

@@ -15,7 +15,6 @@ use super::Ranked;
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
 use super::constancy::{self, Variation};
-use super::criteria::SMALLEST_GAIN;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::screening::{self, Loops, Pair, Promise};
@@ -335,18 +334,6 @@ impl<'a> Climb<'a> {
         let decoy_gain = ladder.steps.last().map_or(0.0, |step| step.decoy_gain);
         let whole = self.is_of_whole_motor();
         whole.then(|| constancy::find(fit, &self.problem, &self.blocks, &ladder.floor, decoy_gain)).flatten()
-    }
-
-    /// A change in time of the model as it was, with which it comes closer on data held out than by all that was found:
-    /// the effects are surrogates for it then.
-    ///
-    /// # Errors
-    /// An interrupt.
-    pub fn changes_instead(&self, base: &Fit, ladder: &Ladder) -> Result<Option<Variation>> {
-        let change = self.varies(base, ladder).filter(|varies| varies.of_law().is_none());
-        let Some(change) = change.filter(|_| !ladder.found.is_empty()) else { return Ok(None) };
-        let found = self.held_out(&ladder.fit)?.log_error();
-        Ok((change.log_error + SMALLEST_GAIN < found).then_some(change))
     }
 
     /// The shape of what a fit leaves over, in the balance that lacks more.

@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use super::classes::class_of;
 use super::completeness::Completeness;
-use super::constancy::Variation;
 use super::holds::Holds;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
@@ -106,26 +105,6 @@ impl Verdict {
         }
     }
 
-    /// A parameter of the model changes in time.
-    pub fn changed(sizes: Vec<Size>) -> Self {
-        Self {
-            text: "no effect of the catalogue explains the error as well as a motor that is not the same all the time:"
-                .to_owned(),
-            next_experiment: Some(
-                "the same once more: what comes back at the same time is the motor's, as where it warms up".to_owned(),
-            ),
-            ..Self::without_effects(VerdictKind::OutsideCatalogue, sizes)
-        }
-    }
-
-    /// All that the model lacks is the form of a law that it has.
-    fn but_for_a_form(sizes: Vec<Size>) -> Self {
-        Self {
-            text: "no effect is missing, but a law of the model has another form than the motor's:".to_owned(),
-            ..Self::without_effects(VerdictKind::None, sizes)
-        }
-    }
-
     fn without_effects(kind: VerdictKind, sizes: Vec<Size>) -> Self {
         Self {
             kind,
@@ -139,13 +118,12 @@ impl Verdict {
     }
 }
 
-/// Judges what a climb has found; `lead` and `varies` are of what is left beside the effects, but for one that is
+/// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is
 /// strained.
 pub fn judge(
     ladder: &Ladder,
     findings: &[Finding],
     lead: &Lead,
-    varies: Option<&Variation>,
     strained: Option<&Strained>,
     sizes: Vec<Size>,
     holds: Holds,
@@ -154,22 +132,17 @@ pub fn judge(
     let mut effects: Vec<EffectId> = super::ids(findings);
     effects.extend(ladder.found.iter().map(|id| id.description().named_as(kind.flux_law())));
     let explained = ladder.is_explained();
-    let is_a_form = varies.is_some_and(|varies| varies.explains && varies.of_law().is_some());
     if effects.is_empty() {
         let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
         return match swallowed {
             Some(id) => Verdict::swallowed(id, sizes, holds),
-            None => match varies {
-                Some(varies) if explained && varies.of_law().is_none() => Verdict::changed(sizes),
-                _ if explained => Verdict::none(kind, sizes),
-                _ if is_a_form => Verdict::but_for_a_form(sizes),
-                _ => outside::unexplained(ladder, lead, sizes, Vec::new(), holds),
-            },
+            None if explained => Verdict::none(kind, sizes),
+            None => outside::unexplained(ladder, lead, sizes, Vec::new(), holds),
         };
     }
     let seen = findings.iter().map(|f| f.text.clone());
     let mut text: Vec<String> = seen.chain(words::reasons(ladder, &sizes)).collect();
-    if !explained && !is_a_form && !ladder.found.is_empty() {
+    if !explained && !ladder.found.is_empty() {
         return outside::unexplained(ladder, lead, sizes, text, holds);
     }
     if let Some(strained) = strained {
