@@ -603,6 +603,54 @@ fn what_was_found_beside_a_wrong_effect_goes_with_it() {
     names_alone(&of_the_lot(Kind::PmDc, "dc-ramp", 1, "current_offset"), &["current_offset"]);
 }
 
+/// A magnet motor on steps of the voltage, R, L, K, J, mu0 and mu1 of which are other ones from 4.0 s of 8 s on, with
+/// the noise of sensors and of a load.
+fn that_changes(before: [f64; 6], after: [f64; 6]) -> Recording {
+    const H: f64 = 1e-4;
+    let steps = [0.3, 0.6, 1.0, 0.5, -0.4, -0.8, -1.0, -0.3].map(|share| 24.0 * share);
+    let voltage = |n: usize| steps[(n / 2000) % steps.len()];
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns = [const { Vec::new() }; 3];
+    let mut state = State::default();
+    for parameters in [before, after] {
+        let [r, l, k, j, mu0, mu1] = parameters;
+        let parameters = Parameters::from_values(FluxLaw::PermanentMagnet, [r, l, k, j, mu0, mu1, 0.0]);
+        let mut stepper = Stepper::build(Motor::build(parameters, &[]).expect("a motor"), H).expect("a stepper");
+        stepper.set_state(state);
+        for n in 0..40_000 {
+            let measured = [voltage(n), state.current, state.speed];
+            let noise = [0.02, 0.02, 0.3].map(|size| size * normal());
+            columns.iter_mut().zip(measured).zip(noise).for_each(|((column, x), noise)| column.push(x + noise));
+            state = stepper.step(voltage(n), voltage(n), Constraints::default());
+        }
+    }
+    let channels = [Channel::Voltage, Channel::Current, Channel::Speed].into_iter().zip(columns);
+    channels.fold(Recording::builder(H), |builder, (channel, x)| builder.channel(channel, x)).build().unwrap()
+}
+
+#[test]
+fn a_parameter_that_changes_is_no_load_that_fluctuates() {
+    let nominal = [0.6, 6e-4, 0.06, 8e-5, 0.02, 2e-5];
+    let told = |later| {
+        let recordings = [that_changes(nominal, later)];
+        diagnose(&recordings, &options(Kind::PmDc, Base::usual(Kind::PmDc), &[]), &Context::quiet()).unwrap().verdict
+    };
+    for (name, place, times) in [("R", 0, 1.15), ("K", 2, 0.95), ("J", 3, 1.3), ("mu0", 4, 1.6)] {
+        let mut later = nominal;
+        later[place] *= times;
+        let verdict = told(later);
+        assert_eq!(verdict.kind, VerdictKind::OutsideCatalogue, "{name}: {}", verdict.text);
+        // Blocks of a quarter of a second: a border lies within half of one.
+        let line = verdict.remaining.map(|remaining| remaining.text).unwrap_or_default();
+        let from = line.strip_prefix(&format!("{name} changes at about "));
+        let at_s: Option<f64> = from.and_then(|rest| rest.split(' ').next()?.parse().ok());
+        assert!(at_s.is_some_and(|t| (t - 4.0).abs() < 0.26), "{name}: {line}");
+    }
+    let unchanged = told(nominal);
+    assert!(unchanged.kind == VerdictKind::None && unchanged.remaining.is_none(), "{}", unchanged.text);
+}
+
 #[test]
 fn the_loop_on_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -623,6 +671,7 @@ fn the_loop_on_the_command_line() {
     assert!(
         said["esr_before"]["current"].is_f64() && said["noise_floor"]["current"].is_f64() && said["classes"].is_array()
     );
+    assert_eq!((said.get("remaining"), said["verdict"].get("remaining")), (Some(&Value::Null), Some(&Value::Null)));
     let best = &said["candidates"][0];
     for key in ["effect", "esr_after", "held_out_gain", "p_value", "parameters", "confused_with"] {
         assert!(best.get(key).is_some(), "{key}");

@@ -173,6 +173,7 @@ fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<
     if args.answer.json {
         let verdict = json!({
             "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "text": reason, "next_experiment": null,
+            "remaining": null,
         });
         let answer = json!({
             "esr_before": PerSignal::default(), "esr_after": PerSignal::default(), "noise_floor": null, "where": null,

@@ -11,6 +11,7 @@ use greyrig::motor::BaseParameter;
 
 use super::classes;
 use super::completeness::{self, Completeness, Course, Floor};
+use super::constancy::Variation;
 use super::criteria::SMALLEST_GAIN;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
@@ -268,6 +269,11 @@ impl<'a> Audit<'a> {
     /// 95 % intervals of the free parameters of a fit.
     pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of_fit(&self.problem, fit)
+    }
+
+    /// Whether a parameter that varies in the balances does so in a fit of the free run.
+    pub fn shows(&self, varies: &Variation, fit: &Fit) -> bool {
+        varies.shows_in(fit, self.problem.groups(), &self.times, &self.blocks)
     }
 
     /// RMS of the free run's error at given parameters: current, A, and speed, rad/s.

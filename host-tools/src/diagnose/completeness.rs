@@ -293,7 +293,12 @@ fn mean(squares: impl Iterator<Item = f64>) -> f64 {
 impl Completeness {
     /// Of a fit against a floor.
     pub fn of(fit: &Fit, floor: &Floor) -> Self {
-        let ratio = |g: usize| if floor.0[g] > 0.0 { fit.rms[g] / floor.0[g] } else { 1.0 };
+        Self::of_rms(fit.rms, floor)
+    }
+
+    /// Of the RMS of residuals against a floor.
+    pub fn of_rms(rms: [f64; 2], floor: &Floor) -> Self {
+        let ratio = |g: usize| if floor.0[g] > 0.0 { rms[g] / floor.0[g] } else { 1.0 };
         Self { electrical: ratio(0), mechanical: ratio(1) }
     }
 

@@ -20,22 +20,21 @@
 //! unknown change point, Econometrica 61 (1993) 821–856; T. Hastie and R. Tibshirani, Varying-coefficient models, J. R.
 //! Stat. Soc. B 55 (1993) 757–796.
 
-use std::sync::OnceLock;
-
 use greyrig::effects::EffectId;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::completeness::{Completeness, Floor};
-use super::criteria::{OVER_DECOYS, SIGNIFICANCE, SMALLEST_GAIN};
+use super::criteria::{LEAST_INDEPENDENT, OVER_DECOYS, SIGNIFICANCE, SMALLEST_GAIN};
 use super::screening::Complement;
 use crate::identify::cross_validation::{held_out, p_value};
 use crate::identify::equation_error::{Balance, EquationError};
 use crate::identify::minimise::{Fit, Residuals, rms_of};
 use crate::identify::space::Key;
 
-/// Least part of a column that the parameters do not already explain.
-const LEAST_OWN: f64 = 1e-2;
+/// Blocks by which a parameter has to be told on either side of a border: (Σ e)²/Σ e² of its part e of the squares in
+/// each. With one a change would be the difference between a run-up and all the rest.
+const FEWEST_BLOCKS: f64 = 2.0;
 
 /// What a parameter varies with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,6 +60,13 @@ pub struct Border {
     pub within_s: f64,
 }
 
+impl Border {
+    /// Whether it lies before a row of a recording at a time, s.
+    fn is_before(&self, (recording, t): (usize, f64)) -> bool {
+        if recording == self.recording { t > self.at_s } else { self.lasts && recording > self.recording }
+    }
+}
+
 /// A parameter that is no constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variation {
@@ -74,6 +80,10 @@ pub struct Variation {
     pub values: [f64; 2],
     /// Fall of the error on data held out, sum of the logarithms of both balances.
     pub gain: f64,
+    /// The logarithm of the error on data held out, with it.
+    pub log_error: f64,
+    /// Whether nearly nothing is left with it.
+    pub explains: bool,
 }
 
 impl Variation {
@@ -84,6 +94,26 @@ impl Variation {
             _ => None,
         }
     }
+
+    /// Whether a change in time shows in another fit of the same model as well, which has rows of these groups, times and
+    /// blocks: on data held out, and in the same direction. The balances take noise of the speed for acceleration, so
+    /// that their inertia is smaller where nothing accelerates; the free run does not. (There the state at the border is
+    /// taken to follow the parameter at once.)
+    pub fn shows_in(&self, fit: &Fit, groups: &[u8], times: &[(usize, f64)], blocks: &[usize]) -> bool {
+        let With::Time(border) = self.with else { return true };
+        let Some(place) = fit.space.free().position(|entry| entry.key == self.key) else { return false };
+        let column = later(fit, place, border, times);
+        let complement = Complement::of(&fit.jacobian);
+        let Some((more, step)) = complement.with_column(fit, &column, LEAST_INDEPENDENT) else { return false };
+        let gain = held_out(fit, groups, blocks).fall_to(&held_out(&more, groups, blocks));
+        gain > SMALLEST_GAIN && step * (self.values[1] - self.values[0]) > 0.0
+    }
+}
+
+/// The column of a parameter by its place among the free ones, behind a border.
+fn later(fit: &Fit, place: usize, border: Border, times: &[(usize, f64)]) -> DVector<f64> {
+    let own = fit.jacobian.column(place);
+    DVector::from_fn(own.len(), |k, _| if border.is_before(times[k]) { own[k] } else { 0.0 })
 }
 
 /// What is tried: the place of a parameter among the free ones, and what it may vary with.
@@ -128,7 +158,9 @@ impl Rows<'_> {
         let free = || (0..entries.len()).filter(|place| !entries[*place].rests_at_a_limit());
         let borders = self.borders();
         let of_base = free().filter(|place| entries[*place].key.base().is_some());
-        let in_time = of_base.flat_map(|place| borders.iter().map(move |border| (place, With::Time(*border))));
+        let is_told = |(place, border): &(usize, Border)| self.is_told_on_both_sides(fit, *place, *border);
+        let in_time = of_base.flat_map(|place| borders.iter().map(move |border| (place, *border)));
+        let in_time = in_time.filter(is_told).map(|(place, border)| (place, With::Time(border)));
         let state = [With::Current(self.current.max()), With::Speed(self.speed.max())];
         let of_effects = free().filter(|place| entries[*place].is_size());
         let in_state = of_effects.flat_map(|place| state.map(|with| (place, with)));
@@ -138,40 +170,62 @@ impl Rows<'_> {
             let column = self.column(fit, *place, *with);
             let own = complement.project(&column);
             let square = own.norm_squared();
-            let is_own = square > LEAST_OWN * LEAST_OWN * column.norm_squared();
+            let is_own = square > LEAST_INDEPENDENT.powi(2) * column.norm_squared();
             if is_own { own.dot(&fit.residuals).powi(2) / square } else { 0.0 }
         };
         let squares: Vec<f64> = tries.par_iter().map(taken).collect();
         let best = (0..tries.len()).max_by(|a, b| squares[*a].total_cmp(&squares[*b]))?;
         let (place, with) = tries[best];
 
-        let (more, solved) = with_column(fit, &self.column(fit, place, with), groups)?;
+        let column = self.column(fit, place, with);
+        let (more, step) = complement.with_column(fit, &column, LEAST_INDEPENDENT)?;
         let (before, after) = (held_out(fit, groups, self.blocks), held_out(&more, groups, self.blocks));
-        let gain = before.log_error() - after.log_error();
+        let gain = before.fall_to(&after);
         let p = p_value(&before, &after, &more, groups, 1) * tries.len() as f64;
-        let [was, left] = [fit, &more].map(|fit| Completeness::of(fit, floor));
+        let shrunk = rms_of(&more.residuals, groups);
+        let left = Completeness::of_rms([0, 1].map(|g| fit.rms[g] * shrunk[g]), floor);
+        let was = Completeness::of(fit, floor);
         if gain < SMALLEST_GAIN.max(OVER_DECOYS * decoy_gain) || p > SIGNIFICANCE || left.leaves_most(&was) {
             return None;
         }
         let entry = entries[place];
         let slope = entry.slope(fit.space.coordinates()[place]);
-        let first = entry.value - slope * solved[place];
-        let values = [first, first - slope * solved[entries.len()]];
-        Some(Variation { key: entry.key, name: entry.name.clone(), with, values, gain })
+        let first = entry.value - slope * step * share_of(fit, place, &column);
+        let values = [first, first + slope * step];
+        Some(Variation {
+            key: entry.key,
+            name: entry.name.clone(),
+            with,
+            values,
+            gain,
+            log_error: after.log_error(),
+            explains: left.explains(&was),
+        })
+    }
+
+    /// Whether enough blocks tell of a parameter on either side of a border.
+    fn is_told_on_both_sides(&self, fit: &Fit, place: usize, border: Border) -> bool {
+        let mut squares = vec![[0.0; 2]; self.blocks.iter().max().map_or(0, |b| b + 1)];
+        let own = fit.jacobian.column(place);
+        for ((x, block), time) in own.iter().zip(self.blocks).zip(self.times) {
+            squares[*block][usize::from(border.is_before(*time))] += x * x;
+        }
+        let blocks = |side: usize| {
+            let (sum, square) = squares.iter().fold((0.0, 0.0), |(s, q), e| (s + e[side], q + e[side] * e[side]));
+            sum * sum / square
+        };
+        [0, 1].map(blocks).iter().all(|blocks| *blocks >= FEWEST_BLOCKS)
     }
 
     /// The column of a parameter that varies.
     fn column(&self, fit: &Fit, place: usize, with: With) -> DVector<f64> {
-        let share = |k: usize| match with {
-            With::Time(border) => match self.times[k] {
-                (recording, t) if recording == border.recording => f64::from(t > border.at_s),
-                (recording, _) => f64::from(border.lasts && recording > border.recording),
-            },
-            With::Current(largest) => self.current[k] / largest.max(f64::MIN_POSITIVE),
-            With::Speed(largest) => self.speed[k] / largest.max(f64::MIN_POSITIVE),
-        };
         let own = fit.jacobian.column(place);
-        DVector::from_fn(own.len(), |k, _| own[k] * share(k))
+        let scaled = |by: &DVector<f64>, largest: f64| own.component_mul(by) / largest.max(f64::MIN_POSITIVE);
+        match with {
+            With::Time(border) => later(fit, place, border, self.times),
+            With::Current(largest) => scaled(&self.current, largest),
+            With::Speed(largest) => scaled(&self.speed, largest),
+        }
     }
 
     /// The borders between the blocks of each recording.
@@ -193,31 +247,18 @@ impl Rows<'_> {
     }
 }
 
-/// A fit with one more column, by a linear step, and the step.
-fn with_column(fit: &Fit, column: &DVector<f64>, groups: &[u8]) -> Option<(Fit, Vec<f64>)> {
-    let last = fit.jacobian.ncols();
-    let mut jacobian = fit.jacobian.clone().insert_column(last, 0.0);
-    jacobian.set_column(last, column);
-    let lengths: Vec<f64> = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    let mut scaled = jacobian.clone();
-    scaled.column_iter_mut().zip(&lengths).for_each(|(mut c, length)| c /= *length);
-    let normal = scaled.tr_mul(&scaled).svd(true, true).solve(&scaled.tr_mul(&fit.residuals), 1e-12).ok()?;
-    let residuals = &fit.residuals - scaled * &normal;
-    let shrunk = rms_of(&residuals, groups);
-    let rms = [0, 1].map(|g| fit.rms[g] * shrunk[g]);
-    // Weighted by what they are now.
-    let weigh = |k: usize| shrunk[usize::from(groups[k])].max(f64::MIN_POSITIVE);
-    let residuals = DVector::from_fn(residuals.len(), |k, _| residuals[k] / weigh(k));
-    let jacobian = nalgebra::DMatrix::from_fn(jacobian.nrows(), last + 1, |k, c| jacobian[(k, c)] / weigh(k));
-    let solved = normal.iter().zip(&lengths).map(|(x, length)| x / length).collect();
-    Some((
-        Fit { space: fit.space.clone(), residuals, jacobian, rms, ended: fit.ended, known_held_out: OnceLock::new() },
-        solved,
-    ))
+/// The coefficient of a parameter where all of them together explain a column, by the part of the parameter's own that
+/// the others do not explain (Frisch and Waugh).
+fn share_of(fit: &Fit, place: usize, column: &DVector<f64>) -> f64 {
+    let own =
+        Complement::of(&fit.jacobian.clone().remove_column(place)).project(&fit.jacobian.column(place).into_owned());
+    own.dot(column) / own.norm_squared()
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::OnceLock;
+
     use greyrig::motor::BaseParameter;
     use nalgebra::DMatrix;
 
@@ -235,38 +276,47 @@ mod tests {
         2.0 + (0.9 * t).sin()
     }
 
-    /// What is found in `u = p c + noise` of 0.3 V, of which a fit takes p for a constant; `column` is c, A or 1, by
-    /// the current, `size` is p by recording, time and current.
-    fn found(key: Key, column: fn(f64) -> f64, size: impl Fn(usize, f64, f64) -> f64) -> Option<Variation> {
-        let (times, blocks) = times();
+    /// A fit that takes p of `u = p c + noise` of 0.3 V for a constant; c, A or 1, and p are by recording and time.
+    fn fit(key: Key, column: impl Fn(usize, f64) -> f64, size: impl Fn(usize, f64) -> f64) -> Fit {
+        let (times, _) = times();
         let noise = |k: usize| 0.3 * ((k as f64 * 12.9898).sin() * 43_758.545).fract();
         let mut space = Space::new(Kind::PmDc, Base::Full, &[EffectId::VoltageOffset]);
         let all: Vec<Key> = space.free().map(|entry| entry.key).collect();
         space.hold(all.into_iter().filter(|other| *other != key), Freedom::Pinned);
-        let rows = DVector::from_fn(1600, |k, _| column(current(times[k].1)));
-        let u = DVector::from_fn(1600, |k, _| size(times[k].0, times[k].1, current(times[k].1)) * rows[k] + noise(k));
+        let rows = DVector::from_fn(1600, |k, _| column(times[k].0, times[k].1));
+        let u = DVector::from_fn(1600, |k, _| size(times[k].0, times[k].1) * rows[k] + noise(k));
         let fitted = rows.dot(&u) / rows.norm_squared();
         space.get_mut(key).unwrap().value = fitted;
         let slope = space.get(key).unwrap().slope(space.coordinates()[0]);
         let residuals = &rows * fitted - u;
         let rms = (residuals.norm_squared() / 1600.0).sqrt();
-        let fit = Fit {
+        Fit {
             space,
             jacobian: DMatrix::from_columns(&[&rows * (slope / rms)]),
             residuals: residuals / rms,
             rms: [rms, f64::NAN],
             ended: true,
             known_held_out: OnceLock::new(),
-        };
+        }
+    }
+
+    /// What is found in a fit.
+    fn found(fit: &Fit) -> Option<Variation> {
+        let (times, blocks) = times();
         let currents = DVector::from_fn(1600, |k, _| current(times[k].1));
         let rows = Rows { times: &times, blocks: &blocks, current: currents, speed: DVector::zeros(1600) };
-        rows.find(&fit, &[0; 1600], &Floor::UNKNOWN, 0.0)
+        rows.find(fit, &[0; 1600], &Floor::UNKNOWN, 0.0)
+    }
+
+    /// A fit of a resistance.
+    fn of_resistance(size: impl Fn(usize, f64) -> f64) -> Fit {
+        fit(BaseParameter::R.into(), |_, t| current(t), size)
     }
 
     #[test]
     fn a_resistance_that_changes_is_told_with_the_time_and_both_values() {
-        let changes = |recording, t, _| if recording == 1 && t > 3.5 { 2.4 } else { 2.0 };
-        let change = found(BaseParameter::R.into(), |i| i, changes).expect("0.8 V of 0.17 V of noise");
+        let changes = of_resistance(|recording, t| if recording == 1 && t > 3.5 { 2.4 } else { 2.0 });
+        let change = found(&changes).expect("0.8 V of 0.17 V of noise");
         let With::Time(border) = change.with else { panic!("{change:?}") };
         assert_eq!((change.name.as_str(), border.recording), ("R", 1));
         // The change lies within a block of 1 s, whose half is counted wrong: the borders beside it are as good.
@@ -279,13 +329,7 @@ mod tests {
 
     #[test]
     fn a_change_lasts_for_the_recordings_after_it() {
-        let change = found(
-            BaseParameter::R.into(),
-            |i| i,
-            |recording, t, _| {
-                if recording == 1 || t > 5.0 { 2.4 } else { 2.0 }
-            },
-        );
+        let change = found(&of_resistance(|recording, t| if recording == 1 || t > 5.0 { 2.4 } else { 2.0 }));
         let With::Time(border) = change.expect("a change").with else { panic!("a change in time") };
         assert!(border.lasts && border.recording == 0 && (border.at_s - 5.0).abs() < 0.02, "{border:?}");
     }
@@ -293,7 +337,8 @@ mod tests {
     #[test]
     fn a_size_that_goes_with_the_current_is_another_form_of_its_law() {
         let size = Key::size_of(EffectId::VoltageOffset);
-        let grows = found(size, |_| 1.0, |_, _, i| 2.0 + 0.4 * i).expect("0.8 V of 0.17 V of noise");
+        let grows = fit(size, |_, _| 1.0, |_, t| 2.0 + 0.4 * current(t));
+        let grows = found(&grows).expect("0.8 V of 0.17 V of noise");
         assert_eq!(grows.of_law(), Some(EffectId::VoltageOffset));
         // At zero and at the largest current, 3 A. The noise leaves 0.17/√1600 of a constant, and twice that of the
         // slope at the ends, which lie at one and three standard deviations of the current from its mean.
@@ -301,9 +346,38 @@ mod tests {
         assert!((at_zero - 2.0).abs() < 0.05 && (at_most - 3.2).abs() < 0.05, "{grows:?}");
     }
 
+    /// A motor that runs up in its first second and steadily from then on tells its inertia once: what is left of the
+    /// rest is no other inertia.
+    #[test]
+    fn a_run_up_and_what_follows_are_no_change() {
+        let runs_up = |recording: usize, t: f64| recording == 0 && t < 1.0;
+        let acceleration = |recording, t| if runs_up(recording, t) { 10.0 } else { 0.1 };
+        let once =
+            fit(BaseParameter::J.into(), acceleration, |recording, t| if runs_up(recording, t) { 2.0 } else { 12.0 });
+        assert_eq!(found(&once), None);
+        // The same where it runs up in every second second, and its inertia is another one from 8 s on.
+        let often = fit(
+            BaseParameter::J.into(),
+            |_, t| if t % 2.0 < 1.0 { 10.0 } else { 0.1 },
+            |recording, t| if recording == 1 && t > 4.0 { 2.2 } else { 2.0 },
+        );
+        assert!(found(&often).is_some());
+    }
+
+    #[test]
+    fn a_change_has_to_show_in_the_free_run_and_in_the_same_direction() {
+        let (times, blocks) = times();
+        let later = |value: f64| of_resistance(move |recording, t| if recording == 1 || t > 5.0 { value } else { 2.0 });
+        let change = found(&later(2.4)).unwrap();
+        let shows = |fit: &Fit| change.shows_in(fit, &[0; 1600], &times, &blocks);
+        assert!(shows(&later(2.2)));
+        assert!(!shows(&later(2.0)), "nothing but noise");
+        assert!(!shows(&later(1.8)), "the other way");
+    }
+
     #[test]
     fn noise_is_no_change() {
-        assert_eq!(found(BaseParameter::R.into(), |i| i, |_, _, _| 2.0), None);
-        assert_eq!(found(Key::size_of(EffectId::VoltageOffset), |_| 1.0, |_, _, _| 2.0), None);
+        assert_eq!(found(&of_resistance(|_, _| 2.0)), None);
+        assert_eq!(found(&fit(Key::size_of(EffectId::VoltageOffset), |_, _| 1.0, |_, _| 2.0)), None);
     }
 }

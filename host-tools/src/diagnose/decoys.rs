@@ -18,6 +18,9 @@ use crate::identify::minimise::{Fit, HeldOut};
 /// Cosine to a candidate's column above which a decoy is none.
 const LIKENESS: f64 = 0.2;
 
+/// Least part of a decoy that the parameters do not already explain, above rounding.
+const LEAST_OWN: f64 = 1e-6;
+
 /// How many of each sort.
 const EACH: usize = 4;
 
@@ -72,29 +75,8 @@ pub fn tried(
         let own = complement.project(decoy);
         real.iter().all(|r| own.dot(r).abs() < LIKENESS * own.norm() * r.norm())
     };
-    decoys.iter().filter(unlike).filter_map(|decoy| with_column(fit, &complement, decoy, groups, blocks)).collect()
-}
-
-/// The held-out errors of a fit with one more column, at its least-squares coefficient.
-fn with_column(
-    fit: &Fit,
-    complement: &Complement,
-    column: &DVector<f64>,
-    groups: &[u8],
-    blocks: &[usize],
-) -> Option<HeldOut> {
-    let orthogonal = complement.project(column);
-    let square = orthogonal.norm_squared();
-    if square <= 1e-12 * column.norm_squared() || !square.is_finite() {
-        return None;
-    }
-    let coefficient = -orthogonal.dot(&fit.residuals) / square;
-    let mut more = fit.clone();
-    more.residuals += orthogonal.clone() * coefficient;
-    let place = more.jacobian.ncols();
-    more.jacobian = more.jacobian.insert_column(place, 0.0);
-    more.jacobian.set_column(place, &orthogonal);
-    Some(held_out(&more, groups, blocks))
+    let with = |decoy| complement.with_column(fit, decoy, LEAST_OWN).map(|(more, _)| held_out(&more, groups, blocks));
+    decoys.iter().filter(unlike).filter_map(with).collect()
 }
 
 #[cfg(test)]
@@ -130,8 +112,8 @@ mod tests {
         let fit = fit(sine(3.0));
         let complement = Complement::of(&fit.jacobian);
         let error = |column: &DVector<f64>| {
-            let held_out = with_column(&fit, &complement, column, &[0; ROWS], &blocks()).unwrap();
-            held_out.rms()[0]
+            let (more, _) = complement.with_column(&fit, column, LEAST_OWN).unwrap();
+            held_out(&more, &[0; ROWS], &blocks()).rms()[0]
         };
         // Of either sign and any size; the curvature that keeps parameters in place is a millionth.
         assert!(error(&(sine(3.0) * -7.0)) < 1e-4);
@@ -145,7 +127,7 @@ mod tests {
     fn a_column_that_the_fit_has_already_is_no_decoy() {
         let fit = fit(sine(3.0));
         let complement = Complement::of(&fit.jacobian);
-        let tried = |column: DVector<f64>| with_column(&fit, &complement, &column, &[0; ROWS], &blocks()).is_some();
+        let tried = |column: DVector<f64>| complement.with_column(&fit, &column, LEAST_OWN).is_some();
         assert!(!tried(DVector::from_element(ROWS, 2.0)) && !tried(DVector::zeros(ROWS)));
         assert!(!tried(DVector::from_element(ROWS, f64::NAN)));
         assert!(tried(sine(1.0)));

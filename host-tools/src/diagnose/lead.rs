@@ -114,25 +114,15 @@ pub fn find(fit: &Fit, problem: &EquationError<'_>, blocks: &[usize]) -> Lead {
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < MOST_TERMS {
         let complement = Complement::of(&present.jacobian);
-        let best = (0..TERMS.len())
-            .filter(|k| !chosen.contains(k))
-            .filter_map(|k| {
-                let orthogonal = complement.project(&columns[k]);
-                let (square, along) = (orthogonal.norm_squared(), orthogonal.dot(&present.residuals));
-                let is_drive = || {
-                    let size = (along / square).abs() * columns[k].norm();
-                    TERMS[k].1 == Balance::Torque && drive > 0.0 && size > LARGEST_SHARE * drive
-                };
-                (square > LEAST_OWN * LEAST_OWN * columns[k].norm_squared() && square > 0.0 && !is_drive())
-                    .then(|| (k, along * along / square, orthogonal))
-            })
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((k, _, orthogonal)) = best else { break };
-        let mut more = present.clone();
-        more.residuals -= &orthogonal * (orthogonal.dot(&present.residuals) / orthogonal.norm_squared());
-        let place = more.jacobian.ncols();
-        more.jacobian = more.jacobian.insert_column(place, 0.0);
-        more.jacobian.set_column(place, &columns[k]);
+        let with = |k: usize| {
+            let (more, step) = complement.with_column(&present, &columns[k], LEAST_OWN)?;
+            let is_drive =
+                TERMS[k].1 == Balance::Torque && drive > 0.0 && step.abs() * columns[k].norm() > LARGEST_SHARE * drive;
+            (!is_drive).then(|| (k, more.residuals.norm_squared(), more))
+        };
+        let others = (0..TERMS.len()).filter(|k| !chosen.contains(k));
+        let best = others.filter_map(with).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((k, _, more)) = best else { break };
         let after = held_out(&more, groups, blocks);
         let gain = last.log_error() - after.log_error();
         let p = p_value(&last, &after, &more, groups, 1) * TERMS.len() as f64;

@@ -50,6 +50,7 @@ use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use climb::Climb;
 use completeness::Completeness;
+use constancy::Variation;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;
@@ -185,19 +186,20 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
         false => None,
     };
-    let Searched { ladder, esr, fitted, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
+    let Searched { ladder, in_free_run, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
     }
-    let space = fitted.as_ref().map_or(&ladder.fit.space, |fit| &fit.space);
+    let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
+    let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
     let strained = Strained::among(&ladder, holds, space);
     let left = match &strained {
         Some(strained) => climb.fit(&ladder.fit.space.without_effect(strained.effect))?,
         None => ladder.fit.clone(),
     };
     let lead = climb.lead(&left);
-    let sizes = match (&free_run, &fitted) {
+    let sizes = match (&free_run, fitted) {
         (Some(audit), Some(fit)) => sizes(&ladder.found, &fit.space, &audit.intervals(fit), settings, recordings),
         _ => sizes(&ladder.found, &ladder.fit.space, &climb.intervals(&ladder.fit), settings, recordings),
     };
@@ -207,8 +209,23 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         None => errors,
     };
     let seen = if alone { &lines } else { &findings };
-    let varies = climb.varies(&left, &ladder);
-    let mut verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
+    let shows = |varies: &Variation, fit: usize| match (&free_run, &in_free_run) {
+        (Some(audit), Some(fits)) => audit.shows(varies, &fits[fit]),
+        _ => true,
+    };
+    let instead = if findings.is_empty() { climb.changes_instead(&base, &ladder)? } else { None };
+    let (varies, mut verdict) = match instead.filter(|change| shows(change, 0)) {
+        Some(change) => (Some(change), Verdict::changed(Vec::new())),
+        None => {
+            let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1));
+            let verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
+            let verdict = match &varies {
+                Some(varies) if alone => verdict.beside(varies),
+                _ => verdict,
+            };
+            (varies, verdict)
+        }
+    };
     let stands = matches!(verdict.kind, VerdictKind::MissingEffect | VerdictKind::Ambiguous);
     let over = ladder.free_run.filter(|_| stands && ladder.leaves_more_than_healthy()).map(|(_, over)| over);
     let motion = recordings[0].motion();
@@ -237,8 +254,14 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     ];
     remarks.iter().flatten().for_each(|line| verdict.text += &format!("\n{line}"));
     out_of_reach.iter().for_each(|weakness| verdict.text += &format!("\n{}", weakness.text));
-    let shape = (verdict.kind == VerdictKind::OutsideCatalogue).then(|| climb.shape(&left, &ladder.floor)).flatten();
-    let [esr_before, esr_after] = esr;
+    // A change in time has no shape over current and speed.
+    let in_time = varies.as_ref().is_some_and(|varies| varies.of_law().is_none());
+    let is_outside = verdict.kind == VerdictKind::OutsideCatalogue && !in_time;
+    let shape = is_outside.then(|| climb.shape(&left, &ladder.floor)).flatten();
+    let [esr_before, esr_after] = match (&free_run, &in_free_run) {
+        (Some(audit), Some(fits)) => fits.each_ref().map(|fit| audit.ratio(fit.rms)),
+        _ => [PerSignal::default(); 2],
+    };
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
     ctx.check()?;
     Ok(Diagnosis {
@@ -259,10 +282,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
 /// What was found, and what the free run makes of it, where there is one.
 struct Searched {
     ladder: Ladder,
-    /// Error-to-signal ratios of the free run, without and with all effects.
-    esr: [PerSignal; 2],
-    /// The fit of the free run, if it holds any effect.
-    fitted: Option<Fit>,
+    /// The fits of the free run, without and with all effects.
+    in_free_run: Option<[Fit; 2]>,
     /// How its speed wanders.
     wandering: Option<Wandering>,
     /// Errors of candidates, as far as they are known.
@@ -277,22 +298,14 @@ fn search(climb: &Climb<'_>, free_run: Option<&Audit<'_>>, base: &Fit, options: 
     climb.context().doing("free run");
     let (Some(audit), Some(look)) = (free_run, &look) else {
         climb.find_rivals(&mut ladder)?;
-        return Ok(Searched {
-            ladder,
-            esr: [PerSignal::default(); 2],
-            fitted: None,
-            wandering: None,
-            errors: Vec::new(),
-        });
+        return Ok(Searched { ladder, in_free_run: None, wandering: None, errors: Vec::new() });
     };
     // Fits for the report fill the pauses of the search, which goes step by step.
     let tried = ladder.steps.clone();
     let (judged, errors) = rayon::join(|| look.at(ladder), || errors_in_free_run(&tried, audit, options, &[]));
     let (ladder, kept) = judged?;
-    let esr = [look.free(), &kept].map(|fit| audit.ratio(fit.rms));
     let wandering = Some(Wandering { times: audit.wandering(&kept), comes_back: audit.comes_back(&kept) });
-    let fitted = (!ladder.found.is_empty()).then_some(kept);
-    Ok(Searched { ladder, esr, fitted, wandering, errors: errors? })
+    Ok(Searched { ladder, in_free_run: Some([look.free().clone(), kept]), wandering, errors: errors? })
 }
 
 fn insufficient(reason: &Insufficient) -> Diagnosis {

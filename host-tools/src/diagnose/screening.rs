@@ -4,6 +4,8 @@
 //! a small size, with its usual shape and with neighbouring ones. How much of the residual they take, with all other
 //! parameters free to move, is the candidate's promise. It ranks; it does not judge.
 
+use std::sync::OnceLock;
+
 use greyrig::effects::{Acts, Description, EffectId, Role};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
@@ -82,6 +84,24 @@ impl Complement {
         let once = column - &self.q * self.q.tr_mul(column);
         // Twice is enough (Kahan): the first pass leaves rounding errors of the size of the column.
         &once - &self.q * self.q.tr_mul(&once)
+    }
+
+    /// A fit with one more column and the step along it, all other parameters free to move; the residuals stay in the
+    /// same unit. `fit` is the one whose Jacobian this is of. `None`: hardly `least` of the column is its own.
+    pub fn with_column(&self, fit: &Fit, column: &DVector<f64>, least: f64) -> Option<(Fit, f64)> {
+        let own = self.project(column);
+        let square = own.norm_squared();
+        if !square.is_finite() || square <= least * least * column.norm_squared() {
+            return None;
+        }
+        let step = -own.dot(&fit.residuals) / square;
+        let mut more = fit.clone();
+        more.residuals.axpy(step, &own, 1.0);
+        let place = more.jacobian.ncols();
+        more.jacobian = more.jacobian.insert_column(place, 0.0);
+        more.jacobian.set_column(place, column);
+        more.known_held_out = OnceLock::new();
+        Some((more, step))
     }
 }
 

@@ -15,6 +15,7 @@ use super::Ranked;
 use super::classes;
 use super::completeness::{Completeness, Course, Floor};
 use super::constancy::{self, Variation};
+use super::criteria::SMALLEST_GAIN;
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::screening::{self, Loops, Pair, Promise};
@@ -334,6 +335,20 @@ impl<'a> Climb<'a> {
         let decoy_gain = ladder.steps.last().map_or(0.0, |step| step.decoy_gain);
         let whole = self.is_of_whole_motor();
         whole.then(|| constancy::find(fit, &self.problem, &self.blocks, &ladder.floor, decoy_gain)).flatten()
+    }
+
+    /// A change in time of the model as it was, with which it comes closer on data held out than by all that was found:
+    /// the effects are surrogates for it then.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn changes_instead(&self, base: &Fit, ladder: &Ladder) -> Result<Option<Variation>> {
+        if ladder.found.is_empty() {
+            return Ok(None);
+        }
+        let found = self.held_out(&ladder.fit)?.log_error();
+        let change = self.varies(base, ladder).filter(|varies| varies.of_law().is_none());
+        Ok(change.filter(|change| change.log_error + SMALLEST_GAIN < found))
     }
 
     /// The shape of what a fit leaves over, in the balance that lacks more.

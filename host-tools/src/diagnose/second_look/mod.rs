@@ -201,11 +201,10 @@ impl<'a> SecondLook<'a> {
         }
         for exchange in self.climb.exchanges(&judged.0)? {
             let Some(other) = self.climb.climb_away_from(&exchange, self.base, &judged.0)? else { continue };
-            // Where the balances cannot tell, the free run may; and where what they have led to leaves more in the free
-            // run than any healthy motor, they have told wrong.
+            // Where the balances cannot tell, the free run may.
             let farther = self.climb.gain(&other.fit, &judged.0.fit)?;
             let leads_back = other.has_found_the_same_as(&judged.0) && farther > -SAME_ERROR;
-            if leads_back || farther > SMALLEST_GAIN && !judged.0.leaves_more_than_healthy() {
+            if leads_back || farther > SMALLEST_GAIN {
                 continue;
             }
             let Some(other) = self.judged_if_closer(other, &judged)? else { continue };

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::classes::class_of;
 use super::completeness::Completeness;
+use super::constancy::Variation;
 use super::holds::Holds;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
@@ -105,6 +106,36 @@ impl Verdict {
         }
     }
 
+    /// The same beside a parameter that varies, where nothing was found: if it changes in time, that is what is missing;
+    /// if it is the form of a law that the model has, and explains all, nothing else is.
+    pub fn beside(self, varies: &Variation) -> Self {
+        match (self.kind, varies.of_law()) {
+            (VerdictKind::None, None) => Self::changed(self.sizes),
+            (VerdictKind::OutsideCatalogue, Some(_)) if varies.explains => Self::but_for_a_form(self.sizes),
+            _ => self,
+        }
+    }
+
+    /// A parameter of the model changes in time.
+    pub fn changed(sizes: Vec<Size>) -> Self {
+        Self {
+            text: "no effect of the catalogue explains the error as well as a motor that is not the same all the time:"
+                .to_owned(),
+            next_experiment: Some(
+                "the same once more: what comes back at the same time is the motor's, as where it warms up".to_owned(),
+            ),
+            ..Self::without_effects(VerdictKind::OutsideCatalogue, sizes)
+        }
+    }
+
+    /// All that the model lacks is the form of a law that it has.
+    fn but_for_a_form(sizes: Vec<Size>) -> Self {
+        Self {
+            text: "no effect is missing, but a law of the model has another form than the motor's:".to_owned(),
+            ..Self::without_effects(VerdictKind::None, sizes)
+        }
+    }
+
     fn without_effects(kind: VerdictKind, sizes: Vec<Size>) -> Self {
         Self {
             kind,
@@ -118,8 +149,7 @@ impl Verdict {
     }
 }
 
-/// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is
-/// strained.
+/// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is strained.
 pub fn judge(
     ladder: &Ladder,
     findings: &[Finding],
