@@ -706,6 +706,42 @@ fn the_loop_on_the_command_line() {
 }
 
 #[test]
+fn the_next_command_is_ready_to_run() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = |arguments: &[&str]| greyrig(folder.path(), arguments);
+    let next = |said: &Value| {
+        let line = said["next_command"].as_str().unwrap_or_else(|| panic!("{said}"));
+        let words = shlex::split(line).expect("words of a shell");
+        assert_eq!(words[0], "greyrig");
+        let made = run(&words[1..].iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(made.status.success(), "{line}: {}", String::from_utf8_lossy(&made.stderr));
+        (words, made)
+    };
+    let simulate = ["simulate", "--kind", "pm-dc", "--profile", "staircase", "--seconds", "6", "--seed", "3"];
+    run(&[&simulate[..], &["--effect", "brush_drop", "--out", "a run.csv"]].concat());
+    // What is missing goes into a model of its own, which then lacks nothing.
+    let said = json(&run(&["diagnose", "a run.csv", "--kind", "pm-dc", "--json"]));
+    assert_eq!(
+        next(&said).0,
+        ["greyrig", "identify", "a run.csv", "--kind", "pm-dc", "--effect", "brush_drop", "--out", "model.toml"]
+    );
+    let said = json(&run(&["diagnose", "a run.csv", "--model", "model.toml", "--json"]));
+    assert_eq!(said["verdict"]["kind"], "none");
+    let (words, made) = next(&said);
+    assert_eq!(words[..2], ["greyrig", "challenge"]);
+    assert!(String::from_utf8_lossy(&made.stdout).contains("stribeck"));
+    // What is there is not written over, and what a channel is mapped from stands once.
+    let said = json(&run(&["diagnose", "a run.csv", "--kind", "pm-dc", "--json"]));
+    assert!(said["next_command"].as_str().unwrap().ends_with("--out model2.toml"), "{}", said["next_command"]);
+    let reversed = ["diagnose", "a run.csv", "--map", "omega_rad_s=omega_rad_s*-1", "--kind", "pm-dc", "--json"];
+    let said = json(&run(&reversed));
+    assert_eq!(said["verdict"]["kind"], "insufficient_data");
+    let (words, made) = next(&said);
+    assert_eq!(words.iter().filter(|word| *word == "--map").count(), 1, "{words:?}");
+    assert!(String::from_utf8_lossy(&made.stdout).contains("missing: brush_drop"));
+}
+
+#[test]
 fn the_catalogue_of_the_documentation_is_that_of_the_program() {
     let page = greyrig(Path::new("."), &["effects", "--markdown"]).stdout;
     let stored = include_str!("../../docs/effects.md");

@@ -1,15 +1,17 @@
 //! `greyrig diagnose`: which physical effect is missing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use clap::ValueEnum;
 use greyrig::effects::EffectId;
 use serde_json::json;
 
 use super::answer::Answer;
 use super::input::{self, Answered, Input};
+use super::next::{CommandLine, unused};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
@@ -22,8 +24,10 @@ use crate::diagnose::{Diagnosis, Options, VerdictKind, diagnose_telling};
 use crate::error::{Result, if_possible};
 use crate::identify::{self, Settings};
 use crate::model::{Assignment, Base, Kind, Model, Origin, catalogue};
+use crate::numbers::figure;
 use crate::output;
 use crate::recording::finding::DataFinding;
+use crate::recording::{Channel, Recording};
 use crate::report::{Curves, Report, Table};
 
 /// Which physical effect is missing, how sure, what it is confused with, and the experiment that would tell.
@@ -109,6 +113,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     };
     let (result, compared) = rayon::join(diagnosed, compared);
     let d = result?;
+    let next = next_command(args, &recordings, &d);
     let (fitted, comparison) = compared?.unzip();
     let comparison = comparison.flatten();
     if let (Some(path), Some(model), Some(comparison)) = (&args.answer.report, &fitted, &comparison) {
@@ -125,7 +130,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        let answer = Answered { answer: d.as_json(comparison.as_ref()), data_findings: &findings };
+        let next = Next { next_command: &next, answer: d.as_json(comparison.as_ref()) };
+        let answer = Answered { answer: next, data_findings: &findings };
         stdout::print_json("diagnose", &args.input.names(), answer)?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -164,12 +170,83 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             words::percent(Some(speed))
         ))?;
     }
+    if let Some(next) = &next {
+        stdout::print_as_it_is(&format!("next: {next}"))?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// An answer with the command that goes on from it.
+#[derive(serde::Serialize)]
+struct Next<'a, T> {
+    next_command: &'a Option<String>,
+    #[serde(flatten)]
+    answer: T,
+}
+
+/// The command that goes on from a verdict: what is missing is added, rivals are told apart, and a model that lacks
+/// nothing is identified, or asked what these recordings would have shown.
+fn next_command(args: &Args, recordings: &[Recording], d: &Diagnosis) -> Option<String> {
+    let verdict = &d.verdict;
+    let (none, no_terms): (&[EffectId], &[String]) = (&[], &[]);
+    match verdict.kind {
+        VerdictKind::MissingEffect => Some(with_more(args, &verdict.effects, no_terms).to_string()),
+        VerdictKind::None => Some(match &args.model {
+            Some(model) => {
+                args.input.again(CommandLine::new("challenge")).option("--model", [model.display()]).to_string()
+            }
+            None => with_more(args, none, no_terms).to_string(),
+        }),
+        VerdictKind::Ambiguous if verdict.effects.len() > 1 => {
+            let known = args.model.clone().unwrap_or_else(|| unused(Path::new("model.toml")));
+            let rivals: Vec<&str> = verdict.effects.iter().map(|id| id.id()).collect();
+            let largest = |channel| {
+                let values = recordings.iter().filter_map(|r| r.channel(channel)).flatten();
+                let largest = values.map(|x| x.abs()).fold(0.0, f64::max);
+                (largest > 0.0).then(|| figure(largest, 3))
+            };
+            let plan = CommandLine::new("plan")
+                .option("--model", [known.display()])
+                .option("--rivals", [rivals.join(",")])
+                .option("--max-voltage", largest(Channel::Voltage))
+                .option("--max-current", largest(Channel::Current));
+            Some(match args.model {
+                Some(_) => plan.to_string(),
+                None => format!("{} && {plan}", with_more(args, none, no_terms)),
+            })
+        }
+        VerdictKind::OutsideCatalogue if !d.lead.as_arguments().is_empty() => {
+            Some(with_more(args, none, &d.lead.as_arguments()).to_string())
+        }
+        _ => None,
+    }
+}
+
+/// The command that gives the model effects and terms more, from the same recordings.
+fn with_more(args: &Args, effects: &[EffectId], terms: &[String]) -> CommandLine {
+    if let Some(model) = &args.model {
+        let add = CommandLine::new("add").with(effects).option("--term", terms).option("--model", [model.display()]);
+        return args.input.again(add).option("--out", [unused(model).display()]);
+    }
+    args.input
+        .again(CommandLine::new("identify"))
+        .option("--kind", args.kind)
+        .option("--base", args.base.and_then(|base| base.to_possible_value()).map(|base| base.get_name().to_owned()))
+        .option("--fix", args.fix.iter().map(|fixed| format!("{}={}", fixed.name, fixed.value)))
+        .option("--input", args.course)
+        .option("--effect", effects)
+        .option("--term", terms)
+        .option("--out", [unused(Path::new("model.toml")).display()])
 }
 
 /// The answer to recordings from which nothing could be told.
 fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<ExitCode> {
     let reason = format!("the recording: {}", stop.sentence());
+    let next = stop.remedy.as_ref().map(|remedy| {
+        let again = args.input.again_with(CommandLine::new("diagnose"), remedy);
+        let kind = args.kind.filter(|_| !remedy.starts_with("--kind"));
+        again.option("--kind", kind).option("--model", args.model.as_ref().map(|model| model.display())).to_string()
+    });
     if args.answer.json {
         let verdict = json!({
             "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "text": reason, "next_experiment": null,
@@ -178,11 +255,14 @@ fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<
         let answer = json!({
             "esr_before": PerSignal::default(), "esr_after": PerSignal::default(), "noise_floor": null, "where": null,
             "verdict": verdict, "remaining": null, "classes": [], "candidates": [], "screening": [], "lead": null, "shape": null,
-            "decoy_gain": null, "dithered": [], "data_findings": findings,
+            "decoy_gain": null, "dithered": [], "next_command": next, "data_findings": findings,
         });
         stdout::print_json("diagnose", &args.input.names(), answer)?;
     } else {
         stdout::print_line(&format!("verdict: insufficient data\n  {reason}"))?;
+        if let Some(next) = &next {
+            stdout::print_as_it_is(&format!("next: {next}"))?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::next::CommandLine;
 use crate::check::{self, Purpose};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
@@ -28,6 +29,22 @@ impl Input {
     /// The first recording that cannot be used.
     pub fn load(&self, ctx: &Context) -> Result<Vec<Recording>> {
         load(&self.recordings, &self.map, ctx)
+    }
+
+    /// A command on the same recordings, read in the same way.
+    pub fn again(&self, command: CommandLine) -> CommandLine {
+        self.again_with(command, "")
+    }
+
+    /// The same with the option that mends them: a channel is mapped once.
+    pub fn again_with(&self, command: CommandLine, remedy: &str) -> CommandLine {
+        let words = shlex::split(remedy).unwrap_or_default();
+        let mapped = |map: &&String| {
+            let target = map.split('=').next().unwrap_or_default();
+            words.iter().any(|word| word.split('=').next() == Some(target))
+        };
+        let others = self.map.map.iter().filter(|map| !mapped(map));
+        command.files(&self.recordings).option("--map", others).with(&words)
     }
 
     /// The names of the recordings, as the user gave them.

@@ -19,6 +19,7 @@ mod input;
 mod kept;
 pub mod master;
 pub mod monitor;
+mod next;
 pub mod plan;
 pub mod record;
 pub mod serve;

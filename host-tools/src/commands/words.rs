@@ -1,7 +1,8 @@
 //! How results are printed for a person.
 
-use comfy_table::{Cell, CellAlignment, Table, presets};
+use comfy_table::{Cell, CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
 
+use super::stdout;
 use crate::between::Course;
 use crate::compare::{Comparison, PerSignal};
 use crate::identify::flux::FluxAtPeak;
@@ -9,10 +10,14 @@ use crate::identify::{Estimate, Identification};
 use crate::model::Status;
 use crate::speed_sensor::SpeedSensor;
 
-/// A table in the house style.
+/// A table in the house style, as wide as the terminal at most.
 pub fn table(header: &[&str]) -> Table {
+    let line = LineStyle::none().fill('─').junction('─');
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY);
+    table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));
+    if let Some(width) = stdout::width().and_then(|width| width.try_into().ok()) {
+        table.set_width(width).set_content_arrangement(ContentArrangement::Dynamic);
+    }
     table.set_header(header.iter().map(Cell::new));
     table
 }

@@ -44,11 +44,6 @@ fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -
             100.0 * lead.held_out_gain,
             formula.join("  ")
         ));
-        let arguments = lead.as_arguments();
-        if !arguments.is_empty() {
-            let flags: Vec<String> = arguments.iter().map(|a| format!("--term '{a}'")).collect();
-            text.push(format!("as a lead: greyrig add {}", flags.join(" ")));
-        }
     }
     Verdict {
         kind: VerdictKind::OutsideCatalogue,

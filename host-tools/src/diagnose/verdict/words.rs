@@ -1,6 +1,6 @@
 //! A motor engineer's words.
 
-use greyrig::effects::{Acts, EffectId};
+use greyrig::effects::{Acts, EffectId, Sentence};
 
 use crate::diagnose::classes;
 use crate::diagnose::completeness::Completeness;
@@ -19,8 +19,10 @@ pub fn name(id: EffectId) -> &'static str {
 pub fn reasons(ladder: &Ladder, sizes: &[Size]) -> impl Iterator<Item = String> {
     ladder.found.iter().enumerate().map(|(place, id)| {
         let own: Vec<String> = sizes.iter().filter(|s| is_of(*id, s)).map(in_words).collect();
-        let size = if own.is_empty() { String::new() } else { format!("; {}", own.join(", ")) };
-        reason(*id, ladder, place) + &size
+        let size = sizes.iter().find(|size| size.key == Key::size_of(*id));
+        let plain = size.map_or_else(String::new, |size| format!("\n  {}", plainly(*id, size)));
+        let all = if own.is_empty() { String::new() } else { format!("\n  {}", own.join(", ")) };
+        reason(*id, ladder, place) + &plain + &all
     })
 }
 
@@ -34,7 +36,7 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
         Acts::Both => "in the voltage and the torque balance",
         Acts::Measuring => "in the measuring chain",
     };
-    let mut text = format!("{}{} {side}: {}", if place == 0 { "" } else { "then " }, d.name, d.signature);
+    let mut text = format!("{}{} {side}", if place == 0 { "" } else { "then " }, d.name);
     if let Some(step) = step
         && let Some(own) = step.tried.iter().find(|t| t.id == id)
     {
@@ -44,7 +46,14 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
         let two = sum.two.map(name).join(" and ");
         text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
-    text
+    text + &format!("\n  what it leaves without it: {}", d.signature)
+}
+
+/// What the size of an effect means.
+fn plainly(id: EffectId, size: &Size) -> String {
+    let (value, _) = with_interval(size.value, size.ci95);
+    let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
+    Sentence(id.description().size_in_words, format!("{value}{unit}")).to_string()
 }
 
 /// What an effect has gained at its step, and what the next best one would have.
@@ -52,11 +61,11 @@ fn gained(own: &Tried, step: &Step, has_company: bool) -> String {
     // An exchange or a look back takes what gains nothing by itself, and the free run what the balances hardly show.
     if own.gain < SMALLEST_GAIN {
         let where_it_does = if has_company { "beside the other effects it does" } else { "in the free run it does" };
-        return format!("; by itself it hardly lowers the error of the balances, {where_it_does}");
+        return format!(": by itself it hardly lowers the error of the balances, {where_it_does}");
     }
     let other = step.winners.iter().find(|w| step.together && **w != own.id);
     let with = other.map_or_else(String::new, |other| format!("with {} ", name(*other)));
-    let text = format!("; {with}the error on data held out falls by {:.0} %", share(own.gain));
+    let text = format!(": {with}the error on data held out falls by {:.0} %", share(own.gain));
     let Some(next) = step.tried.iter().find(|t| !step.winners.contains(&t.id)) else { return text };
     let (other, taken) = (name(next.id), share(next.gain).max(0.0));
     text + &match next.objection {

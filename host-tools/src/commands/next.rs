@@ -1,0 +1,80 @@
+//! The command that goes on from an answer, ready for a shell.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A command line of this program.
+#[derive(Debug, Clone)]
+pub struct CommandLine(Vec<String>);
+
+impl CommandLine {
+    /// Of a command without arguments.
+    pub fn new(command: &str) -> Self {
+        Self(vec!["greyrig".to_owned(), command.to_owned()])
+    }
+
+    /// With arguments.
+    pub fn with<T: fmt::Display>(mut self, words: impl IntoIterator<Item = T>) -> Self {
+        self.0.extend(words.into_iter().map(|word| word.to_string()));
+        self
+    }
+
+    /// With files.
+    pub fn files<'a>(self, files: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        self.with(files.into_iter().map(|file| file.display()))
+    }
+
+    /// With an option, once for each value.
+    pub fn option<T: fmt::Display>(mut self, name: &str, values: impl IntoIterator<Item = T>) -> Self {
+        for value in values {
+            self.0.push(name.to_owned());
+            self.0.push(value.to_string());
+        }
+        self
+    }
+}
+
+impl fmt::Display for CommandLine {
+    /// Each word as a POSIX shell takes it for one.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Only a NUL cannot be quoted, which no argument holds.
+        let quoted = shlex::try_join(self.0.iter().map(String::as_str));
+        f.write_str(&quoted.unwrap_or_else(|_| self.0.join(" ")))
+    }
+}
+
+/// The first of `model.toml`, `model2.toml`, `model3.toml` … that does not exist, beside a model file and by its name.
+pub fn unused(model: &Path) -> PathBuf {
+    let stem = model.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
+    let stem = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let numbered =
+        |n: u32| model.with_file_name(format!("{stem}{}.toml", if n == 1 { String::new() } else { n.to_string() }));
+    (1..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_takes_each_word_for_one() {
+        let line = CommandLine::new("add")
+            .with(["saturation"])
+            .option("--term", ["torque: k*w"])
+            .files(&[PathBuf::from("my run.csv")])
+            .option("--model", ["it's.toml"]);
+        assert_eq!(line.to_string(), r#"greyrig add saturation --term 'torque: k*w' 'my run.csv' --model "it's.toml""#);
+    }
+
+    #[test]
+    fn a_file_that_is_there_is_not_written_over() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let model = folder.path().join("pump.toml");
+        assert_eq!(unused(&model), model);
+        for name in ["pump.toml", "pump2.toml"] {
+            std::fs::write(folder.path().join(name), "").expect("a file");
+        }
+        assert_eq!(unused(&model), folder.path().join("pump3.toml"));
+        assert_eq!(unused(&folder.path().join("pump2.toml")), folder.path().join("pump3.toml"));
+    }
+}
