@@ -128,7 +128,8 @@ pub fn mask(recordings: &mut [Recording], purpose: Purpose) {
 }
 
 /// The first step of every answer: questions recordings as [`check`] does, then masks what is wild. For a fit the hum
-/// of the measuring chain is taken out, and of a current that is held the rows with a new value are taken.
+/// of the measuring chain is taken out, of a current that is held the rows with a new value are taken, and a channel with
+/// a clock of its own is put on that of the voltage.
 pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> Vec<DataFinding> {
     let mut found = check(recordings, Some(kind));
     mask(recordings, purpose);
@@ -137,6 +138,7 @@ pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> V
     if purpose == Purpose::Fit {
         hum::take_out(recordings, &mut found);
         raster::take_renewed(recordings, &mut found);
+        timing::correct(recordings, &mut found);
     }
     found
 }

@@ -13,8 +13,8 @@ use super::regression::{self, Fit};
 use super::signals::{self, Signals, short};
 use crate::averaging;
 use crate::model::Kind;
-use crate::recording::Channel;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+use crate::recording::{Channel, Recording};
 
 /// Longest interval, s: of an edge of the voltage between slower samples the balance knows too little.
 const SLOWEST_S: f64 = 2e-3;
@@ -103,6 +103,31 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         );
         let finding = s.finding(Code::ChannelShift, Severity::Info, text).on(channel).value(clock.shift_s, "s");
         found.push(finding.handled(Handled::Modelled));
+    }
+}
+
+/// Puts channels on the clock of the voltage, as the findings `clock_skew` say: values at its instants lie on straight
+/// lines between the samples. What the channel's own time does not reach any more does not count.
+pub fn correct(recordings: &mut [Recording], found: &mut [DataFinding]) {
+    for finding in found.iter_mut().filter(|f| f.code == Code::ClockSkew) {
+        let (Some(channel), Some(skew)) = (finding.channel, finding.value) else { continue };
+        let Some(recording) = recordings.iter_mut().find(|r| finding.recording == r.path()) else { continue };
+        let Some(values) = recording.channel(channel) else { continue };
+        let masked = recording.masked(channel);
+        let place = |n: usize| n as f64 * (1.0 + skew);
+        let before = |n: usize| (place(n) as usize).min(values.len() - 1);
+        let on_time = |n: usize| {
+            let (one, share) = (before(n), place(n) - before(n) as f64);
+            values.get(one + 1).map_or(values[one], |next| values[one] + share * (next - values[one]))
+        };
+        let corrected: Vec<f64> = (0..values.len()).map(on_time).collect();
+        let is_masked = |n: usize| masked.binary_search(&n).is_ok();
+        let lacks = |n: &usize| before(*n) + 1 >= values.len() || is_masked(before(*n)) || is_masked(before(*n) + 1);
+        let lacking: Vec<usize> = (0..values.len()).filter(lacks).collect();
+        if recording.set_channel(channel, corrected).is_ok() {
+            recording.exclude(lacking);
+            finding.handled = Handled::Corrected;
+        }
     }
 }
 
@@ -256,4 +281,32 @@ fn fine(x: f64, around: f64, of: impl Fn(f64) -> f64) -> (f64, f64) {
         }
     }
     if at_a < at_b { (a, at_a) } else { (b, at_b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Recording;
+
+    #[test]
+    fn a_channel_on_a_clock_of_its_own_is_put_on_that_of_the_voltage() {
+        const H: f64 = 1e-3;
+        const SKEW: f64 = 400e-6;
+        let speed = |t: f64| 100.0 * (9.0 * t).sin();
+        let at = |n: usize| n as f64 * H;
+        let measured = (0..10_000).map(|n| speed(at(n) / (1.0 + SKEW))).collect();
+        let recording = Recording::builder(H).channel(Channel::Speed, measured).build().unwrap().named("run.csv");
+        let skewed = DataFinding::new(Code::ClockSkew, Severity::Warning, recording.path(), "its own clock");
+        let mut found = [skewed.on(Channel::Speed).value(SKEW, "")];
+        let mut recordings = [recording];
+        correct(&mut recordings, &mut found);
+        assert_eq!(found[0].handled, Handled::Corrected);
+        let corrected = recordings[0].channel(Channel::Speed).unwrap();
+        // Of ten seconds the last four milliseconds lie beyond the channel's own time.
+        let counted: Vec<usize> = (0..10_000).filter(|n| recordings[0].valid()[*n]).collect();
+        assert!((9_994..=9_996).contains(&counted.len()), "{}", counted.len());
+        // A straight line is off by h²/8 times the second derivative, 100·81 rad/s³.
+        let off = counted.iter().map(|n| (corrected[*n] - speed(at(*n))).abs()).fold(0.0, f64::max);
+        assert!(off < 1.01 * H * H / 8.0 * 8100.0, "{off} rad/s");
+    }
 }

@@ -11,7 +11,7 @@ use greyrig::motor::BaseParameter;
 
 use super::classes;
 use super::completeness::{self, Completeness, Course, Floor};
-use super::constancy::Variation;
+use super::constancy::{self, Variation};
 use super::criteria::SMALLEST_GAIN;
 use super::screening::{self, Loops, Pair, Promise};
 use crate::compare::PerSignal;
@@ -269,6 +269,12 @@ impl<'a> Audit<'a> {
     /// 95 % intervals of the free parameters of a fit.
     pub fn intervals(&self, fit: &Fit) -> BTreeMap<Key, [f64; 2]> {
         intervals_of_fit(&self.problem, fit)
+    }
+
+    /// A parameter that changes in time in what a fit leaves over.
+    pub fn changes(&self, fit: &Fit) -> Option<Variation> {
+        let floor = self.floor(fit);
+        constancy::find_in_free_run(fit, self.problem.groups(), &self.times, &self.blocks, &floor)
     }
 
     /// Whether a parameter that varies in the balances does so in a fit of the free run.

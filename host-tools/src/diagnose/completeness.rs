@@ -12,7 +12,8 @@
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor,
 //! most of which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 −
 //! e^(−D/τ)), with w of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow
-//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²).
+//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²). Turbulence is there all the time: where the
+//! error is large for moments alone, as where the rotor accelerates, these means are limited by their medians.
 //!
 //! Where recordings of the same excitation are among them ([`repeats`](crate::repeats)), what is slow need not be
 //! concluded: what does not come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e
@@ -272,7 +273,7 @@ impl Signal {
     /// w + σ²: the noise of the sensor, and the first-order process that turbulence makes of the speed. (1 is the
     /// variance of the weighted residuals.)
     fn with_turbulence(&self, period_s: f64, time_constant_s: f64) -> f64 {
-        let apart = LAGS.map(|n| self.apart(n * period_s));
+        let apart = LAGS.map(|n| self.usually_apart(n * period_s));
         if apart.contains(&0.0) {
             return apart[0];
         }

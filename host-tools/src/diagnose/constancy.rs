@@ -140,7 +140,20 @@ pub fn find(
     rows.find(fit, problem.groups(), floor, decoy_gain)
 }
 
-/// The rows of the balances.
+/// Looks for a parameter that changes in time in what a fit of the free run leaves over, against its floor; its rows
+/// have these groups, times and blocks. Where the rotor accelerates for moments alone, the balances know little of it.
+pub fn find_in_free_run(
+    fit: &Fit,
+    groups: &[u8],
+    times: &[(usize, f64)],
+    blocks: &[usize],
+    floor: &Floor,
+) -> Option<Variation> {
+    let nothing = DVector::zeros(groups.len());
+    Rows { times, blocks, current: nothing.clone(), speed: nothing }.find(fit, groups, floor, 0.0)
+}
+
+/// The rows of the balances, or of the free run.
 struct Rows<'a> {
     /// Recording and time, s.
     times: &'a [(usize, f64)],

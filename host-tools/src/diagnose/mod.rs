@@ -217,8 +217,13 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let (varies, mut verdict) = match instead.filter(|change| shows(change, 0)) {
         Some(change) => (Some(change), Verdict::changed(Vec::new())),
         None => {
-            let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1));
             let verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
+            let is_outside = verdict.kind == VerdictKind::OutsideCatalogue;
+            let in_free_run = || match (&free_run, &in_free_run) {
+                (Some(audit), Some([_, with])) if is_outside && strained.is_none() => audit.changes(with),
+                _ => None,
+            };
+            let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1)).or_else(in_free_run);
             let verdict = match &varies {
                 Some(varies) if alone => verdict.beside(varies),
                 _ => verdict,

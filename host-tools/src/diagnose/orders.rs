@@ -3,7 +3,9 @@
 //! Windows of eight turns each; the power of the speed at n waves per turn is ranked among that at neighbouring waves
 //! per turn which are no whole numbers. Without a line every rank is as likely as any other, whatever the noise, so the
 //! mean rank over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a
-//! torque: a torque c cos nθ makes a speed of c/(J n ω).
+//! torque: a torque c cos nθ makes a speed of c/(J n ω), or less than that where the back-EMF brakes, and an error of the
+//! tacho goes with ω. The law a² ω^(2α) that fits the windows' powers best counts, α = 1 against 0 and −1, by least
+//! squares weighted by the noise of each: a run-up tells little of a line that the steady speed shows.
 //!
 //! A sensor that shows a value for several samples has a raster of its own: timed pulses tell lines of fewer than half
 //! as many waves a turn, windows those below half their rate. What stands above is the raster.
@@ -46,13 +48,8 @@ pub struct Line {
     pub stands_out: f64,
     /// Its amplitude in the speed (rad/s) and that speed (rad/s), in the slow and in the fast half of the windows.
     pub amplitudes: [(f64, f64); 2],
-}
-
-impl Line {
     /// Whether it grows with the speed, as an error of the tacho does; a torque's fades.
-    pub fn grows(&self) -> bool {
-        self.amplitudes[1].0 > self.amplitudes[0].0
-    }
+    pub grows: bool,
 }
 
 /// Power of a window at each order and at its neighbours.
@@ -81,6 +78,7 @@ pub fn lines(experiments: &[Experiment]) -> Vec<Line> {
                 order,
                 stands_out,
                 amplitudes: [amplitude(&windows[..half], k), amplitude(&windows[half..], k)],
+                grows: grows(&windows, k),
             })
         })
         .collect();
@@ -100,12 +98,34 @@ fn score(windows: &[Window], k: usize) -> f64 {
     (ranks.iter().sum::<f64>() / ranks.len() as f64 - 0.5) / deviation
 }
 
-/// Amplitude above the noise, and the mean speed, of some windows.
+/// Power above the noise, speed, and weight of the windows that know of an order.
+fn powers(windows: &[Window], k: usize) -> impl Iterator<Item = (f64, f64, f64)> + Clone {
+    let known = windows.iter().filter_map(move |w| w.power[k].map(|power| (w, power)));
+    known.map(move |(w, power)| {
+        let noise = w.floor[k].0;
+        (power - noise, w.speed, 1.0 / noise.powi(2).max(f64::MIN_POSITIVE))
+    })
+}
+
+/// Amplitude above the noise, and the mean speed, of some windows, weighted by what they know.
 fn amplitude(windows: &[Window], k: usize) -> (f64, f64) {
-    let of: Vec<(f64, f64)> = windows.iter().filter_map(|w| w.power[k].map(|p| (p - w.floor[k].0, w.speed))).collect();
-    let count = of.len().max(1) as f64;
-    let (power, speed) = of.iter().fold((0.0, 0.0), |s, x| (s.0 + x.0, s.1 + x.1));
-    ((power / count).max(0.0).sqrt(), speed / count)
+    let sums = powers(windows, k)
+        .fold([0.0; 3], |[p, s, n], (power, speed, weight)| [p + weight * power, s + weight * speed, n + weight]);
+    let [power, speed, weight] = sums;
+    ((power / weight.max(f64::MIN_POSITIVE)).max(0.0).sqrt(), speed / weight.max(f64::MIN_POSITIVE))
+}
+
+/// Whether an amplitude that goes with the speed fits the windows better than one that stays or fades.
+fn grows(windows: &[Window], k: usize) -> bool {
+    let fastest = powers(windows, k).map(|(_, speed, _)| speed).fold(f64::MIN_POSITIVE, f64::max);
+    let explained = |exponent: i32| {
+        let (along, square) = powers(windows, k).fold((0.0, 0.0), |(a, q), (power, speed, weight)| {
+            let shape = (speed / fastest).powi(2 * exponent);
+            (a + weight * power * shape, q + weight * shape * shape)
+        });
+        if along > 0.0 && square > 0.0 { along * along / square } else { 0.0 }
+    };
+    explained(1) > explained(0).max(explained(-1))
 }
 
 fn windows(e: &Experiment) -> Vec<Window> {
@@ -237,6 +257,34 @@ mod tests {
     use crate::filtering::Filter;
     use crate::model::Kind;
     use crate::rig::{Logger, Setup};
+
+    /// Windows at these speeds, rad/s, with a line of an amplitude and a noise.
+    fn of(speeds: impl Iterator<Item = u32>, amplitude: impl Fn(f64) -> f64, noise: f64) -> Vec<Window> {
+        let window = |(n, speed): (usize, u32)| {
+            let speed = f64::from(speed);
+            // Noise of either sign about its mean, half of it.
+            let power = amplitude(speed).powi(2) + noise * if n % 2 == 0 { 0.5 } else { 1.5 };
+            Window { speed, power: vec![Some(power)], floor: vec![(noise, 1.0)] }
+        };
+        speeds.enumerate().map(window).collect()
+    }
+
+    #[test]
+    fn a_line_of_the_tacho_grows_and_one_of_a_torque_does_not() {
+        let tacho = of((100..400).step_by(10), |w| 0.01 * w, 0.01);
+        assert!(grows(&tacho, 0));
+        let torque = of((100..400).step_by(10), |w| 300.0 / w, 0.01);
+        assert!(!grows(&torque, 0));
+        // A line that the back-EMF damps, where only the steady speeds show it: run-ups are a thousand times as noisy.
+        let damped = |w: f64| 3.0 / (1.0 + (w / 300.0).powi(2)).sqrt();
+        let run_up = of((50..250).step_by(10), |_| 0.0, 100.0);
+        let steady = of((300..400).step_by(5), damped, 0.1);
+        let windows: Vec<Window> = run_up.into_iter().chain(steady).collect();
+        assert!(!grows(&windows, 0));
+        let (slow, _) = amplitude(&windows[..20], 0);
+        let (fast, at) = amplitude(&windows[20..], 0);
+        assert!(slow < 3.0 && (fast - damped(at)).abs() < 0.02, "{slow} {fast}");
+    }
 
     #[test]
     fn timed_pulses_are_no_line_of_the_rotor() {

@@ -69,7 +69,7 @@ pub fn look(experiments: &[Experiment]) -> Vec<Finding> {
 fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
     let lines = orders::lines(experiments);
     let line = lines.first()?;
-    let (id, what) = match (line.grows(), line.order) {
+    let (id, what) = match (line.grows, line.order) {
         (true, _) => (EffectId::SpeedRipple, "it grows with the speed: the sensor shows it, the shaft does not do it"),
         (false, 1) => (EffectId::Imbalance, "it fades as the speed rises, as what a torque does to the speed"),
         (false, _) => (EffectId::TorqueRipple, "it fades as the speed rises, as what a torque does to the speed"),

@@ -111,6 +111,7 @@ impl Verdict {
     pub fn beside(self, varies: &Variation) -> Self {
         match (self.kind, varies.of_law()) {
             (VerdictKind::None, None) => Self::changed(self.sizes),
+            (VerdictKind::OutsideCatalogue, None) if varies.explains => Self::changed(self.sizes),
             (VerdictKind::OutsideCatalogue, Some(_)) if varies.explains => Self::but_for_a_form(self.sizes),
             _ => self,
         }
