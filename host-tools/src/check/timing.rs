@@ -2,7 +2,8 @@
 //!
 //! The balance of the voltage holds at one instant. With current or speed taken from t + a + b t, the a and b for which
 //! it holds best are that channel's shift and the skew of its clock. A lag of the motor or of a sensor's filter shows
-//! the same; it is an effect, and this finding says only that it is there.
+//! the same; it is an effect, and this finding says only that it is there. Nor is a clock to blame where the balance
+//! leaves less with other coefficients from some time on: the motor has changed.
 
 use std::borrow::Cow;
 
@@ -38,6 +39,9 @@ const STEPS: usize = 15;
 
 /// How many times less the balance has to leave for a clock to be blamed: less a drift of a channel makes, too.
 const BLAMED: f64 = 3.0;
+
+/// Parts of a recording whose borders are tried for a change of the motor.
+const BORDERS: usize = 16;
 
 /// A channel's time: it is taken from t + shift + skew t, t from the first sample.
 #[derive(Clone, Copy)]
@@ -85,16 +89,18 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     let without = balance.best_shift(channel).1;
     let stepped = found.iter().any(|f| f.recording == s.path() && f.channel == Some(channel));
     if without > BETTER_YET * left && over_s.abs() > least {
-        if stepped || as_it_is < BLAMED * left {
+        if stepped || as_it_is < BLAMED * left || balance.left_by_a_change() < left {
             return;
         }
+        let skew = balance.skew_alone(channel, clock, left);
+        let over_s = skew * s.len() as f64 * s.interval_s;
         let text = format!(
             "the clock of {name} runs {} ppm {} than that of the voltage: {} ms over the recording",
-            short(1e6 * clock.skew.abs()),
-            if clock.skew > 0.0 { "slower" } else { "faster" },
+            short(1e6 * skew.abs()),
+            if skew > 0.0 { "slower" } else { "faster" },
             short(1e3 * over_s.abs())
         );
-        found.push(s.finding(Code::ClockSkew, Severity::Warning, text).on(channel).value(clock.skew, ""));
+        found.push(s.finding(Code::ClockSkew, Severity::Warning, text).on(channel).value(skew, ""));
     } else {
         let text = format!(
             "{name} is {} ms {} than the voltage says",
@@ -193,19 +199,35 @@ impl<'a> Balance<'a> {
         self.fit(channel, clock).map(|f| f.variance)
     }
 
+    /// The same with the channels as they are, and other coefficients from some time on: the least over borders.
+    fn left_by_a_change(&self) -> f64 {
+        let rows: Vec<_> = self.rows(Channel::Current, RIGHT).collect();
+        let of_part =
+            |rows: &[([f64; 4], f64)]| regression::fit(rows.iter().copied()).map(|f| f.variance * f.rows as f64);
+        let left = |border: usize| {
+            let (before, after) = rows.split_at(border * rows.len() / BORDERS);
+            Some((of_part(before)? + of_part(after)?) / rows.len() as f64)
+        };
+        (1..BORDERS).filter_map(left).fold(f64::INFINITY, f64::min)
+    }
+
     /// u on 1, i, di/dt and the motion, with one channel on a clock.
     fn fit(&self, channel: Channel, clock: Clock) -> Option<Fit<4>> {
+        regression::fit(self.rows(channel, clock))
+    }
+
+    fn rows(&self, channel: Channel, clock: Clock) -> impl Iterator<Item = ([f64; 4], f64)> {
         let (other_i, other_w) = match channel {
             Channel::Current => (clock, RIGHT),
             _ => (RIGHT, clock),
         };
-        let taken = |x: &[f64], n: usize, clock: Clock| {
+        let taken = move |x: &[f64], n: usize, clock: Clock| {
             let position = n as f64 + clock.shift_s / self.interval_s + clock.skew * n as f64;
             let position = position.clamp(0.0, (x.len() - 1) as f64);
             let k = (position as usize).min(x.len().saturating_sub(2));
             x[k] + (position - k as f64) * (x[k + 1] - x[k])
         };
-        let rows = self.windows.iter().map(|&from| {
+        self.windows.iter().map(move |&from| {
             let [mut u, mut i, mut di, mut motion] = [0.0; 4];
             for k in 0..self.length {
                 let (a, d) = (self.phi[k], self.psi[k]);
@@ -217,8 +239,7 @@ impl<'a> Balance<'a> {
                 motion += a * if self.kind == Kind::PmDc { speed } else { current * speed };
             }
             ([1.0, i, di, motion], u)
-        });
-        regression::fit(rows)
+        })
     }
 
     /// The shift of a channel, and the skew of its clock, that leave least, and what they leave.
@@ -243,6 +264,13 @@ impl<'a> Balance<'a> {
             }
         }
         (clock, least)
+    }
+
+    /// The skew of a clock that leaves `left`, less what its shift has taken of it: without a shift, if that does as well.
+    fn skew_alone(&self, channel: Channel, clock: Clock, left: f64) -> f64 {
+        let by = |skew: f64| self.left(channel, Clock { shift_s: 0.0, skew }).unwrap_or(f64::INFINITY);
+        let (skew, by_skew) = fine(clock.skew, 0.02 * LARGEST_SKEW, by);
+        if by_skew < BETTER_YET * left { skew } else { clock.skew }
     }
 
     fn best_shift(&self, channel: Channel) -> (f64, f64) {

@@ -193,7 +193,10 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
-    let strained = Strained::among(&ladder, holds, space);
+    let form = if ladder.found.is_empty() { None } else { climb.varies(&ladder.fit, &ladder) };
+    let is_its_form = form.is_some_and(|form| form.explains && form.of_law().is_some());
+    let explained = ladder.is_explained() || is_its_form;
+    let strained = Strained::among(&ladder, holds, space, explained);
     let left = match &strained {
         Some(strained) => climb.fit(&ladder.fit.space.without_effect(strained.effect))?,
         None => ladder.fit.clone(),
@@ -217,7 +220,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let (varies, mut verdict) = match instead.filter(|change| shows(change, 0)) {
         Some(change) => (Some(change), Verdict::changed(Vec::new())),
         None => {
-            let verdict = verdict::judge(&ladder, seen, &lead, strained.as_ref(), sizes, holds);
+            let verdict = verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds);
             let is_outside = verdict.kind == VerdictKind::OutsideCatalogue;
             let in_free_run = || match (&free_run, &in_free_run) {
                 (Some(audit), Some([_, with])) if is_outside && strained.is_none() => audit.changes(with),

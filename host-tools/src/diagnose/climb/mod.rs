@@ -346,7 +346,7 @@ impl<'a> Climb<'a> {
         if ladder.found.is_empty() {
             return Ok(None);
         }
-        let found = self.held_out(&ladder.fit)?.log_error();
+        let found = self.log_error_held_out(&ladder.fit)?;
         let change = self.varies(base, ladder).filter(|varies| varies.of_law().is_none());
         Ok(change.filter(|change| change.log_error + SMALLEST_GAIN < found))
     }
@@ -386,6 +386,14 @@ impl<'a> Climb<'a> {
     /// An interrupt.
     pub fn gain(&self, before: &Fit, fit: &Fit) -> Result<f64> {
         Ok(self.held_out(before)?.fall_to(self.held_out(fit)?))
+    }
+
+    /// The logarithm of a fit's error on data held out.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn log_error_held_out(&self, fit: &Fit) -> Result<f64> {
+        Ok(self.held_out(fit)?.log_error())
     }
 
     fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {

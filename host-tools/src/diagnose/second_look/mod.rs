@@ -11,6 +11,7 @@ mod another_form;
 mod by_chance;
 mod more;
 mod reconsidered;
+mod surrogates;
 
 use greyrig::effects::EffectId;
 use rayon::prelude::*;
@@ -83,6 +84,7 @@ impl<'a> SecondLook<'a> {
         if best.0.found != settled {
             best = self.exchanged(best)?;
         }
+        let mut best = self.without_surrogates(best)?;
         self.climb.find_rivals(&mut best.0)?;
         self.confirm_rivals(&mut best)?;
         let by_chance = self.behind_by_chance(&best)?;

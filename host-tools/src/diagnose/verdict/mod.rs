@@ -150,9 +150,11 @@ impl Verdict {
     }
 }
 
-/// Judges what a climb has found; `lead` is of what is left beside the effects, but for one that is strained.
+/// Judges what a climb has found, which is `explained` or leaves structure; `lead` is of what is left beside the effects,
+/// but for one that is strained.
 pub fn judge(
     ladder: &Ladder,
+    explained: bool,
     findings: &[Finding],
     lead: &Lead,
     strained: Option<&Strained>,
@@ -162,7 +164,6 @@ pub fn judge(
     let kind = ladder.fit.space.kind();
     let mut effects: Vec<EffectId> = super::ids(findings);
     effects.extend(ladder.found.iter().map(|id| id.description().named_as(kind.flux_law())));
-    let explained = ladder.is_explained();
     if effects.is_empty() {
         let swallowed = blocked(ladder, Objection::NotIndependent).or_else(|| blocked(ladder, Objection::Implausible));
         return match swallowed {

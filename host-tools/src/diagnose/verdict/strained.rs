@@ -25,9 +25,10 @@ pub struct Strained {
 }
 
 impl Strained {
-    /// Among what was found, where it would be named without a doubt; `space` are its parameters.
-    pub fn among(ladder: &Ladder, holds: Holds, space: &Space) -> Option<Self> {
-        if !ladder.is_explained() || Doubt::about(ladder, holds).is_some() {
+    /// Among what was found, where it would be named without a doubt; `space` are its parameters, `explained` whether it
+    /// explains all.
+    pub fn among(ladder: &Ladder, holds: Holds, space: &Space, explained: bool) -> Option<Self> {
+        if !explained || Doubt::about(ladder, holds).is_some() {
             return None;
         }
         let tried = |id: &EffectId| ladder.steps.iter().any(|s| s.promises.iter().any(|(other, _)| other == id));
