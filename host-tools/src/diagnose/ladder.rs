@@ -126,6 +126,18 @@ impl Ladder {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
 
+    /// Whether effects that the model has already explain nearly all that exceeds the floor without them, if nothing was
+    /// found beside them: by the rule by which they were named, or would be. `before` is the completeness of the balances
+    /// without them, `free_run` that of the free run without and with them.
+    pub fn is_explained_by(
+        &self,
+        known: &[EffectId],
+        before: Completeness,
+        free_run: &(Completeness, Completeness),
+    ) -> bool {
+        self.found.is_empty() && !known.is_empty() && is_explained(known, [before, self.after], Some(free_run))
+    }
+
     /// Whether what was found leaves more in the free run than any healthy motor does.
     pub fn leaves_more_than_healthy(&self) -> bool {
         !self.found.is_empty() && self.free_run.is_some_and(|(_, with)| !with.may_be_healthy())

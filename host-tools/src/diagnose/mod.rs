@@ -196,6 +196,12 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let form = if ladder.found.is_empty() { None } else { climb.varies(&ladder.fit, &ladder) };
     let is_its_form = form.is_some_and(|form| form.explains && form.of_law().is_some());
     let explained = ladder.is_explained() || is_its_form;
+    let by_what_it_has = match (&free_run, &in_free_run) {
+        (Some(audit), Some([with, _])) if alone && !explained => {
+            explained_by_what_it_has(&climb, audit, &base, with, &ladder)?
+        }
+        _ => false,
+    };
     let strained = Strained::among(&ladder, holds, space, explained);
     let left = match &strained {
         Some(strained) => climb.fit(&ladder.fit.space.without_effect(strained.effect))?,
@@ -223,12 +229,15 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
             let verdict = verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds);
             let is_outside = verdict.kind == VerdictKind::OutsideCatalogue;
             let in_free_run = || match (&free_run, &in_free_run) {
-                (Some(audit), Some([_, with])) if is_outside && strained.is_none() => audit.changes(with),
+                (Some(audit), Some([_, with])) if is_outside && !by_what_it_has && strained.is_none() => {
+                    audit.changes(with)
+                }
                 _ => None,
             };
             let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1)).or_else(in_free_run);
             let verdict = match &varies {
                 Some(varies) if alone => verdict.beside(varies),
+                None if by_what_it_has => verdict.but_for_forms(),
                 _ => verdict,
             };
             (varies, verdict)
@@ -244,6 +253,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
             varies.as_ref().map(|v| (v, v.key.unit(settings.kind, motion))),
             over.as_ref(),
             wandering,
+            by_what_it_has.then_some(&ladder.after),
         ),
     };
     if let Some(remaining) = &verdict.remaining {
@@ -285,6 +295,26 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         decoys: ladder.steps.iter().fold([0, 0], |sum, s| [sum[0] + s.decoys[0], sum[1] + s.decoys[1]]),
         clean,
     })
+}
+
+/// Whether the effects of the model as it was, `base` by the balances and `with` in the free run, explain nearly all that
+/// the motor would leave without them, where nothing was found beside them.
+fn explained_by_what_it_has(
+    climb: &Climb<'_>,
+    audit: &Audit<'_>,
+    base: &Fit,
+    with: &Fit,
+    ladder: &Ladder,
+) -> Result<bool> {
+    // A part of the sensor is no law of the motor.
+    let known: Vec<EffectId> = base.space.effects().iter().copied().filter(|id| !id.description().of_data).collect();
+    if known.is_empty() {
+        return Ok(false);
+    }
+    let bare = climb.fit(&known.iter().fold(base.space.clone(), |space, id| space.without_effect(*id)))?;
+    let free = audit.fit(&bare.space)?;
+    let before = Completeness::of(&bare, &ladder.floor);
+    Ok(ladder.is_explained_by(&known, before, &audit.completeness_of_both(&free, with)))
 }
 
 /// What was found, and what the free run makes of it, where there is one.

@@ -117,6 +117,11 @@ impl Verdict {
         }
     }
 
+    /// The same where the model's effects explain nearly all that the motor leaves without them: no other one is missing.
+    pub fn but_for_forms(self) -> Self {
+        if self.kind == VerdictKind::OutsideCatalogue { Self::but_for_a_form(self.sizes) } else { self }
+    }
+
     /// A parameter of the model changes in time.
     pub fn changed(sizes: Vec<Size>) -> Self {
         Self {

@@ -39,12 +39,13 @@ pub struct Remaining {
 
 impl Remaining {
     /// Of a verdict: a parameter that varies in the balances, with its unit, what exceeds that of any healthy motor in
-    /// the free run, or a speed that wanders.
+    /// the free run, a speed that wanders, or what the effects that the model has leave in the balances.
     pub fn beside(
         verdict: VerdictKind,
         varies: Option<(&Variation, &str)>,
         over: Option<&Completeness>,
         wandering: Option<Wandering>,
+        left: Option<&Completeness>,
     ) -> Option<Self> {
         if let Some((varies, unit)) = varies {
             let effect = varies.of_law();
@@ -56,6 +57,15 @@ impl Remaining {
         if let Some(over) = over {
             let times_floor = over.electrical.max(over.mechanical);
             return Some(Self { cause: Cause::Unknown, effect: None, times_floor, text: left_over(over) });
+        }
+        if let Some(left) = left {
+            let times_floor = left.electrical.max(left.mechanical);
+            let side = if left.electrical > left.mechanical { "voltage" } else { "torque" };
+            let text = format!(
+                "what is left in the {side} balance, {times_floor:.1} times what does not repeat, is less than a twentieth of what \
+                 the model's effects explain: their laws have another form in this motor, or something small is missing besides"
+            );
+            return Some(Self { cause: Cause::Unknown, effect: None, times_floor, text });
         }
         let wandering = wandering.filter(|_| verdict == VerdictKind::None)?;
         let text = remarks::wandering(verdict, wandering)?;
