@@ -777,9 +777,7 @@ fn the_next_command_is_ready_to_run() {
     );
     let said = json(&run(&["diagnose", "a run.csv", "--model", "model.toml", "--json"]));
     assert_eq!(said["verdict"]["kind"], "none");
-    let (words, made) = next(&said);
-    assert_eq!(words[..2], ["greyrig", "challenge"]);
-    assert!(String::from_utf8_lossy(&made.stdout).contains("stribeck"));
+    assert_eq!(next(&said).0[..2], ["greyrig", "challenge"]);
     // What is there is not written over, and what a channel is mapped from stands once.
     let said = json(&run(&["diagnose", "a run.csv", "--kind", "pm-dc", "--json"]));
     assert!(said["next_command"].as_str().unwrap().ends_with("--out model2.toml"), "{}", said["next_command"]);

@@ -10,7 +10,7 @@ use greyrig::effects::{Description, EffectId};
 use greyrig::motor::BaseParameter;
 
 use super::classes;
-use super::completeness::{self, Completeness, Course, Floor};
+use super::completeness::{self, Completeness, Course, Floor, Moments};
 use super::constancy::{self, Variation};
 use super::criteria::SMALLEST_GAIN;
 use super::screening::{self, Loops, Pair, Promise};
@@ -201,9 +201,17 @@ impl<'a> Audit<'a> {
     /// The error of a fit without and one with effects over what does not repeat, to which belongs what turbulence
     /// makes of the current by way of the speed.
     pub fn completeness_of_both(&self, without: &Fit, with: &Fit) -> (Completeness, Completeness) {
+        self.completeness_with(self.floor(with), without, with)
+    }
+
+    /// The same of a model beside which nothing was found, to acquit it.
+    pub fn completeness_alone(&self, fit: &Fit) -> (Completeness, Completeness) {
+        self.completeness_with(self.floor_with(fit, Moments::Rare), fit, fit)
+    }
+
+    fn completeness_with(&self, floor: Floor, without: &Fit, with: &Fit) -> (Completeness, Completeness) {
         // Not where something is looked for: weak friction moves the speed as slowly as turbulence does.
         let passed_on = self.problem.through_the_speed(with);
-        let floor = self.floor(with);
         let floor = floor.with_turbulence_passed_on(with, &self.problem, &passed_on, &self.course());
         (Completeness::of(without, &floor), Completeness::of(with, &floor))
     }
@@ -220,7 +228,11 @@ impl<'a> Audit<'a> {
     }
 
     fn floor(&self, best: &Fit) -> Floor {
-        Floor::of_free_run(best, &self.problem, &self.course(), self.time_constant_s)
+        self.floor_with(best, Moments::OfTurbulence)
+    }
+
+    fn floor_with(&self, best: &Fit, moments: Moments) -> Floor {
+        Floor::of_free_run(best, &self.problem, &self.course(), self.time_constant_s, moments)
     }
 
     fn course(&self) -> Course<'_> {
@@ -273,7 +285,7 @@ impl<'a> Audit<'a> {
 
     /// A parameter that changes in time in what a fit leaves over.
     pub fn changes(&self, fit: &Fit) -> Option<Variation> {
-        let floor = self.floor(fit);
+        let floor = self.floor_with(fit, Moments::Rare);
         constancy::find_in_free_run(fit, self.problem.groups(), &self.times, &self.blocks, &floor)
     }
 

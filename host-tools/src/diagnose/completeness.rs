@@ -12,8 +12,9 @@
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor,
 //! most of which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 −
 //! e^(−D/τ)), with w of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow
-//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²). Turbulence is there all the time: where the
-//! error is large for moments alone, as where the rotor accelerates, these means are limited by their medians.
+//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²). Turbulence is there all the time: where a motor
+//! is acquitted, an error that is large for moments alone, as where the rotor accelerates, is none, and these means are
+//! limited by their medians. Beside effects that were found it is: their laws have other forms, which an inrush shows.
 //!
 //! Where recordings of the same excitation are among them ([`repeats`](crate::repeats)), what is slow need not be
 //! concluded: what does not come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e
@@ -70,6 +71,15 @@ pub struct Completeness {
     pub mechanical: f64,
 }
 
+/// What an error of the speed is that is large for moments alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moments {
+    /// A part of what the load does.
+    OfTurbulence,
+    /// No turbulence, which is there all the time.
+    Rare,
+}
+
 /// When the rows were measured, and how often the same.
 #[derive(Debug, Clone, Copy)]
 pub struct Course<'a> {
@@ -105,10 +115,16 @@ impl Floor {
     }
 
     /// Of current and speed from a fit in the free run; `time_constant_s` is that of the rotor.
-    pub fn of_free_run(fit: &Fit, problem: &impl Residuals, course: &Course<'_>, time_constant_s: f64) -> Self {
+    pub fn of_free_run(
+        fit: &Fit,
+        problem: &impl Residuals,
+        course: &Course<'_>,
+        time_constant_s: f64,
+        moments: Moments,
+    ) -> Self {
         let Course { times, period_s, repeats } = *course;
         let [current, speed] = [0, 1].map(|group| Signal::of(&fit.residuals, problem, times, group));
-        let turbulent = speed.with_turbulence(period_s, time_constant_s);
+        let turbulent = speed.with_turbulence(period_s, time_constant_s, moments);
         let fast = speed.apart(period_s);
         let by_repeats = |back: Back| fast + back.differs + back.others * (turbulent - fast).max(0.0);
         let speed = speed.means(period_s).comes_back(repeats).map_or(turbulent, by_repeats);
@@ -272,8 +288,11 @@ impl Signal {
 
     /// w + σ²: the noise of the sensor, and the first-order process that turbulence makes of the speed. (1 is the
     /// variance of the weighted residuals.)
-    fn with_turbulence(&self, period_s: f64, time_constant_s: f64) -> f64 {
-        let apart = LAGS.map(|n| self.usually_apart(n * period_s));
+    fn with_turbulence(&self, period_s: f64, time_constant_s: f64, moments: Moments) -> f64 {
+        let apart = LAGS.map(|n| match moments {
+            Moments::OfTurbulence => self.apart(n * period_s),
+            Moments::Rare => self.usually_apart(n * period_s),
+        });
         if apart.contains(&0.0) {
             return apart[0];
         }
@@ -366,7 +385,7 @@ mod tests {
     fn turbulence_that_the_rotor_adds_up_counts_as_noise() {
         let signal = speed(1.0, |_| 0.0);
         // 60 s hold 75 independent pieces of a process of 0.4 s: its variance is known to 16 %, 40 % is 2.5 sigma.
-        let ratio = signal.with_turbulence(PERIOD_S, ROTOR_S) / variance(&signal);
+        let ratio = signal.with_turbulence(PERIOD_S, ROTOR_S, Moments::OfTurbulence) / variance(&signal);
         assert!((0.6..1.4).contains(&ratio), "{ratio}");
         // One period tells 1 - exp(-0.02/0.4) = 5 % of it, and the white noise.
         let apart = signal.apart(PERIOD_S);
@@ -376,10 +395,22 @@ mod tests {
     #[test]
     fn structure_that_changes_slowly_does_not_pass_for_turbulence() {
         let signal = speed(0.0, |t| 3.0 * (std::f64::consts::TAU * t / 4.0).sin());
-        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S);
+        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S, Moments::OfTurbulence);
         // The white noise has 0.09, known to 0.01 as below. Of the sine's 4.5 the three terms miss what D⁴ brings: at
         // 8T (2π·0.16 s/4 s)²/12 = 0.5 % of its part there, which is 3 % of it.
         assert!((floor - 0.09).abs() < 0.011, "{floor}");
+    }
+
+    #[test]
+    fn an_error_of_moments_is_turbulence_or_rare() {
+        // A rotor that is too slow for 60 ms in each second, as at a step of the voltage, beside the sensor's noise.
+        let signal = speed(0.0, |t| if t % 1.0 < 0.06 { 20.0 * (-(t % 1.0) / 0.02).exp() } else { 0.0 });
+        let floor = |moments| signal.with_turbulence(PERIOD_S, 0.02, moments).sqrt();
+        // The square of the error is 400·0.01/1 of a second, and as good as all of it differs from one period to the next.
+        assert!(floor(Moments::OfTurbulence) > 1.4, "{}", floor(Moments::OfTurbulence));
+        // RMS of the noise 0.3, of which at most 2.4 times pass; an eighth of the differences are not noise, which moves
+        // their median by a third and its root by a sixth.
+        assert!(floor(Moments::Rare) < 0.9, "{}", floor(Moments::Rare));
     }
 
     /// Two recordings of half a minute each: a process each, and something that depends on time, in both.
@@ -420,7 +451,7 @@ mod tests {
         // A fifth of the same 5, which the products tell to 0.1 of it: 0.5, of which this is less than two sigma. The
         // lags tell 60 % at least of what is all a process, as above.
         assert!((0.3..1.7).contains(&back.differs), "{}", back.differs);
-        let by_lags = signal.with_turbulence(PERIOD_S, ROTOR_S) / variance(&signal);
+        let by_lags = signal.with_turbulence(PERIOD_S, ROTOR_S, Moments::OfTurbulence) / variance(&signal);
         assert!(by_lags > 0.6, "{by_lags}");
     }
 
@@ -436,7 +467,7 @@ mod tests {
     #[test]
     fn without_turbulence_one_period_tells_all() {
         let signal = speed(0.0, |_| 0.0);
-        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S);
+        let floor = signal.with_turbulence(PERIOD_S, ROTOR_S, Moments::OfTurbulence);
         // Each lag is known to √(3/60,000) = 0.7 %, and carried on by 1/(1 − e^(−0.16/0.4)) = 3 to the whole process:
         // 0.002. The quadratic term takes part, which costs as much again; 0.01 is 2.5 sigma of both.
         assert!((floor - 0.09).abs() < 0.01, "{floor}");

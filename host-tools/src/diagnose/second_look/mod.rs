@@ -158,7 +158,10 @@ impl<'a> SecondLook<'a> {
 
     /// Completeness of the free run without and with effects.
     fn completeness(&self, fit: &Fit) -> (Completeness, Completeness) {
-        self.audit.completeness_of_both(&self.free, fit)
+        match fit.space.effects() == self.free.space.effects() {
+            true => self.audit.completeness_alone(fit),
+            false => self.audit.completeness_of_both(&self.free, fit),
+        }
     }
 
     /// Leaves of the rivals those that do as well in the place of what was found in the free run, too, now that all is
