@@ -629,8 +629,9 @@ fn that_changes(before: [f64; 6], after: [f64; 6]) -> Recording {
     channels.fold(Recording::builder(H), |builder, (channel, x)| builder.channel(channel, x)).build().unwrap()
 }
 
-/// A magnet motor on steps of the voltage, 8 s, whose brushes drop 1 V at rest and as much more at 300 rad/s, with the noise
-/// of sensors. Heun's rule at 200 kHz: the current needs 1 ms, so that a step of 5 µs is off by 1e-5 of what it changes.
+/// A magnet motor on steps of the voltage, 8 s, whose brushes drop 1 V at rest and as much more at 300 rad/s, with the
+/// noise of sensors. Heun's rule at 200 kHz: the current needs 1 ms, so that a step of 5 µs is off by 1e-5 of what it
+/// changes.
 fn with_a_drop_that_grows(random: &mut ChaCha8Rng) -> Recording {
     const H: f64 = 1e-4;
     const STEPS: usize = 20;

@@ -128,8 +128,8 @@ pub fn mask(recordings: &mut [Recording], purpose: Purpose) {
 }
 
 /// The first step of every answer: questions recordings as [`check`] does, then masks what is wild. For a fit the hum
-/// of the measuring chain is taken out, of a current that is held the rows with a new value are taken, and a channel with
-/// a clock of its own is put on that of the voltage.
+/// of the measuring chain is taken out, of a current that is held the rows with a new value are taken, and a channel
+/// with a clock of its own is put on that of the voltage.
 pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> Vec<DataFinding> {
     let mut found = check(recordings, Some(kind));
     mask(recordings, purpose);

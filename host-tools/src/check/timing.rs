@@ -266,7 +266,8 @@ impl<'a> Balance<'a> {
         (clock, least)
     }
 
-    /// The skew of a clock that leaves `left`, less what its shift has taken of it: without a shift, if that does as well.
+    /// The skew of a clock that leaves `left`, less what its shift has taken of it: without a shift, if that does as
+    /// well.
     fn skew_alone(&self, channel: Channel, clock: Clock, left: f64) -> f64 {
         let by = |skew: f64| self.left(channel, Clock { shift_s: 0.0, skew }).unwrap_or(f64::INFINITY);
         let (skew, by_skew) = fine(clock.skew, 0.02 * LARGEST_SKEW, by);

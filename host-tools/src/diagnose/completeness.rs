@@ -12,9 +12,10 @@
 //! In the free run's speed turbulence adds up: it makes a first-order process with the time constant τ of the rotor,
 //! most of which repeats from one period to the next. Half the mean square of `e(t + D) − e(t)` is then w + σ²(1 −
 //! e^(−D/τ)), with w of the noise of the sensor, to which structure that changes smoothly adds bD². The three follow
-//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²). Turbulence is there all the time: where a motor
-//! is acquitted, an error that is large for moments alone, as where the rotor accelerates, is none, and these means are
-//! limited by their medians. Beside effects that were found it is: their laws have other forms, which an inrush shows.
+//! from D = T, 2T, 4T and 8T by least squares; the floor f is √(w + σ²). Turbulence is there all the time: where a
+//! motor is acquitted, an error that is large for moments alone, as where the rotor accelerates, is none, and these
+//! means are limited by their medians. Beside effects that were found it is: their laws have other forms, which an
+//! inrush shows.
 //!
 //! Where recordings of the same excitation are among them ([`repeats`](crate::repeats)), what is slow need not be
 //! concluded: what does not come back at the same time does not repeat. With e and e' of two such recordings, ⟨e²⟩ − ⟨e
@@ -406,10 +407,11 @@ mod tests {
         // A rotor that is too slow for 60 ms in each second, as at a step of the voltage, beside the sensor's noise.
         let signal = speed(0.0, |t| if t % 1.0 < 0.06 { 20.0 * (-(t % 1.0) / 0.02).exp() } else { 0.0 });
         let floor = |moments| signal.with_turbulence(PERIOD_S, 0.02, moments).sqrt();
-        // The square of the error is 400·0.01/1 of a second, and as good as all of it differs from one period to the next.
+        // The square of the error is 400·0.01/1 of a second, and as good as all of it differs from one period to the
+        // next.
         assert!(floor(Moments::OfTurbulence) > 1.4, "{}", floor(Moments::OfTurbulence));
-        // RMS of the noise 0.3, of which at most 2.4 times pass; an eighth of the differences are not noise, which moves
-        // their median by a third and its root by a sixth.
+        // RMS of the noise 0.3, of which at most 2.4 times pass; an eighth of the differences are not noise, which
+        // moves their median by a third and its root by a sixth.
         assert!(floor(Moments::Rare) < 0.9, "{}", floor(Moments::Rare));
     }
 

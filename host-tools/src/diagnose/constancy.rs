@@ -95,10 +95,10 @@ impl Variation {
         }
     }
 
-    /// Whether a change in time shows in another fit of the same model as well, which has rows of these groups, times and
-    /// blocks: on data held out, and in the same direction. The balances take noise of the speed for acceleration, so
-    /// that their inertia is smaller where nothing accelerates; the free run does not. (There the state at the border is
-    /// taken to follow the parameter at once.)
+    /// Whether a change in time shows in another fit of the same model as well, which has rows of these groups, times
+    /// and blocks: on data held out, and in the same direction. The balances take noise of the speed for acceleration,
+    /// so that their inertia is smaller where nothing accelerates; the free run does not. (There the state at the
+    /// border is taken to follow the parameter at once.)
     pub fn shows_in(&self, fit: &Fit, groups: &[u8], times: &[(usize, f64)], blocks: &[usize]) -> bool {
         let With::Time(border) = self.with else { return true };
         let Some(place) = fit.space.free().position(|entry| entry.key == self.key) else { return false };

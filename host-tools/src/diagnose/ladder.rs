@@ -126,9 +126,9 @@ impl Ladder {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
 
-    /// Whether effects that the model has already explain nearly all that exceeds the floor without them, if nothing was
-    /// found beside them: by the rule by which they were named, or would be. `before` is the completeness of the balances
-    /// without them, `free_run` that of the free run without and with them.
+    /// Whether effects that the model has already explain nearly all that exceeds the floor without them, if nothing
+    /// was found beside them: by the rule by which they were named, or would be. `before` is the completeness of the
+    /// balances without them, `free_run` that of the free run without and with them.
     pub fn is_explained_by(
         &self,
         known: &[EffectId],

@@ -297,8 +297,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     })
 }
 
-/// Whether the effects of the model as it was, `base` by the balances and `with` in the free run, explain nearly all that
-/// the motor would leave without them, where nothing was found beside them.
+/// Whether the effects of the model as it was, `base` by the balances and `with` in the free run, explain nearly all
+/// that the motor would leave without them, where nothing was found beside them.
 fn explained_by_what_it_has(
     climb: &Climb<'_>,
     audit: &Audit<'_>,

@@ -3,8 +3,8 @@
 //! Windows of eight turns each; the power of the speed at n waves per turn is ranked among that at neighbouring waves
 //! per turn which are no whole numbers. Without a line every rank is as likely as any other, whatever the noise, so the
 //! mean rank over the windows is the test. Whether the line grows with the speed or fades tells the tacho from a
-//! torque: a torque c cos nθ makes a speed of c/(J n ω), or less than that where the back-EMF brakes, and an error of the
-//! tacho goes with ω. The law a² ω^(2α) that fits the windows' powers best counts, α = 1 against 0 and −1, by least
+//! torque: a torque c cos nθ makes a speed of c/(J n ω), or less than that where the back-EMF brakes, and an error of
+//! the tacho goes with ω. The law a² ω^(2α) that fits the windows' powers best counts, α = 1 against 0 and −1, by least
 //! squares weighted by the noise of each: a run-up tells little of a line that the steady speed shows.
 //!
 //! A sensor that shows a value for several samples has a raster of its own: timed pulses tell lines of fewer than half

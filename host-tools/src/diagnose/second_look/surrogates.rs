@@ -1,10 +1,10 @@
 //! Effects that stand in for the form of another one's law.
 //!
-//! A contact drop that grows with the speed looks, to a catalogue whose drop does not, like a drop with saturation and a
-//! load of the air besides: each takes a part of what the speed adds. Where what is left goes with the law of one effect
-//! ([`constancy`](crate::diagnose::constancy)), that one alone, with its size going with current or speed, is fitted to
-//! the balances of the model as it was. If it comes closer than all that was found, on data held out, the others were
-//! its surrogates.
+//! A contact drop that grows with the speed looks, to a catalogue whose drop does not, like a drop with saturation and
+//! a load of the air besides: each takes a part of what the speed adds. Where what is left goes with the law of one
+//! effect ([`constancy`](crate::diagnose::constancy)), that one alone, with its size going with current or speed, is
+//! fitted to the balances of the model as it was. If it comes closer than all that was found, on data held out, the
+//! others were its surrogates.
 
 use super::{Judged, SecondLook};
 use crate::diagnose::criteria::SMALLEST_GAIN;

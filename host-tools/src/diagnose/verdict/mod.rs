@@ -106,8 +106,8 @@ impl Verdict {
         }
     }
 
-    /// The same beside a parameter that varies, where nothing was found: if it changes in time, that is what is missing;
-    /// if it is the form of a law that the model has, and explains all, nothing else is.
+    /// The same beside a parameter that varies, where nothing was found: if it changes in time, that is what is
+    /// missing; if it is the form of a law that the model has, and explains all, nothing else is.
     pub fn beside(self, varies: &Variation) -> Self {
         match (self.kind, varies.of_law()) {
             (VerdictKind::None, None) => Self::changed(self.sizes),
@@ -117,7 +117,8 @@ impl Verdict {
         }
     }
 
-    /// The same where the model's effects explain nearly all that the motor leaves without them: no other one is missing.
+    /// The same where the model's effects explain nearly all that the motor leaves without them: no other one is
+    /// missing.
     pub fn but_for_forms(self) -> Self {
         if self.kind == VerdictKind::OutsideCatalogue { Self::but_for_a_form(self.sizes) } else { self }
     }
@@ -155,8 +156,8 @@ impl Verdict {
     }
 }
 
-/// Judges what a climb has found, which is `explained` or leaves structure; `lead` is of what is left beside the effects,
-/// but for one that is strained.
+/// Judges what a climb has found, which is `explained` or leaves structure; `lead` is of what is left beside the
+/// effects, but for one that is strained.
 pub fn judge(
     ladder: &Ladder,
     explained: bool,

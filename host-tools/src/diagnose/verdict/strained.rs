@@ -25,8 +25,8 @@ pub struct Strained {
 }
 
 impl Strained {
-    /// Among what was found, where it would be named without a doubt; `space` are its parameters, `explained` whether it
-    /// explains all.
+    /// Among what was found, where it would be named without a doubt; `space` are its parameters, `explained` whether
+    /// it explains all.
     pub fn among(ladder: &Ladder, holds: Holds, space: &Space, explained: bool) -> Option<Self> {
         if !explained || Doubt::about(ladder, holds).is_some() {
             return None;
