@@ -237,9 +237,10 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
             let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1)).or_else(in_free_run);
             let verdict = match &varies {
                 Some(varies) if alone => verdict.beside(varies),
-                None if by_what_it_has => verdict.but_for_forms(),
                 _ => verdict,
             };
+            let is_constant = varies.as_ref().is_none_or(|varies| varies.of_law().is_some());
+            let verdict = if by_what_it_has && is_constant { verdict.but_for_forms() } else { verdict };
             (varies, verdict)
         }
     };

@@ -46,7 +46,7 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
         let two = sum.two.map(name).join(" and ");
         text += &format!("; {two} together would do the same, but one cause is likelier than two");
     }
-    text + &format!("\n  what it leaves without it: {}", d.signature)
+    text + &format!("\n  a model without it leaves: {}", d.signature)
 }
 
 /// What the size of an effect means.
