@@ -46,7 +46,11 @@ impl fmt::Display for CommandLine {
 /// The first of `model.toml`, `model2.toml`, `model3.toml` … that does not exist, beside a model file and by its name.
 pub fn unused(model: &Path) -> PathBuf {
     let stem = model.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
-    let stem = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    // A name that is a number goes on behind a hyphen.
+    let stem = match stem.trim_end_matches(|c: char| c.is_ascii_digit()) {
+        "" => format!("{stem}-"),
+        name => name.to_owned(),
+    };
     let numbered =
         |n: u32| model.with_file_name(format!("{stem}{}.toml", if n == 1 { String::new() } else { n.to_string() }));
     (1..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(1))
@@ -76,5 +80,7 @@ mod tests {
         }
         assert_eq!(unused(&model), folder.path().join("pump3.toml"));
         assert_eq!(unused(&folder.path().join("pump2.toml")), folder.path().join("pump3.toml"));
+        std::fs::write(folder.path().join("1400-.toml"), "").expect("a file");
+        assert_eq!(unused(&folder.path().join("1400.toml")), folder.path().join("1400-2.toml"));
     }
 }

@@ -193,9 +193,9 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
-    let form = if ladder.found.is_empty() { None } else { climb.varies(&ladder.fit, &ladder) };
-    let is_its_form = form.is_some_and(|form| form.explains && form.of_law().is_some());
-    let explained = ladder.is_explained() || is_its_form;
+    let varies = climb.varies(&ladder.fit, &ladder);
+    let is_a_form = varies.as_ref().is_some_and(|varies| varies.explains && varies.of_law().is_some());
+    let explained = ladder.is_explained() || is_a_form && !ladder.found.is_empty();
     let by_what_it_has = match (&free_run, &in_free_run) {
         (Some(audit), Some([with, _])) if alone && !explained => {
             explained_by_what_it_has(&climb, audit, &base, with, &ladder)?
@@ -203,9 +203,13 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         _ => false,
     };
     let strained = Strained::among(&ladder, holds, space, explained);
-    let left = match &strained {
-        Some(strained) => climb.fit(&ladder.fit.space.without_effect(strained.effect))?,
-        None => ladder.fit.clone(),
+    let (left, varies) = match &strained {
+        Some(strained) => {
+            let without = climb.fit(&ladder.fit.space.without_effect(strained.effect))?;
+            let varies = climb.varies(&without, &ladder);
+            (without, varies)
+        }
+        None => (ladder.fit.clone(), varies),
     };
     let lead = climb.lead(&left);
     let sizes = match (&free_run, fitted) {
@@ -234,7 +238,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
                 }
                 _ => None,
             };
-            let varies = climb.varies(&left, &ladder).filter(|varies| shows(varies, 1)).or_else(in_free_run);
+            let varies = varies.filter(|varies| shows(varies, 1)).or_else(in_free_run);
             let verdict = match &varies {
                 Some(varies) if alone => verdict.beside(varies),
                 _ => verdict,

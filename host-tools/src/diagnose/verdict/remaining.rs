@@ -62,8 +62,8 @@ impl Remaining {
             let times_floor = left.electrical.max(left.mechanical);
             let side = if left.electrical > left.mechanical { "voltage" } else { "torque" };
             let text = format!(
-                "what is left in the {side} balance, {times_floor:.1} times what does not repeat, is less than a twentieth of what \
-                 the model's effects explain: their laws have another form in this motor, or something small is missing besides"
+                "what is left in the {side} balance, {times_floor:.1} times what does not repeat, is little of what the model's \
+                 effects explain: their laws have another form in this motor, or something small is missing besides"
             );
             return Some(Self { cause: Cause::Unknown, effect: None, times_floor, text });
         }
