@@ -238,11 +238,21 @@ impl<S: Scalar<Base = S>> Motor<S> {
         memories: &Memories<S>,
     ) -> S {
         if self.bends_supply {
-            let current = |at| self.slopes(&at, Some(slopes.direction), memories).current;
-            (current(OperatingPoint { voltage: to, ..at }) - current(at)) * inverse_interval
+            let beyond = OperatingPoint { voltage: to, ..at };
+            let current = |at| self.current_slope_with_effects(at, slopes.direction, memories);
+            (current(&beyond) - current(&at)) * inverse_interval
         } else {
             (to - at.voltage) * inverse_interval / slopes.inductance.value
         }
+    }
+
+    /// di/dt, A/s, of a motor with effects or terms. A function by itself: few motors need it, and the code of the
+    /// sampling interrupt has little room.
+    #[inline(never)]
+    fn current_slope_with_effects(&self, at: &OperatingPoint<S>, direction: S, memories: &Memories<S>) -> S {
+        let mut balance = self.base(at);
+        self.contribute(at, memories, &mut balance);
+        self.slopes_of(at, Some(direction), &balance, self.lags).current
     }
 
     /// K φ, V s/rad: back-EMF per speed, torque per current.
