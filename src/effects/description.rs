@@ -30,6 +30,8 @@ pub enum Relative {
     InverseSpeed,
     /// One over its square.
     InverseSpeedSquared,
+    /// The inertia of the motor.
+    Inertia,
     /// A tenth of the largest driving torque.
     Friction,
     /// The same over the largest speed.
@@ -51,6 +53,8 @@ pub enum Role {
     SecondSize,
     /// A shape: a knee, an exponent, a speed at which something fades.
     Shape,
+    /// A frequency at which something swings: far from it a fit does not find the way, so that it starts from several.
+    Frequency,
     /// A time constant beside the size: far below what the recordings resolve, the effect is another one.
     Time,
     /// The share of the inductance that goes with the flux.
@@ -124,6 +128,8 @@ pub enum Motors {
     All,
     /// Those whose flux depends on the current.
     Series,
+    /// Those with permanent magnets.
+    Magnets,
 }
 
 /// What an effect is, in words and equations.
@@ -250,7 +256,11 @@ impl Description {
 
     /// Whether a motor with a flux law can have it.
     pub const fn fits(&self, law: FluxLaw) -> bool {
-        matches!((self.motors, law), (Motors::All, _) | (Motors::Series, FluxLaw::Series))
+        match self.motors {
+            Motors::All => true,
+            Motors::Series => matches!(law, FluxLaw::Series),
+            Motors::Magnets => matches!(law, FluxLaw::PermanentMagnet),
+        }
     }
 
     /// Whether a diagnosis tries it in a motor with a flux law: it can be there, and shows in the error of a free run.

@@ -25,6 +25,13 @@ pub fn accumulate<S: Scalar<Base = S>>(memory: &mut Memory<S>, increment: S) {
     memory[0] = next;
 }
 
+/// Mean square of the current over a step in which it goes straight, A².
+#[inline(always)]
+pub fn mean_square<S: Scalar<Base = S>>(passed: &Passed<S>) -> S {
+    let (before, after) = (passed.before.current, passed.after.current);
+    (before * before + before * after + after * after) * S::constant(1.0 / 3.0)
+}
+
 /// exp(−x) and its mean from 0 to x, (1 − exp(−x))/x, for a step of x time constants.
 #[inline(always)]
 pub fn decay<S: Scalar<Base = S>>(x: S) -> (S, S) {

@@ -9,7 +9,7 @@
 //! Source: one thermal body with the temperature coefficient of copper of the Modelica Standard Library,
 //! Machines.Thermal.Constants.
 
-use super::memory::accumulate;
+use super::memory::{accumulate, mean_square};
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
     Separation,
@@ -73,9 +73,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
     }
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
-        let (before, after) = (passed.before.current, passed.after.current);
-        let square = (before * before + before * after + after * after) * S::constant(1.0 / 3.0);
-        let heat = self.heating * (S::ONE + memory[0]) * square;
+        let heat = self.heating * (S::ONE + memory[0]) * mean_square(passed);
         accumulate(memory, (heat - memory[0] / self.time) * passed.interval);
     }
 }

@@ -19,29 +19,30 @@ use greyrig::term::{Op, Target, Term};
 
 const H: f64 = 1e-4;
 
-/// A drive by what start values are relative to: largest current (A), voltage (V), speed (rad/s) and a tenth of the
-/// largest driving torque (N m).
+/// A drive by what start values are relative to: largest current (A), voltage (V), speed (rad/s), inertia (kg m²) and a
+/// tenth of the largest driving torque (N m).
 struct Drive {
     current: f64,
     voltage: f64,
     speed: f64,
+    inertia: f64,
     friction: f64,
 }
 
 /// That motor.
-const RIG: Drive = Drive { current: 9.2, voltage: 325.0, speed: 3455.0, friction: 0.08 };
+const RIG: Drive = Drive { current: 9.2, voltage: 325.0, speed: 3455.0, inertia: 1.8e-4, friction: 0.08 };
 
 /// From a watch motor over a slow linear drive (in m/s and N) to a traction motor.
 const DRIVES: [Drive; 4] = [
     RIG,
-    Drive { current: 0.02, voltage: 1.5, speed: 1000.0, friction: 1e-6 },
-    Drive { current: 10.0, voltage: 100.0, speed: 0.2, friction: 20.0 },
-    Drive { current: 100.0, voltage: 750.0, speed: 300.0, friction: 100.0 },
+    Drive { current: 0.02, voltage: 1.5, speed: 1000.0, inertia: 1e-9, friction: 1e-6 },
+    Drive { current: 10.0, voltage: 100.0, speed: 0.2, inertia: 50.0, friction: 20.0 },
+    Drive { current: 100.0, voltage: 750.0, speed: 300.0, inertia: 2.0, friction: 100.0 },
 ];
 
 impl Drive {
     fn unit(&self, relative: Relative) -> f64 {
-        let Self { current, voltage, speed, friction } = *self;
+        let Self { current, voltage, speed, inertia, friction } = *self;
         match relative {
             Relative::Absolute => 1.0,
             Relative::Current => current,
@@ -55,6 +56,7 @@ impl Drive {
             Relative::SpeedRootCurrent => speed * current.sqrt(),
             Relative::InverseSpeed => 1.0 / speed,
             Relative::InverseSpeedSquared => 1.0 / (speed * speed),
+            Relative::Inertia => inertia,
             Relative::Friction => friction,
             Relative::FrictionPerSpeed => friction / speed,
             Relative::FrictionPerSpeedSquared => friction / (speed * speed),
@@ -66,9 +68,11 @@ impl Drive {
 
 /// Where more than the first parameter has to vanish for the effect to be absent: cosine and sine of the angle, and
 /// pairs that the catalogue lists under one name.
-const SIZES: [(&str, usize); 6] = [
+const SIZES: [(&str, usize); 8] = [
     ("torque_ripple", 2),
     ("imbalance", 2),
+    ("position_load", 4),
+    ("gain_drift", 2),
     ("speed_ripple", 2),
     ("supply_impedance", 2),
     ("asymmetric_friction", 2),
@@ -208,7 +212,7 @@ fn every_parameter_has_its_role() {
         catalogue().flat_map(|d| d.parameters).filter(|p| p.role == role).map(|p| p.name).collect()
     };
     // By hand: time constants in s beside a size, and shares of the inductance.
-    assert_eq!(of(Role::Time), ["winding_time", "fan_time", "warmup_time"]);
+    assert_eq!(of(Role::Time), ["magnet_time", "winding_time", "fan_time", "warmup_time"]);
     assert_eq!(of(Role::Linked), ["hysteresis_linked", "saturation_linked", "eddy_linked", "transformer_linked"]);
 }
 

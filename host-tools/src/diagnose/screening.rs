@@ -28,6 +28,8 @@ const FARTHEST: f64 = 1.5;
 const ROUNDING: f64 = 1e-7;
 /// Factor to the neighbouring shapes.
 const NEIGHBOUR: f64 = 2.0;
+/// Factor between the frequencies of a swing that are tried: a column swings out of step with one half as far again.
+const NEXT_FREQUENCY: f64 = 1.4;
 
 /// A candidate and what it promises.
 #[derive(Debug, Clone)]
@@ -314,7 +316,13 @@ fn shapes(d: &Description, space: &Space) -> Vec<Space> {
         entry.value = change(entry.value);
         free.then_some(other)
     };
-    let first = d.parameters.get(1);
+    let frequency = d.parameters.iter().position(|p| p.role == Role::Frequency);
+    let frequencies = frequency.into_iter().flat_map(|place| {
+        let (low, high) = d.parameters[place].range;
+        let next = move |f: &f64| Some(f * NEXT_FREQUENCY).filter(|f| *f < high);
+        std::iter::successors(Some(low), next).filter_map(move |f| with(place, &|_| f))
+    });
+    let first = d.parameters.get(1).filter(|shape| shape.role != Role::Frequency);
     let neighbours = first.into_iter().flat_map(|shape| {
         [NEIGHBOUR, 1.0 / NEIGHBOUR]
             .into_iter()
@@ -322,7 +330,7 @@ fn shapes(d: &Description, space: &Space) -> Vec<Space> {
     });
     let linked = d.parameters.iter().enumerate().filter(|(_, p)| p.role == Role::Linked);
     let alone = linked.filter_map(|(place, p)| with(place, &|_| p.range.0));
-    std::iter::once(space.clone()).chain(neighbours).chain(alone).collect()
+    std::iter::once(space.clone()).chain(neighbours).chain(frequencies).chain(alone).collect()
 }
 
 #[cfg(test)]

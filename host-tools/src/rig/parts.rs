@@ -51,6 +51,8 @@ pub trait FluxLag: Send {
 pub trait FluxShare: Send {
     /// The factor at current `i` and speed `omega`.
     fn factor(&self, i: f64, omega: f64) -> f64;
+    /// Moves on by `dt` seconds.
+    fn tick(&mut self, _dt: f64, _now: &Instant) {}
 }
 
 /// Inductance that depends on the current: all inductance is multiplied by this.

@@ -418,6 +418,7 @@ impl Plant {
 
     /// Lets the parts with a memory move on; `now` is the state at the end of the step.
     pub fn tick(&mut self, dt: f64, now: &Instant) {
+        self.shares.iter_mut().for_each(|p| p.tick(dt, now));
         self.drops.iter_mut().for_each(|p| p.tick(dt, now));
         self.rises.iter_mut().for_each(|p| p.tick(dt, now));
         self.dry.iter_mut().for_each(|p| p.tick(dt, now));

@@ -13,19 +13,24 @@ mod brush_drop;
 mod channel_delay;
 mod commutation_demagnetisation;
 mod commutation_resistance;
+mod converter_dead_time;
 mod coulomb_friction;
 mod current_compression;
 mod current_gain;
 mod current_offset;
 mod eddy_current;
 mod fan_dynamics;
+mod gain_drift;
 mod hysteresis;
 mod imbalance;
 mod inductance_saturation;
 mod iron_loss_drag;
+mod magnet_temperature;
+mod position_load;
 mod quadratic_load;
 mod remanence;
 mod saturation;
+mod sensor_hysteresis;
 mod skin_effect;
 mod speed_gain;
 mod speed_lag;
@@ -38,6 +43,7 @@ mod supply_impedance;
 mod torque_offset;
 mod torque_ripple;
 mod transformer_emf;
+mod two_mass;
 mod voltage_gain;
 mod voltage_offset;
 mod windage_exponent;
@@ -113,6 +119,12 @@ pub static EFFECTS: &[Effect] = &[
     speed_sign_lost::EFFECT,
     adc_clipping::EFFECT,
     adc_resolution::EFFECT,
+    magnet_temperature::EFFECT,
+    converter_dead_time::EFFECT,
+    two_mass::EFFECT,
+    position_load::EFFECT,
+    sensor_hysteresis::EFFECT,
+    gain_drift::EFFECT,
 ];
 
 impl Effect {

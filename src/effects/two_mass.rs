@@ -1,0 +1,115 @@
+//! A load behind a spring: belt, coupling, long shaft.
+//!
+//! `J dω/dt = … − J_2 a` with `a = dω_2/dt = ω_a² δ + 2 ζ ω_a v`, `dδ/dt = v = ω − ω_2`: δ is the twist, J_2 the inertia
+//! behind the spring, ω_a = 2π f_a = √(k/J_2) the antiresonance, at which the load stands against the motor, and ζ =
+//! d/(2 √(k J_2)) its damping. J is the inertia on the motor's side alone. The motor resonates at f_a √(1 + J_2/J). J_2 in
+//! kg m², f_a in Hz.
+//!
+//! The load is moved on by the trapezoidal rule, which neither damps nor excites it, with a speed of the motor that is
+//! straight within the step; the twist that the torque sees is that in the middle of the step.
+//!
+//! Source: two-mass model of a drive, R. Isermann, Mechatronic Systems, 2005.
+
+use core::f64::consts::TAU;
+
+use super::{
+    Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
+    Separation,
+};
+use crate::motor::{Balance, OperatingPoint, State};
+use crate::scalar::Scalar;
+
+/// An inertia that hangs on the motor by a spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TwoMass<S> {
+    /// J_2, kg m².
+    pub inertia: S,
+    /// f_a, Hz.
+    pub frequency: S,
+    /// ζ.
+    pub damping: S,
+}
+
+impl<S: Scalar<Base = S>> TwoMass<S> {
+    /// ω_a² in 1/s² and 2 ζ ω_a in 1/s.
+    #[inline(always)]
+    fn spring(&self) -> (S, S) {
+        let own = S::constant(TAU) * self.frequency;
+        (own * own, S::constant(2.0) * self.damping * own)
+    }
+}
+
+impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
+    const DESCRIPTION: Description = Description {
+        name: "load behind a spring",
+        equation: "J dω/dt = … − J_2 dω_2/dt, dω_2/dt = ω_a² δ + 2 ζ ω_a (ω − ω_2), dδ/dt = ω − ω_2, ω_a = 2π f_a",
+        acts: Acts::Mechanical,
+        parameters: &[
+            EffectParameter {
+                name: "load_inertia",
+                unit: "kg m²",
+                role: Role::Size,
+                range: (0.0, 1e5),
+                start: 0.5,
+                relative: Relative::Inertia,
+                meaning: "inertia behind the spring",
+            },
+            EffectParameter {
+                name: "load_frequency",
+                unit: "Hz",
+                role: Role::Frequency,
+                range: (0.5, 1000.0),
+                start: 30.0,
+                relative: Relative::Absolute,
+                meaning: "antiresonance: the load's own frequency while the motor is held",
+            },
+            EffectParameter {
+                name: "load_damping",
+                unit: "1",
+                role: Role::Shape,
+                range: (1e-3, 2.0),
+                start: 0.05,
+                relative: Relative::Absolute,
+                meaning: "damping ratio of that motion",
+            },
+        ],
+        size_in_words: "{} of the inertia hang behind a spring",
+        excited_by: &[Excitation::Acceleration],
+        prior: Prior::occasional("belts, couplings and long shafts"),
+        signature: "a swing of the speed after each step that decays; in the frequency response of ω over i a notch at the \
+                    load's own frequency and a peak above it; on slow profiles nothing but inertia",
+        confused_with: &[EffectId::SpeedLag, EffectId::FanDynamics],
+        separated_by: &[
+            Separation::by("steps or a pseudo-random binary voltage, recorded at ten times the frequency of the swing"),
+            Separation::by("the same with the load taken off"),
+        ],
+        source: "two-mass model of a drive, R. Isermann, Mechatronic Systems, 2005",
+        remembers: true,
+        ..Description::usual(EffectId::TwoMass)
+    };
+    fields!(inertia, frequency, damping);
+    #[inline(always)]
+    fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
+        let [twist, speed, half_step, _] = *memory;
+        let (stiffness, damping) = self.spring();
+        let acceleration = at.speed.plus(-speed).times(stiffness * half_step + damping).plus(stiffness * twist);
+        balance.torque -= acceleration.times(self.inertia);
+    }
+    fn at_start(&self, state: State<S>) -> Memory<S> {
+        [S::ZERO, state.speed, S::ZERO, S::ZERO]
+    }
+    #[inline(always)]
+    fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
+        let [twist, speed, ..] = *memory;
+        let half = S::constant(0.5) * passed.interval;
+        let (stiffness, damping) = self.spring();
+        let before = passed.before.speed - speed;
+        let drawn = half * (damping + half * stiffness);
+        let pushed = passed.after.speed - passed.before.speed - passed.interval * stiffness * twist;
+        let after = (before * (S::ONE - drawn) + pushed) / (S::ONE + drawn);
+        *memory = [twist + half * (before + after), passed.after.speed - after, half, S::ZERO];
+    }
+    fn around_point(&self, memory: &Memory<S>) -> Memory<S> {
+        [memory[0], memory[1], S::ZERO, S::ZERO]
+    }
+}
