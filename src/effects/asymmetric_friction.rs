@@ -48,6 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
             },
         ],
         size_in_words: "friction differs by twice {} between forwards and backwards",
+        second_size_in_words: Some("viscous friction differs by twice {} between forwards and backwards"),
         excited_by: &[Excitation::BothDirections],
         prior: Prior::occasional("oblique brushes, worm and helical gears"),
         signature: "a torque error that does not change its sign with the direction and grows with the speed",

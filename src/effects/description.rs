@@ -163,6 +163,8 @@ pub struct Description {
     pub parameters: &'static [EffectParameter],
     /// What its size means, as a sentence with `{}` for the size.
     pub size_in_words: &'static str,
+    /// The same for its second size, where that says something else.
+    pub second_size_in_words: Option<&'static str>,
     /// What a recording has to hold for it to show.
     pub excited_by: &'static [Excitation],
     /// On how many rigs it is to be expected.
@@ -296,6 +298,7 @@ impl Description {
             remembers: false,
             parameters: &[],
             size_in_words: "",
+            second_size_in_words: None,
             excited_by: &[],
             prior: Prior::occasional(""),
             represented_by: &[],

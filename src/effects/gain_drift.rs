@@ -48,6 +48,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for GainDrift<S> {
             },
         ],
         size_in_words: "the current channel's gain drifts by {}",
+        second_size_in_words: Some("the speed channel's gain drifts by {}"),
         excited_by: &[Excitation::Heating],
         prior: Prior::occasional("amplifiers and tachos that warm up during the test"),
         signature: "resistance, flux and friction that drift together with time, whatever flows",

@@ -69,7 +69,14 @@ pub fn look(experiments: &[Experiment]) -> Vec<Finding> {
 fn rotor_lines(experiments: &[Experiment]) -> Option<Finding> {
     let lines = orders::lines(experiments);
     let line = lines.first()?;
+    // The first two waves of a load that repeats with every turn.
+    let both = lines.iter().filter(|line| line.order <= 2 && !line.grows).count() == 2;
     let (id, what) = match (line.grows, line.order) {
+        (false, 1 | 2) if both => (
+            EffectId::PositionLoad,
+            "it fades as the speed rises, as what a torque does to the speed, and so does the other of the first two waves of a \
+             turn: a load that goes with the angle",
+        ),
         (true, _) => (EffectId::SpeedRipple, "it grows with the speed: the sensor shows it, the shaft does not do it"),
         (false, 1) => (EffectId::Imbalance, "it fades as the speed rises, as what a torque does to the speed"),
         (false, _) => (EffectId::TorqueRipple, "it fades as the speed rises, as what a torque does to the speed"),

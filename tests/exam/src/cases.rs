@@ -106,6 +106,24 @@ pub const fn visible(kind: Kind) -> &'static [Sort] {
     }
 }
 
+/// Effects that leave something to see, and that only [`Question::Rarer`] draws.
+const RARER: &[Sort] = &[
+    sort(EffectId::ConverterDeadTime, 2.0, 15.0),
+    Sort { id: EffectId::TwoMass, forms: &["10Hz", "25Hz", "60Hz"], sizes: (0.15, 0.75) },
+    sort(EffectId::SensorHysteresis, 0.03, 0.5),
+    Sort { id: EffectId::GainDrift, forms: &["current", "speed"], sizes: (0.02, 0.2) },
+];
+
+/// The same of a small magnet motor.
+const RARER_WITH_MAGNETS: &[Sort] = &[
+    sort(EffectId::ConverterDeadTime, 0.2, 2.0),
+    Sort { id: EffectId::TwoMass, forms: &["10Hz", "25Hz", "60Hz"], sizes: (0.15, 0.75) },
+    sort(EffectId::SensorHysteresis, 0.01, 0.2),
+    Sort { id: EffectId::GainDrift, forms: &["current", "speed"], sizes: (0.02, 0.2) },
+    sort(EffectId::MagnetTemperature, 20.0, 120.0),
+    sort(EffectId::PositionLoad, 2e-3, 0.02),
+];
+
 /// One of the effects that leave something to see, of any size, as an argument of `simulate --effect`.
 pub fn any_visible(kind: Kind, random: &mut ChaCha8Rng) -> String {
     let sorts: Vec<&'static Sort> = visible(kind).iter().collect();
@@ -211,6 +229,14 @@ impl Excitation {
         visible(self.kind())
     }
 
+    /// Those of them that only [`Question::Rarer`] draws.
+    const fn rarer(self) -> &'static [Sort] {
+        match self.kind() {
+            Kind::Universal => RARER,
+            Kind::PmDc => RARER_WITH_MAGNETS,
+        }
+    }
+
     /// Effects that leave nothing to see there.
     const fn invisible(self) -> &'static [Sort] {
         match self.kind() {
@@ -225,6 +251,8 @@ impl Excitation {
 pub enum Question {
     /// One effect.
     One,
+    /// One of the effects that the other questions do not draw.
+    Rarer,
     /// No effect, or one that is invisible.
     None,
     /// One effect that is withheld from the catalogue, its class with it.
@@ -302,6 +330,10 @@ impl Case {
         };
         match question {
             Question::One | Question::Withheld => add(&mut random, &visible, &mut truth),
+            Question::Rarer => {
+                let rarer: Vec<&'static Sort> = excitation.rarer().iter().collect();
+                add(&mut random, &rarer, &mut truth);
+            }
             Question::None => {
                 if random.random::<f64>() < 0.5 {
                     let invisible: Vec<&'static Sort> = excitation.invisible().iter().collect();

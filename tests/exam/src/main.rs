@@ -80,6 +80,7 @@ const HEALTHY: u64 = 12;
 const QUESTIONS: &[(&str, Question)] = &[
     ("none", Question::None),
     ("one", Question::One),
+    ("rarer", Question::Rarer),
     ("withheld", Question::Withheld),
     ("two", Question::Two),
     ("three", Question::Three),
@@ -353,7 +354,7 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             say!("verdict none: {}", Share::of(outcomes, |o| o.kind == VerdictKind::None));
             say!("named something: {}", Share::of(outcomes, |o| o.kind == VerdictKind::MissingEffect));
         }
-        Question::One => {
+        Question::One | Question::Rarer => {
             say!("error stands out in {} of {}", out.len(), outcomes.len());
             let right = |o: &&Outcome| o.first_right() && o.kind != VerdictKind::OutsideCatalogue;
             say!("right first: {}", Share::of(&out, right));
@@ -386,12 +387,12 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             say!("names for each true effect there: {:.2}", (sizes + 0.0) / ambiguous.len().max(1) as f64);
         }
     }
-    if question == Question::One {
+    if matches!(question, Question::One | Question::Rarer) {
         confusion(&out);
     }
     for o in outcomes.iter().filter(|o| match question {
         Question::None => o.kind != VerdictKind::None,
-        Question::One => o.stands_out(healthy) && !o.exact(),
+        Question::One | Question::Rarer => o.stands_out(healthy) && !o.exact(),
         Question::Withheld => o.stands_out(healthy) && o.kind == VerdictKind::MissingEffect,
         _ => !o.exact(),
     }) {

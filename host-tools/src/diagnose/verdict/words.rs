@@ -19,8 +19,7 @@ pub fn name(id: EffectId) -> &'static str {
 pub fn reasons(ladder: &Ladder, sizes: &[Size]) -> impl Iterator<Item = String> {
     ladder.found.iter().enumerate().map(|(place, id)| {
         let own: Vec<String> = sizes.iter().filter(|s| is_of(*id, s)).map(in_words).collect();
-        let size = sizes.iter().find(|size| size.key == Key::size_of(*id));
-        let plain = size.map_or_else(String::new, |size| format!("\n  {}", plainly(*id, size)));
+        let plain = plainly(*id, sizes).map_or_else(String::new, |plain| format!("\n  {plain}"));
         let all = if own.is_empty() { String::new() } else { format!("\n  {}", own.join(", ")) };
         reason(*id, ladder, place) + &plain + &all
     })
@@ -49,11 +48,21 @@ fn reason(id: EffectId, ladder: &Ladder, place: usize) -> String {
     text + &format!("\n  a model without it leaves: {}", d.signature)
 }
 
-/// What the size of an effect means.
-fn plainly(id: EffectId, size: &Size) -> String {
-    let (value, _) = with_interval(size.value, size.ci95);
-    let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
-    Sentence(id.description().size_in_words, format!("{value}{unit}")).to_string()
+/// What the size of an effect means, and that of its second size: those of them whose intervals leave zero out, or the
+/// first.
+fn plainly(id: EffectId, sizes: &[Size]) -> Option<String> {
+    let d = id.description();
+    let sentences = std::iter::once(d.size_in_words).chain(d.second_size_in_words);
+    let with_size = |(place, sentence)| {
+        let size = sizes.iter().find(|size| size.key == Key::Effect(id, place))?;
+        let (value, _) = with_interval(size.value, size.ci95);
+        let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
+        Some((size, Sentence(sentence, format!("{value}{unit}")).to_string()))
+    };
+    let all: Vec<(&Size, String)> = sentences.enumerate().filter_map(with_size).collect();
+    let there = all.iter().filter(|(size, _)| !size.may_be_zero()).map(|(_, words)| words.as_str());
+    let there = there.collect::<Vec<_>>().join("; ");
+    if there.is_empty() { all.into_iter().next().map(|(_, words)| words) } else { Some(there) }
 }
 
 /// What an effect has gained at its step, and what the next best one would have.

@@ -1,5 +1,5 @@
-//! A current sensor whose core keeps a little of the last current: z of Bouc and Wen, dz = (di/w) (1 − s z), s the
-//! direction of the current, w = 5 % of the nominal peak current; the sensor shows c z less.
+//! A current sensor whose core keeps a little of the last current: the mean of three plays with widths of 2, 5 and 10 %
+//! of the nominal peak current, of which the sensor shows its lag behind the current, scaled to c at large amplitude.
 
 use super::Effect;
 use crate::rig::Sizes;
@@ -15,14 +15,15 @@ pub const EFFECT: Effect = Effect {
     universal: Sizes::new(0.15, 0.01, 1.0),
     pm_dc: Sizes::new(0.05, 0.005, 0.5),
     install: |size, _, rig| {
-        let w = 0.05 * rig.motor.nameplate.peak_current_a;
-        let (mut last, mut z) = (0.0, 0.0f64);
+        let widths = [0.02, 0.05, 0.1].map(|w| w * rig.motor.nameplate.peak_current_a);
+        let mut centres = [0.0; 3];
         rig.channel(Measured::Current).sensors.push(Box::new(move |i: f64, _: &Instant, _: f64| {
-            let step: f64 = i - last;
-            let side = step.signum();
-            z = side - (side - z) * (-step.abs() / w).exp();
-            last = i;
-            i - size * z
+            let mut lag = 0.0;
+            for (centre, w) in centres.iter_mut().zip(widths) {
+                *centre = f64::clamp(*centre, i - w, i + w);
+                lag += (i - *centre) / (3.0 * w);
+            }
+            i - size * lag
         }));
     },
 };
