@@ -20,7 +20,7 @@ use crate::model::Kind;
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
 /// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a
-/// short one; other effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
+/// short one, and so is what swings, whose frequency rises with its size; other effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -180,9 +180,15 @@ fn promise(
     left: &DVector<f64>,
 ) -> Option<Promise> {
     let usual = fit.space.with_effect(d.id, scales);
-    let small = shapes(d, &usual).into_iter().map(|shape| (SMALL, shape));
-    let long = || vec![(LONG, usual.clone())];
+    let shapes = shapes(d, &usual);
     let best = |tried| best_of(d, tried, fit, problem, complement, left);
+    if d.parameters.iter().any(|p| p.role == Role::Frequency) {
+        return best(
+            [SMALL, LONG].into_iter().flat_map(|size| shapes.iter().map(move |s| (size, s.clone()))).collect(),
+        );
+    }
+    let small = shapes.into_iter().map(|shape| (SMALL, shape));
+    let long = || vec![(LONG, usual.clone())];
     if d.acts == Acts::Measuring && d.remembers {
         return best(small.chain(long()).collect());
     }
