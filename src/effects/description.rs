@@ -30,8 +30,6 @@ pub enum Relative {
     InverseSpeed,
     /// One over its square.
     InverseSpeedSquared,
-    /// The inertia of the motor.
-    Inertia,
     /// A tenth of the largest driving torque.
     Friction,
     /// The same over the largest speed.

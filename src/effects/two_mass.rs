@@ -1,9 +1,9 @@
 //! A load behind a spring: belt, coupling, long shaft.
 //!
-//! `J dω/dt = … − J_2 a` with `a = dω_2/dt = ω_a² δ + 2 ζ ω_a v`, `dδ/dt = v = ω − ω_2`: δ is the twist, J_2 the inertia
-//! behind the spring, ω_a = 2π f_a = √(k/J_2) the antiresonance, at which the load stands against the motor, and ζ =
-//! d/(2 √(k J_2)) its damping. J is the inertia on the motor's side alone. The motor resonates at f_a √(1 + J_2/J). J_2 in
-//! kg m², f_a in Hz.
+//! `(1 − s) J dω/dt = … − s J a` with `a = dω_2/dt = ω_a² δ + 2 ζ ω_a v`, `dδ/dt = v = ω − ω_2`: δ is the twist, s the
+//! share of the inertia J that hangs behind the spring, ω_a = 2π f_a = √(k/(s J)) the antiresonance, at which the load
+//! stands against the motor, and ζ = d/(2 √(k s J)) its damping. The motor resonates at f_a/√(1 − s). J is the
+//! inertia of motor and load together, which slow motion shows whatever the share. s and ζ are dimensionless, f_a in Hz.
 //!
 //! The load is moved on by the trapezoidal rule, which neither damps nor excites it, with a speed of the motor that is
 //! straight within the step; the twist that the torque sees is that in the middle of the step.
@@ -22,8 +22,8 @@ use crate::scalar::Scalar;
 /// An inertia that hangs on the motor by a spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoMass<S> {
-    /// J_2, kg m².
-    pub inertia: S,
+    /// s.
+    pub share: S,
     /// f_a, Hz.
     pub frequency: S,
     /// ζ.
@@ -42,17 +42,17 @@ impl<S: Scalar<Base = S>> TwoMass<S> {
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
     const DESCRIPTION: Description = Description {
         name: "load behind a spring",
-        equation: "J dω/dt = … − J_2 dω_2/dt, dω_2/dt = ω_a² δ + 2 ζ ω_a (ω − ω_2), dδ/dt = ω − ω_2, ω_a = 2π f_a",
+        equation: "(1 − s) J dω/dt = … − s J dω_2/dt, dω_2/dt = ω_a² δ + 2 ζ ω_a (ω − ω_2), dδ/dt = ω − ω_2, ω_a = 2π f_a",
         acts: Acts::Mechanical,
         parameters: &[
             EffectParameter {
-                name: "load_inertia",
-                unit: "kg m²",
+                name: "load_share",
+                unit: "1",
                 role: Role::Size,
-                range: (0.0, 1e5),
-                start: 0.5,
-                relative: Relative::Inertia,
-                meaning: "inertia behind the spring",
+                range: (0.0, 0.98),
+                start: 0.3,
+                relative: Relative::Absolute,
+                meaning: "share of the inertia that hangs behind the spring",
             },
             EffectParameter {
                 name: "load_frequency",
@@ -73,7 +73,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
                 meaning: "damping ratio of that motion",
             },
         ],
-        size_in_words: "{} of the inertia hang behind a spring",
+        size_in_words: "a share of {} of the inertia hangs behind a spring",
         excited_by: &[Excitation::Acceleration],
         prior: Prior::occasional("belts, couplings and long shafts"),
         signature: "a swing of the speed after each step that decays; in the frequency response of ω over i a notch at the \
@@ -87,13 +87,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
         remembers: true,
         ..Description::usual(EffectId::TwoMass)
     };
-    fields!(inertia, frequency, damping);
+    fields!(share, frequency, damping);
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let [twist, speed, half_step, _] = *memory;
         let (stiffness, damping) = self.spring();
         let acceleration = at.speed.plus(-speed).times(stiffness * half_step + damping).plus(stiffness * twist);
-        balance.torque -= acceleration.times(self.inertia);
+        balance.torque -= acceleration.times(self.share / balance.inverse_inertia);
+        balance.inverse_inertia = balance.inverse_inertia / (S::ONE - self.share);
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {
         [S::ZERO, state.speed, S::ZERO, S::ZERO]

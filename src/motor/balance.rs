@@ -54,6 +54,8 @@ pub struct Balance<N: Scalar> {
     pub voltage: N,
     /// Further driving torque, N m.
     pub torque: N,
+    /// One over the inertia that the torques accelerate, 1/(kg m²).
+    pub inverse_inertia: N::Base,
     /// Dry friction, N m, as a magnitude that opposes motion.
     pub dry_friction: N,
     /// By how much dry friction is larger forwards, and smaller backwards, N m; at rest it is not.

@@ -218,6 +218,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
             base_inductance: p.inductance,
             voltage: N::ZERO,
             torque: N::ZERO,
+            inverse_inertia: self.inverse_inertia,
             dry_friction: N::lift(p.dry_friction),
             dry_asymmetry: S::ZERO,
             viscous_friction: N::lift(p.viscous_friction),
@@ -343,7 +344,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
         let torque = lagged * at.current + b.torque - friction;
         let direction = direction.unwrap_or_else(|| incipient(torque.value(), b.dry_friction.value()));
         let dry_friction = b.dry_friction.plus(b.dry_asymmetry * direction).times(direction);
-        Slopes { current, speed: (torque - dry_friction).times(self.inverse_inertia), inductance, direction }
+        Slopes { current, speed: (torque - dry_friction).times(b.inverse_inertia), inductance, direction }
     }
 
     /// The torque, N m, that has to be applied from outside (or by the current) for a given motion: friction less the
@@ -357,10 +358,10 @@ impl<S: Scalar<Base = S>> Motor<S> {
             - b.torque
     }
 
-    /// The driving torque on a rotor at rest and the dry friction that holds it, N m. What acts on the circuit alone is
-    /// left out: it changes no torque at a given current.
+    /// The driving torque on a rotor at rest, the dry friction that holds it, N m, and one over the inertia, 1/(kg m²).
+    /// What acts on the circuit alone is left out: it changes no torque at a given current.
     #[inline(always)]
-    pub(crate) fn torques_at_rest(&self, current: S, memories: &Memories<S>) -> (S, S) {
+    pub(crate) fn torques_at_rest(&self, current: S, memories: &Memories<S>) -> (S, S, S) {
         const { assert!(MAX_EFFECTS <= 8, "a bit for each") };
         let at = OperatingPoint::unsupplied(current, S::ZERO);
         let mut b = self.base(&at);
@@ -375,7 +376,7 @@ impl<S: Scalar<Base = S>> Motor<S> {
             }
         }
         let torque = self.linkage(&b) * current + b.torque - b.friction;
-        (torque, b.dry_friction)
+        (torque, b.dry_friction, b.inverse_inertia)
     }
 }
 

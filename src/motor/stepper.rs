@@ -316,12 +316,12 @@ impl<S: Scalar<Base = S>> Stepper<S> {
     fn speed_after_crossing(&self, before: S, direction: S) -> S {
         let State { current, speed: crossed } = self.state;
         let reversed = -direction;
-        let (torque, dry_friction) = self.motor.torques_at_rest(current, &self.memories);
+        let (torque, dry_friction, inverse_inertia) = self.motor.torques_at_rest(current, &self.memories);
         if torque * reversed <= dry_friction {
             return S::ZERO;
         }
         let share_after = crossed / (crossed - before);
-        let friction = dry_friction / self.motor.parameters().inertia;
+        let friction = dry_friction * inverse_inertia;
         let corrected = crossed - reversed * S::constant(2.0) * friction * self.interval * share_after;
         if corrected * reversed > S::ZERO { corrected } else { S::ZERO }
     }

@@ -19,30 +19,29 @@ use greyrig::term::{Op, Target, Term};
 
 const H: f64 = 1e-4;
 
-/// A drive by what start values are relative to: largest current (A), voltage (V), speed (rad/s), inertia (kg m²) and a
-/// tenth of the largest driving torque (N m).
+/// A drive by what start values are relative to: largest current (A), voltage (V), speed (rad/s) and a tenth of the
+/// largest driving torque (N m).
 struct Drive {
     current: f64,
     voltage: f64,
     speed: f64,
-    inertia: f64,
     friction: f64,
 }
 
 /// That motor.
-const RIG: Drive = Drive { current: 9.2, voltage: 325.0, speed: 3455.0, inertia: 1.8e-4, friction: 0.08 };
+const RIG: Drive = Drive { current: 9.2, voltage: 325.0, speed: 3455.0, friction: 0.08 };
 
 /// From a watch motor over a slow linear drive (in m/s and N) to a traction motor.
 const DRIVES: [Drive; 4] = [
     RIG,
-    Drive { current: 0.02, voltage: 1.5, speed: 1000.0, inertia: 1e-9, friction: 1e-6 },
-    Drive { current: 10.0, voltage: 100.0, speed: 0.2, inertia: 50.0, friction: 20.0 },
-    Drive { current: 100.0, voltage: 750.0, speed: 300.0, inertia: 2.0, friction: 100.0 },
+    Drive { current: 0.02, voltage: 1.5, speed: 1000.0, friction: 1e-6 },
+    Drive { current: 10.0, voltage: 100.0, speed: 0.2, friction: 20.0 },
+    Drive { current: 100.0, voltage: 750.0, speed: 300.0, friction: 100.0 },
 ];
 
 impl Drive {
     fn unit(&self, relative: Relative) -> f64 {
-        let Self { current, voltage, speed, inertia, friction } = *self;
+        let Self { current, voltage, speed, friction } = *self;
         match relative {
             Relative::Absolute => 1.0,
             Relative::Current => current,
@@ -56,7 +55,6 @@ impl Drive {
             Relative::SpeedRootCurrent => speed * current.sqrt(),
             Relative::InverseSpeed => 1.0 / speed,
             Relative::InverseSpeedSquared => 1.0 / (speed * speed),
-            Relative::Inertia => inertia,
             Relative::Friction => friction,
             Relative::FrictionPerSpeed => friction / speed,
             Relative::FrictionPerSpeedSquared => friction / (speed * speed),

@@ -140,7 +140,6 @@ fn relative(relative: Relative) -> &'static str {
         Relative::SpeedRootCurrent => " times the largest speed and the root of the largest current",
         Relative::InverseSpeed => " over the largest speed",
         Relative::InverseSpeedSquared => " over the largest speed squared",
-        Relative::Inertia => " of the inertia",
         Relative::Friction => " of a tenth of the largest torque",
         Relative::FrictionPerSpeed => " of that over the speed",
         Relative::FrictionPerSpeedSquared => " of that over the speed squared",

@@ -16,16 +16,14 @@ pub struct Scales {
     pub heat: f64,
     /// rad/s.
     pub speed: f64,
-    /// J, kg m².
-    pub inertia: f64,
     /// A tenth of the largest driving torque, N m: the size that friction has.
     pub friction: f64,
 }
 
 impl Scales {
-    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque, R (Ω) for a current that was
-    /// not recorded, and J, kg m².
-    pub fn of(kind: Kind, [k, r, j]: [f64; 3], experiments: &[Experiment]) -> Self {
+    /// From recordings of a kind of motor, with K (V s/(rad A) or V s/rad) for the torque and R (Ω) for a current that
+    /// was not recorded.
+    pub fn of(kind: Kind, k: f64, r: f64, experiments: &[Experiment]) -> Self {
         let [mut voltage, mut current, mut heat, mut torque, mut speed] = [0.0f64; 5];
         let largest = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         let flux = |i: f64| if kind == Kind::Universal { i } else { 1.0 };
@@ -57,7 +55,6 @@ impl Scales {
             current: current.max(1e-9),
             heat: heat.max(1e-18),
             speed: speed.max(1e-9),
-            inertia: j,
             friction: 0.1 * torque.max(1e-12),
         }
     }
@@ -73,7 +70,7 @@ impl Scales {
 
     /// The size that a relative start value of one stands for.
     pub fn size(&self, relative: Relative) -> f64 {
-        let Self { voltage: u, current: i, heat: q, speed: w, inertia: j, friction: t } = *self;
+        let Self { voltage: u, current: i, heat: q, speed: w, friction: t } = *self;
         match relative {
             Relative::Absolute => 1.0,
             Relative::Current => i,
@@ -86,7 +83,6 @@ impl Scales {
             Relative::SpeedRootCurrent => w * i.sqrt(),
             Relative::InverseSpeed => 1.0 / w,
             Relative::InverseSpeedSquared => 1.0 / (w * w),
-            Relative::Inertia => j,
             Relative::Friction => t,
             Relative::FrictionPerSpeed => t / w,
             Relative::FrictionPerSpeedSquared => t / (w * w),

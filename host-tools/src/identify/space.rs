@@ -265,10 +265,9 @@ impl Space {
         self
     }
 
-    /// Typical sizes in recordings, by the present values of K, R and J.
+    /// Typical sizes in recordings, by the present values of K and R.
     pub fn scales(&self, experiments: &[Experiment]) -> Scales {
-        let known = [BaseParameter::K, BaseParameter::R, BaseParameter::J].map(|parameter| self.value(parameter));
-        Scales::of(self.kind, known, experiments)
+        Scales::of(self.kind, self.value(BaseParameter::K), self.value(BaseParameter::R), experiments)
     }
 
     /// Takes the typical sizes of the recordings: scales of friction and of effects, and effects at their start values.
@@ -567,7 +566,7 @@ mod tests {
 
     #[test]
     fn a_candidate_turns_at_the_end_of_its_shape() {
-        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, inertia: 1e-4, friction: 0.1 };
+        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
         let mut space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::TransformerEmf, &scales);
         assert_eq!(space.turned(EffectId::TransformerEmf), None);
         space.start(Key::Effect(EffectId::TransformerEmf, 1), 2.99e3);
@@ -578,7 +577,7 @@ mod tests {
     #[test]
     fn the_shortest_time_is_told_but_no_long_one_and_no_share() {
         const WARMUP_TIME: Key = Key::Effect(EffectId::BearingWarmup, 1);
-        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, inertia: 1e-4, friction: 0.1 };
+        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
         let space = Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::BearingWarmup, &scales);
         let mut space = space.with_effect(EffectId::EddyCurrent, &scales);
         space.start(Key::Effect(EffectId::EddyCurrent, 1), 1.0);

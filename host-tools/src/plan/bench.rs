@@ -86,7 +86,6 @@ impl Bench {
             current: limits.current_a,
             heat: limits.current_a.powi(2) * seconds,
             speed: 1.0,
-            inertia: model.value(BaseParameter::J),
             friction: 0.1
                 * model.value(BaseParameter::K)
                 * limits.current_a
