@@ -1,15 +1,11 @@
 //! Hysteresis of the current sensor: its core keeps a little of the last current's sign.
 //!
-//! `i_shown = i − c z`, where z runs from −1 to 1 with the history of the current alone: while the current rises the
-//! sensor shows c less, while it falls c more, and w is the change of the current over which it turns round at first,
-//! slower the nearer the edge with e = 0, at the same rate to the end with a large e:
-//! ```text
-//! dz/di = (1 + e − z s)/((1 + e) w)  up to z = s,  s = sign(di/dt)
-//! ```
-//! solved exactly for a step of any size. c and w in A. z = 0 at the start of a run.
+//! `i_shown = i − c z`, where z is the mean of three stops: each follows the current with slope 1/w and rests at ±1, with
+//! widths w, q w and q² w. While the current rises the sensor shows c less, while it falls c more; loops inside a loop
+//! close. c and w in A, q dimensionless. Independent of rate; z = 0 at the start of a run.
 //!
-//! Source: remanence in the error model of open-loop and closed-loop current transducers; the Duhem model, of which e =
-//! 0 is the form of Bouc and Wen with exponent 1.
+//! Source: remanence in the error model of open-loop and closed-loop current transducers; stops of Prandtl and
+//! Ishlinskii, M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
 
 use super::{
     Acts, Description, EffectId, EffectParameter, Excitation, Memory, Passed, PhysicalEffect, Prior, Relative, Role,
@@ -25,14 +21,26 @@ pub struct SensorHysteresis<S> {
     pub half_width: S,
     /// w, A.
     pub turning: S,
-    /// e.
-    pub closing: S,
+    /// q.
+    pub spread: S,
+}
+
+/// A value within ±1.
+#[inline(always)]
+fn stopped<S: Scalar<Base = S>>(x: S) -> S {
+    if x > S::ONE {
+        S::ONE
+    } else if x < -S::ONE {
+        -S::ONE
+    } else {
+        x
+    }
 }
 
 impl<S: Scalar<Base = S>> PhysicalEffect<S> for SensorHysteresis<S> {
     const DESCRIPTION: Description = Description {
         name: "hysteresis of the current sensor",
-        equation: "i_shown = i − c z, dz/di = (1 + e − z s)/((1 + e) w) up to z = s, s = sign(di/dt)",
+        equation: "i_shown = i − c (z_0 + z_1 + z_2)/3, dz_k/dt = (di/dt)/(q^k w) within ±1",
         acts: Acts::Measuring,
         parameters: &[
             EffectParameter {
@@ -51,16 +59,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SensorHysteresis<S> {
                 range: (1e-4, 1e3),
                 start: 0.1,
                 relative: Relative::Current,
-                meaning: "change of the current over which the sensor would go from the middle of the loop to its edge",
+                meaning: "change of the current over which the slowest part goes from the middle of the loop to its edge",
             },
             EffectParameter {
-                name: "sensor_closing",
+                name: "sensor_spread",
                 unit: "1",
                 role: Role::Shape,
-                range: (0.0, 4.0),
+                range: (0.05, 1.0),
                 start: 0.5,
                 relative: Relative::Absolute,
-                meaning: "how straight it goes there: 0 ever slower, 4 nearly straight",
+                meaning: "how much quicker each other part is than the one before",
             },
         ],
         size_in_words: "the current channel is {} behind, whichever way the current goes",
@@ -76,16 +84,16 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SensorHysteresis<S> {
         remembers: true,
         ..Description::usual(EffectId::SensorHysteresis)
     };
-    fields!(half_width, turning, closing);
+    fields!(half_width, turning, spread);
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
-        let step = passed.after.current - passed.before.current;
-        let side = if step < S::ZERO { -S::ONE } else { S::ONE };
-        let aim = side * (S::ONE + self.closing);
-        let left = (-(step.abs() / ((S::ONE + self.closing) * self.turning))).exp();
-        let z = aim - (aim - memory[1]) * left;
-        let z = if z * side > S::ONE { side } else { z };
-        *memory = [self.half_width * z, z, S::ZERO, S::ZERO];
+        let step = (passed.after.current - passed.before.current) / self.turning;
+        let quicker = S::ONE / self.spread;
+        let slow = stopped(memory[1] + step);
+        let middle = stopped(memory[2] + step * quicker);
+        let quick = stopped(memory[3] + step * quicker * quicker);
+        let shown = self.half_width * ((slow + middle + quick) * S::constant(1.0 / 3.0));
+        *memory = [shown, slow, middle, quick];
     }
     #[inline(always)]
     fn measure(&self, memory: &Memory<S>, reading: &mut State<S>) {

@@ -58,7 +58,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
                 name: "load_frequency",
                 unit: "Hz",
                 role: Role::Frequency,
-                range: (0.5, 1000.0),
+                range: (1.0, 1000.0),
                 start: 30.0,
                 relative: Relative::Absolute,
                 meaning: "antiresonance: the load's own frequency while the motor is held",
