@@ -92,8 +92,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let [twist, speed, half_step, _] = *memory;
         let (stiffness, damping) = self.spring();
-        let acceleration = at.speed.plus(-speed).times(stiffness * half_step + damping).plus(stiffness * twist);
-        balance.torque -= acceleration.times(self.share / balance.inverse_inertia);
+        let drawn = at.speed.plus(-speed).times(stiffness * half_step + damping).plus(stiffness * twist);
+        // In the middle of the step the damping has taken part of the load along.
+        let weight = self.share / (balance.inverse_inertia * (S::ONE + damping * half_step));
+        balance.torque -= drawn.times(weight);
         balance.inverse_inertia = balance.inverse_inertia / (S::ONE - self.share);
     }
     fn at_start(&self, state: State<S>) -> Memory<S> {

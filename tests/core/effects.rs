@@ -7,11 +7,12 @@ use std::f64::consts::{E, PI, TAU};
 
 use greyrig::effects::{
     Acts, AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
-    ChannelDelay, CommutationDemagnetisation, CommutationResistance, CoulombFriction, CurrentCompression, CurrentGain,
-    CurrentOffset, Description, EddyCurrent, Effect, EffectId, FanDynamics, Hysteresis, Imbalance,
-    InductanceSaturation, IronLossDrag, Passed, QuadraticLoad, Relative, Remanence, Role, Saturation, SkinEffect,
-    SpeedGain, SpeedLag, SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance,
-    TorqueOffset, TorqueRipple, TransformerEmf, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
+    ChannelDelay, CommutationDemagnetisation, CommutationResistance, ConverterDeadTime, CoulombFriction,
+    CurrentCompression, CurrentGain, CurrentOffset, Description, EddyCurrent, Effect, EffectId, FanDynamics, GainDrift,
+    Hysteresis, Imbalance, InductanceSaturation, IronLossDrag, MagnetTemperature, Passed, PositionLoad, QuadraticLoad,
+    Relative, Remanence, Role, Saturation, SensorHysteresis, SkinEffect, SpeedGain, SpeedLag, SpeedRipple,
+    SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset, TorqueRipple,
+    TransformerEmf, TwoMass, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
 use greyrig::scalar::Scalar;
@@ -515,6 +516,10 @@ fn voltage_of_the_running_motor() {
     let late = CommutationDemagnetisation { slope: 1e-5 };
     near(voltage_at(Effect::CommutationDemagnetisation(late), i, w), 11.0 + 94.5 * 0.98, 1e-9);
     near(torque(Effect::CommutationDemagnetisation(late), i, w), -0.02 * 9.45e-3 * i * i, 1e-9);
+    // The current chooses the diode: half of the voltage at the ripple, and of the current's sign.
+    let dead_time = Effect::ConverterDeadTime(ConverterDeadTime { lost: 6.0, ripple: 5.0 });
+    near(voltage_at(dead_time, i, w), base + 3.0, 1e-9);
+    near(voltage_at(dead_time, -i, 0.0), -11.0 - 3.0, 1e-9);
     near(voltage_at(Effect::Remanence(Remanence { current: 0.2 }), i, w), 11.0 + 9.45e-3 * 5.2 * w, 1e-9);
     near(torque(Effect::Remanence(Remanence { current: 0.2 }), i, w), 9.45e-3 * 0.2 * i, 1e-9);
     // At the knee half of the depth is lost.
@@ -944,6 +949,47 @@ fn winding_warms_to_heat_times_time() {
 }
 
 #[test]
+fn magnets_weaken_by_heat_times_time() {
+    let (heating, time, current) = (2e-4, 5.0, 8.0);
+    let motor = motor(Effect::MagnetTemperature(MagnetTemperature { heating, time }));
+    let linkage = |steps| {
+        let memories = after(&motor, carrying(current), steps, |_| carrying(current));
+        motor.linkage(&motor.balance(&OperatingPoint::unsupplied(current, 0.0), &memories))
+    };
+    // m = g i² τ (1 − exp(−t/τ)); h/(2τ) = 1e-5 is the error of the explicit step.
+    for steps in [0, 20_000, 50_000, 500_000] {
+        let lost = heating * current * current * time * (1.0 - (-f64::from(steps) * H / time).exp());
+        near(linkage(steps), 9.45e-3 * current / (1.0 + lost), 1e-5);
+    }
+}
+
+/// A constant torque τ on a magnet motor without friction: with the momentum τ t in all and the relative motion a damped
+/// swing, ω = (τ/J) (t + s/(1 − s) exp(−σ t) sin(Ω t)/Ω), σ = ζ ω_a/(1 − s), Ω² = ω_a²/(1 − s) − σ².
+#[test]
+fn load_behind_a_spring_swings_and_weighs_what_it_weighs() {
+    let (k, j, current) = (0.05, 2e-5, 1.0);
+    for (share, frequency, damping) in [(0.5, 25.0, 0.06), (0.2, 60.0, 0.01), (0.9, 8.0, 0.3)] {
+        let parameters = Parameters::from_values(FluxLaw::PermanentMagnet, [1.0, 1e-3, k, j, 0.0, 0.0, 0.0]);
+        let effect = Effect::TwoMass(TwoMass { share, frequency, damping });
+        let mut stepper = Stepper::build(Motor::build(parameters, &[effect]).unwrap(), H).unwrap();
+        let own: f64 = TAU * frequency;
+        let decay = damping * own / (1.0 - share);
+        let swing = (own * own / (1.0 - share) - decay * decay).sqrt();
+        for n in 1..=3_000 {
+            let constraints = Constraints { current: Some(current), ..Constraints::FREE };
+            let speed = stepper.step(0.0, 0.0, constraints).speed;
+            let t = f64::from(n) * H;
+            let swung = share / (1.0 - share) * (-decay * t).exp() * (swing * t).sin() / swing;
+            let expected = k * current / j * (t + swung);
+            // Both inertias are moved on to second order in h; of first order it would be Ω h, fifty times as much.
+            let relative = (swing * H).powi(2) * (1.0 + swing * t / 4.0);
+            let tolerance = relative * k * current / j * share / (1.0 - share) / swing + 1e-9;
+            assert!((speed - expected).abs() < tolerance, "{n}: {speed} instead of {expected} ± {tolerance}");
+        }
+    }
+}
+
+#[test]
 fn bearings_warm_up() {
     let motor = motor(Effect::BearingWarmup(BearingWarmup { excess: 2.0, time: 3.0 }));
     let balance = |steps| {
@@ -1008,6 +1054,73 @@ fn ripples_go_with_the_angle() {
             let memories = after(&tacho, moving(speed), steps, |_| moving(speed));
             near(tacho.measure(&memories, moving(speed)).speed, speed * (1.0 + once), 1e-9);
         }
+    }
+}
+
+#[test]
+fn a_load_by_the_angle_has_two_waves() {
+    // A quarter of a turn in 500 steps.
+    let speed = 0.5 * PI / 0.05;
+    let load = PositionLoad { cosine: 0.01, sine: 0.02, second_cosine: 0.004, second_sine: 0.008 };
+    let motor = motor(Effect::PositionLoad(load));
+    let torque = |steps| {
+        let memories = after(&motor, moving(speed), steps, |_| moving(speed));
+        motor.balance(&OperatingPoint::unsupplied(0.0, speed), &memories).torque
+    };
+    let root = 0.5f64.sqrt();
+    for (eighths, expected) in [
+        (0, 0.014),
+        (1, 0.03 * root + 0.008),
+        (2, 0.02 - 0.004),
+        (3, 0.01 * root - 0.008),
+        (4, -0.01 + 0.004),
+        (6, -0.02 - 0.004),
+    ] {
+        for turns in [0, 10] {
+            near(torque(250 * (eighths + 8 * turns)), expected, 1e-9);
+        }
+    }
+}
+
+#[test]
+fn gains_drift_with_time_alone() {
+    let motor = motor(Effect::GainDrift(GainDrift { current: 2e-3, speed: -1e-3 }));
+    for steps in [0, 1, 30_000] {
+        let t = f64::from(steps) * H;
+        let memories = after(&motor, carrying(3.0), steps, |_| carrying(3.0));
+        let shown = motor.measure(&memories, State { current: -4.0, speed: 500.0 });
+        near(shown.current, -4.0 * (1.0 + 2e-3 * t), 1e-9);
+        near(shown.speed, 500.0 * (1.0 - 1e-3 * t), 1e-9);
+    }
+}
+
+/// By hand: three parts with widths of 1, ½ and ¼ A.
+#[test]
+fn a_current_sensor_is_behind_by_its_loop() {
+    let motor = motor(Effect::SensorHysteresis(SensorHysteresis { half_width: 0.3, turning: 1.0, spread: 0.5 }));
+    let mut memories = motor.memories_at_start(carrying(0.0));
+    let mut at = 0.0;
+    let mut shown = |current: f64| {
+        // In one step or in many: what counts is the way.
+        let passed = Passed { interval: H, before: carrying(at), after: carrying(current) };
+        motor.advance(&passed, &mut memories);
+        at = current;
+        motor.measure(&memories, carrying(current)).current - current
+    };
+    for (current, behind) in [
+        (0.1, -0.3 * (0.1 + 0.2 + 0.4) / 3.0),
+        (0.25, -0.3 * (0.25 + 0.5 + 1.0) / 3.0),
+        (0.5, -0.3 * (0.5 + 1.0 + 1.0) / 3.0),
+        (4.0, -0.3),
+        (3.5, -0.3 * (0.5 + 0.0 - 1.0) / 3.0),
+        // A small loop closes.
+        (3.6, -0.3 * (0.6 + 0.2 - 0.6) / 3.0),
+        (3.5, -0.3 * (0.5 + 0.0 - 1.0) / 3.0),
+        (-4.0, 0.3),
+        (0.0, 0.3 * (1.0 - 2.0) / 1.0),
+    ] {
+        let difference = shown(current);
+        assert!((difference - behind).abs() < 1e-12, "at {current} A {difference} instead of {behind}");
     }
 }
 
