@@ -174,6 +174,7 @@ fn out_of_reach(d: &Description, kind: Kind, holds: Holds, unconfirmed: bool) ->
         _ if d.of_data => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::Variance => "it shows in the variance of the residual, not in its mean".to_owned(),
         Seen::Orders => "it shows in lines at multiples of the rotation, above the filter".to_owned(),
+        Seen::Course => "it is looked for in what changes from an instant on".to_owned(),
         Seen::Samples => "it shows in the samples themselves, before any fit".to_owned(),
         Seen::FreeRun if holds.tells(d) => "the model's own parameters do the same already".to_owned(),
         Seen::FreeRun if !holds.electrical && !d.shows_in_motion() => "it takes a voltage and a current".to_owned(),

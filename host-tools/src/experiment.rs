@@ -41,8 +41,8 @@ pub enum Imposed<'a> {
 
 /// What can be stepped through a recording.
 pub trait Stepped<S> {
-    /// Begins a run in a state.
-    fn begin(&mut self, state: State<S>);
+    /// Goes on with a run in a state, so long after it began, s.
+    fn begin(&mut self, state: State<S>, elapsed: S);
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V).
     fn step(&mut self, from: S, to: S, constraints: Constraints<S>);
     /// Current and speed as the measuring chain shows them.
@@ -52,8 +52,8 @@ pub trait Stepped<S> {
 }
 
 impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
-    fn begin(&mut self, state: State<S>) {
-        self.set_state(state);
+    fn begin(&mut self, state: State<S>, elapsed: S) {
+        self.go_on_in(state, elapsed);
     }
     #[inline(always)]
     fn step(&mut self, from: S, to: S, constraints: Constraints<S>) {
@@ -134,6 +134,8 @@ pub struct Experiment {
     pub name: String,
     /// Whether it is a part of a recording with gaps, and of which file.
     pub part_of: Option<PathBuf>,
+    /// Time from the begin of the run to the first sample, s; of a whole recording none.
+    pub elapsed_s: f64,
     /// Sampling interval, s.
     pub interval_s: f64,
     /// What drives the model.
@@ -280,6 +282,7 @@ impl Experiment {
             filter: settings,
             name,
             part_of: recording.part_of().map(|_| recording.path().to_owned()),
+            elapsed_s: recording.elapsed_s(),
             interval_s,
             drive,
             input,
@@ -519,6 +522,7 @@ impl Experiment {
         Self {
             name: self.name.clone(),
             part_of: self.part_of.clone(),
+            elapsed_s: self.elapsed_s,
             interval_s: self.interval_s * factor as f64,
             drive: self.drive,
             input: average(&self.input),
@@ -607,7 +611,8 @@ impl Experiment {
         imposed: Imposed<'_>,
         mut take: impl FnMut(usize, State<S>),
     ) {
-        stepper.begin(State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) });
+        let start = State { current: S::constant(self.start.current), speed: S::constant(self.start.speed) };
+        stepper.begin(start, S::constant(self.elapsed_s));
         let mut shown = Shown::new(self, stepper.reading().speed);
         take(0, stepper.reading());
         let mut edges = self.edges.as_slice();
@@ -628,7 +633,7 @@ impl Experiment {
         mut take: impl FnMut(usize, State<S>),
     ) {
         let measured = |n: usize| State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
-        stepper.begin(measured(0));
+        stepper.begin(measured(0), S::constant(self.elapsed_s));
         let gain = S::constant(self.gain);
         let mut last = measured(0);
         let mut shown = Shown::new(self, last.speed);
@@ -656,7 +661,8 @@ impl Experiment {
         n: usize,
         [current, speed]: [&[f64]; 2],
     ) -> State<S> {
-        stepper.begin(State { current: S::constant(current[n - 1]), speed: S::constant(speed[n - 1]) });
+        let before = State { current: S::constant(current[n - 1]), speed: S::constant(speed[n - 1]) };
+        stepper.begin(before, S::constant(self.elapsed_s + (n - 1) as f64 * self.interval_s));
         let mean = self.advance(stepper, n, Imposed::Nothing, &mut self.edges.as_slice());
         let reading = stepper.reading();
         if self.window == Some(Window::ONE) { State { speed: mean, ..reading } } else { reading }

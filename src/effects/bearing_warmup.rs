@@ -69,8 +69,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
         balance.dry_friction = balance.dry_friction * factor;
         balance.viscous_friction = balance.viscous_friction * factor;
     }
-    fn at_start(&self, _: State<S>) -> Memory<S> {
-        [S::ONE, S::ZERO, S::ZERO, S::ZERO]
+    fn at_start(&self, _: State<S>, elapsed: S) -> Memory<S> {
+        let (cold, _) = decay(elapsed / self.time);
+        [cold, S::ZERO, S::ZERO, S::ZERO]
     }
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {

@@ -64,7 +64,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
         ..Description::usual(EffectId::ChannelDelay)
     };
     fields!(delay);
-    fn at_start(&self, state: State<S>) -> Memory<S> {
+    fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [S::ZERO, state.current, state.current, S::ZERO]
     }
     #[inline(always)]

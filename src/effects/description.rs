@@ -53,6 +53,10 @@ pub enum Role {
     Shape,
     /// A frequency at which something swings: far from it a fit does not find the way, so that it starts from several.
     Frequency,
+    /// An instant, s since the start of a run: looked for over time, not by a slope.
+    Instant,
+    /// The number of a base parameter: looked for one by one.
+    Parameter,
     /// A time constant beside the size: far below what the recordings resolve, the effect is another one.
     Time,
     /// The share of the inductance that goes with the flux.
@@ -113,6 +117,8 @@ pub enum Seen {
     InvisibleInSeries(&'static str),
     /// In the variance of the residual, not in its mean.
     Variance,
+    /// In what a model with constant parameters leaves before and after an instant.
+    Course,
     /// In lines at multiples of the rotation, above the filter.
     Orders,
     /// In the samples themselves, before any fit.

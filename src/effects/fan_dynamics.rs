@@ -73,7 +73,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
         balance.turbulent_friction = turbulent - lagging;
         balance.friction += lagging * flow * at.speed.abs();
     }
-    fn at_start(&self, state: State<S>) -> Memory<S> {
+    fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [state.speed, S::ONE, S::ZERO, S::ZERO]
     }
     #[inline(always)]

@@ -62,6 +62,9 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for GainDrift<S> {
         ..Description::usual(EffectId::GainDrift)
     };
     fields!(current, speed);
+    fn at_start(&self, _: State<S>, elapsed: S) -> Memory<S> {
+        [elapsed, S::ZERO, S::ZERO, S::ZERO]
+    }
     #[inline(always)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         accumulate(memory, passed.interval);

@@ -172,7 +172,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         balance.inductance =
             if left.value() < leakage { balance.inductance.times(leakage) } else { balance.inductance * left };
     }
-    fn at_start(&self, state: State<S>) -> Memory<S> {
+    fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [S::ZERO, state.current, S::ZERO, S::ZERO]
     }
     #[inline(always)]

@@ -68,7 +68,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         balance.torque = balance.torque.plus(self.cosine * memory[1] + self.sine * memory[2]);
     }
-    fn at_start(&self, _: State<S>) -> Memory<S> {
+    fn at_start(&self, _: State<S>, _: S) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)
     }
     #[inline(always)]

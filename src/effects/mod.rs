@@ -79,9 +79,9 @@ pub trait PhysicalEffect<S: Scalar<Base = S>>: Copy {
     #[inline(always)]
     fn contribute<N: Scalar<Base = S>>(&self, _at: &OperatingPoint<N>, _memory: &Memory<S>, _balance: &mut Balance<N>) {
     }
-    /// What it remembers when a run begins in a state.
+    /// What it remembers where a run goes on in a state, so long after it began, s: a part of a recording begins warm.
     #[inline(always)]
-    fn at_start(&self, _state: State<S>) -> Memory<S> {
+    fn at_start(&self, _state: State<S>, _elapsed: S) -> Memory<S> {
         Memory::default()
     }
     /// Moves the memory on over a step.
@@ -206,10 +206,10 @@ macro_rules! catalogue {
                 }
             }
 
-            /// What it remembers when a run begins in a state.
-            pub fn at_start(&self, state: State<S>) -> Memory<S> {
+            /// What it remembers where a run goes on in a state, so long after it began, s.
+            pub fn at_start(&self, state: State<S>, elapsed: S) -> Memory<S> {
                 match self {
-                    $(Self::$variant(effect) => effect.at_start(state),)+
+                    $(Self::$variant(effect) => effect.at_start(state, elapsed),)+
                 }
             }
 
@@ -293,6 +293,7 @@ catalogue!(
     imbalance::Imbalance,
     position_load::PositionLoad,
     bearing_warmup::BearingWarmup,
+    parameter_step::ParameterStep,
     two_mass::TwoMass,
     current_compression::CurrentCompression,
     sensor_hysteresis::SensorHysteresis,

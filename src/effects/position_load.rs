@@ -68,7 +68,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for PositionLoad<S> {
         let second = self.second_cosine * (cos * cos - sin * sin) + S::constant(2.0) * self.second_sine * (cos * sin);
         balance.torque = balance.torque.plus(self.cosine * cos + self.sine * sin + second);
     }
-    fn at_start(&self, _: State<S>) -> Memory<S> {
+    fn at_start(&self, _: State<S>, _: S) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)
     }
     #[inline(always)]

@@ -53,7 +53,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         ..Description::usual(EffectId::SpeedLag)
     };
     fields!(time);
-    fn at_start(&self, state: State<S>) -> Memory<S> {
+    fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [state.speed, state.speed, S::ZERO, S::ZERO]
     }
     #[inline(always)]

@@ -62,7 +62,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
         ..Description::usual(EffectId::SpeedRipple)
     };
     fields!(cosine, sine);
-    fn at_start(&self, _: State<S>) -> Memory<S> {
+    fn at_start(&self, _: State<S>, _: S) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)
     }
     #[inline(always)]

@@ -98,7 +98,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
         balance.torque -= drawn.times(weight);
         balance.inverse_inertia = balance.inverse_inertia / (S::ONE - self.share);
     }
-    fn at_start(&self, state: State<S>) -> Memory<S> {
+    fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [S::ZERO, state.speed, S::ZERO, S::ZERO]
     }
     #[inline(always)]

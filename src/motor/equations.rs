@@ -108,9 +108,14 @@ impl<S: Scalar<Base = S>> Motor<S> {
 
     /// What the effects remember when a run begins.
     pub fn memories_at_start(&self, state: State<S>) -> Memories<S> {
+        self.memories_after(state, S::ZERO)
+    }
+
+    /// What they remember where a run goes on in a state, so long after it began, s.
+    pub fn memories_after(&self, state: State<S>, elapsed: S) -> Memories<S> {
         let mut memories = [Memory::default(); MAX_EFFECTS];
         for (effect, memory) in self.effects.iter().zip(&mut memories) {
-            *memory = effect.at_start(state);
+            *memory = effect.at_start(state, elapsed);
         }
         memories
     }

@@ -207,9 +207,14 @@ impl<S: Scalar<Base = S>> Stepper<S> {
 
     /// Puts the motor into a state, with the memories of its effects as at the start of a run.
     pub fn set_state(&mut self, state: State<S>) {
+        self.go_on_in(state, S::ZERO);
+    }
+
+    /// Puts the motor into a state, with the memories of its effects as a run goes on so long after it began, s.
+    pub fn go_on_in(&mut self, state: State<S>, elapsed: S) {
         self.state = state;
         self.rounding = State::default();
-        self.memories = self.motor.memories_at_start(state);
+        self.memories = self.motor.memories_after(state, elapsed);
     }
 
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V), and gives the true

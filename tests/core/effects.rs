@@ -301,9 +301,9 @@ fn only_what_says_so_remembers_and_measures() {
     let passed = Passed { interval: 1e-4, before, after: State { current: -2.0, speed: 210.0 } };
     for d in catalogue() {
         let effect = typical(d);
-        let mut memory = effect.at_start(before);
+        let mut memory = effect.at_start(before, 0.0);
         effect.advance(&passed, &mut memory);
-        assert_eq!(memory != effect.at_start(before), d.remembers, "{}", d.id);
+        assert_eq!(memory != effect.at_start(before, 0.0), d.remembers, "{}", d.id);
         let mut reading = State { current: 123.456_789, speed: -1_234.567_8 };
         effect.measure(&memory, &mut reading);
         let measures = reading != State { current: 123.456_789, speed: -1_234.567_8 };

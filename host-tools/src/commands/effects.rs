@@ -54,6 +54,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Seen::InvisibleInSeries(_) => "free run, with magnets",
                 Seen::Variance => "variance",
                 Seen::Orders => "orders",
+                Seen::Course => "course",
                 Seen::Samples => "samples",
             };
             table.add_row([d.id.id(), d.name, enters(d), shows]);
@@ -90,6 +91,7 @@ fn shows(d: &Description) -> String {
         }
         Seen::Variance => "in the variance of the residual".to_owned(),
         Seen::Orders => "in lines at multiples of the rotation, above the filter".to_owned(),
+        Seen::Course => "in what a model with constant parameters leaves before and after an instant".to_owned(),
         Seen::Samples => "in the samples, before any fit".to_owned(),
     }
 }

@@ -315,7 +315,7 @@ fn one_step(motor: &greyrig::motor::Motor<f64>, e: &Experiment) -> [Option<Sums>
     let direction = directions(&w);
     let (mut voltage, mut torque, mut driving) = (Vec::new(), Vec::new(), Vec::new());
     let state = |n: usize| State { current: i[n], speed: w[n] };
-    let mut memories = motor.memories_at_start(state(0));
+    let mut memories = motor.memories_after(state(0), e.elapsed_s);
     for n in 0..e.len() {
         if n > 0 {
             let passed = Passed { interval: e.interval_s, before: state(n - 1), after: state(n) };

@@ -232,7 +232,10 @@ impl Space {
                 key,
                 name: p.name.to_owned(),
                 value: p.start,
-                freedom: Freedom::Free(None),
+                freedom: match p.role {
+                    Role::Instant | Role::Parameter => Freedom::Fixed,
+                    _ => Freedom::Free(None),
+                },
                 positive: p.range.0 > 0.0,
                 scale: p.start.abs(),
                 range: p.range,

@@ -72,13 +72,13 @@ impl Lockstep {
 }
 
 impl Stepped<Lanes> for Lockstep {
-    fn begin(&mut self, state: State<Lanes>) {
-        self.together.set_state(state);
+    fn begin(&mut self, state: State<Lanes>, elapsed: Lanes) {
+        self.together.go_on_in(state, elapsed);
         self.reading = self.together.reading();
         if lanes::disagreed() {
             let before = self.together.snapshot();
             for (k, stepper) in self.alone.iter_mut().enumerate() {
-                stepper.set_state(lane(&before, k).state);
+                stepper.go_on_in(lane(&before, k).state, elapsed.0[k]);
             }
             self.go_on_from_alone();
         }
@@ -185,7 +185,8 @@ mod tests {
                 let mut together = Lockstep::build(&motors, INTERVAL_S, 2).unwrap();
                 let mut alone = motors.each_ref().map(|m| Stepper::with_substeps(m.clone(), INTERVAL_S, 2).unwrap());
                 let begin = State { current: 0.5, speed: 10.0 };
-                together.begin(State { current: Lanes([0.5; LANES]), speed: Lanes([10.0; LANES]) });
+                together
+                    .begin(State { current: Lanes([0.5; LANES]), speed: Lanes([10.0; LANES]) }, Lanes([0.0; LANES]));
                 alone.iter_mut().for_each(|stepper| stepper.set_state(begin));
                 let voltage = |n: usize| 60.0 * (0.06 * n as f64).sin() + 20.0 * (0.004 * n as f64).cos();
                 for n in 1..3000 {

@@ -228,6 +228,7 @@ impl Builder {
             path: self.path,
             sha256: self.sha256,
             start_s: self.start_s,
+            elapsed_s: 0.0,
             sample_time_s: self.sample_time_s,
             channels,
             motion: self.motion,

@@ -85,6 +85,8 @@ pub struct Recording {
     path: PathBuf,
     sha256: String,
     start_s: f64,
+    /// Time from the begin of the run to the first sample, s.
+    elapsed_s: f64,
     sample_time_s: f64,
     channels: BTreeMap<Channel, Vec<f64>>,
     motion: Motion,
@@ -142,6 +144,11 @@ impl Recording {
     /// Time of the first sample, s.
     pub fn start_s(&self) -> f64 {
         self.start_s
+    }
+
+    /// Time from the begin of the run to the first sample, s: zero but of a part.
+    pub fn elapsed_s(&self) -> f64 {
+        self.elapsed_s
     }
 
     /// Sampling interval, s.
@@ -366,6 +373,7 @@ impl Recording {
         let gaps = gaps.map(|gap| gap.start.div_ceil(every)..gap.end.div_ceil(every));
         Self {
             start_s: self.start_s + range.start as f64 * self.sample_time_s,
+            elapsed_s: self.elapsed_s + range.start as f64 * self.sample_time_s,
             sample_time_s: self.sample_time_s * every as f64,
             channels: self.channels.iter().map(|(c, values)| (*c, of(values))).collect(),
             valid: flags(&self.valid),

@@ -215,7 +215,7 @@ impl<'a> WholeMotor<'a> {
             let State { current, speed } = state(current, n);
             OperatingPoint { current, speed, voltage: S::constant(e.input[n]) }
         };
-        let mut memories = motor.memories_at_start(state(current, 0));
+        let mut memories = motor.memories_after(state(current, 0), S::constant(e.elapsed_s));
         let mut remembered = memories.map(|memory| [memory; BLOCK]);
         let mut points = [(at(0), S::ZERO); BLOCK];
         let mut balances = [motor.balance(&at(0), &memories); BLOCK];
@@ -279,7 +279,7 @@ impl<'a> WholeMotor<'a> {
 /// Current, A, and speed, rad/s, as they were before a measuring chain.
 pub fn undone(e: &Experiment, current: &[f64], speed: &[f64], chain: &[Effect<f64>]) -> [Vec<f64>; 2] {
     let measured = |n: usize| State { current: current[n], speed: speed[n] };
-    let mut memories: Vec<_> = chain.iter().map(|effect| effect.at_start(measured(0))).collect();
+    let mut memories: Vec<_> = chain.iter().map(|effect| effect.at_start(measured(0), e.elapsed_s)).collect();
     let (mut currents, mut speeds) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
     for n in 0..e.len() {
         let mut shown = measured(n);
