@@ -8,6 +8,7 @@ use greyrig::motor::BaseParameter;
 
 use crate::compare::{Comparison, PerSignal, compare};
 use crate::context::Context;
+use crate::diagnose::change;
 use crate::diagnose::classes::class_of;
 use crate::error::Result;
 use crate::identify::space::Key;
@@ -143,6 +144,7 @@ pub fn identify_with(
     let with = |effects: &[EffectId]| {
         let mut settings = settings.clone();
         settings.effects.extend(effects);
+        change::hold(&mut settings, recordings, ctx)?;
         identify(recordings, &settings, ctx)
     };
     let mut added = Addition { effects: effects.to_vec(), identification: with(effects)? };

@@ -12,6 +12,7 @@ use super::words;
 use crate::between::Course;
 use crate::check::Purpose;
 use crate::compare::compare_along;
+use crate::diagnose::change;
 use crate::error::{Error, Result, if_possible};
 use crate::identify::{self, Method, Settings};
 use crate::model::{Assignment, Base, Kind, catalogue};
@@ -104,8 +105,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         settings.filter.cutoff_hz = cutoff;
         settings.cutoff_given = true;
     }
-    let mut identification =
-        terminal.watching("output error", |ctx| identify::identify(&recordings, &settings, ctx))?;
+    let mut identification = terminal.watching("output error", |ctx| {
+        change::hold(&mut settings, &recordings, ctx)?;
+        identify::identify(&recordings, &settings, ctx)
+    })?;
     // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
     let comparison = if_possible(compare_along(&identification.model, &recordings, args.course, &terminal.context()))?;
     if let Some(c) = &comparison {

@@ -18,14 +18,23 @@ use crate::recording::Recording;
 /// # Errors
 /// Recordings that cannot be used, an interrupt.
 pub fn error(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<[f64; 2]> {
+    let (coarse, space) = prepared(recordings, settings, ctx)?;
+    let audit = Audit::new(&coarse, &space, ctx)?;
+    let esr = audit.ratio(audit.fit(&space)?.rms);
+    Ok([esr.current.unwrap_or(0.0), esr.speed.unwrap_or(0.0)])
+}
+
+/// Recordings at the rate at which models are tried on them, and a model with its start values.
+///
+/// # Errors
+/// Recordings that cannot be used, settings that no model has, an interrupt.
+pub fn prepared(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<(Vec<Experiment>, Space)> {
     let mut full = identify::prepare(recordings, &settings.filter, &settings.chain)?;
     let mut space = identify::build_space(settings)?;
     slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
     let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
     start(&mut space, &full, &coarse)?;
-    let audit = Audit::new(&coarse, &space, ctx)?;
-    let esr = audit.ratio(audit.fit(&space)?.rms);
-    Ok([esr.current.unwrap_or(0.0), esr.speed.unwrap_or(0.0)])
+    Ok((coarse, space))
 }
 
 /// Start values of the base model, where slow samples have not told them already, and what these recordings cannot hold

@@ -3,17 +3,17 @@
 //! A parameter p that varies adds a column to the balances, ∂r/∂p times what it varies with:
 //!
 //! ```text
-//! r(t) ≈ r₀(t) + ∂r/∂p (δ + Δ f(t))      f = 1(t > τ), |i|/î, |ω|/ω̂
+//! r(t) ≈ r₀(t) + ∂r/∂p (δ + Δ f(t))      f = 1(t > τ), t/T, |i|/î, |ω|/ω̂
 //! ```
-//! A free parameter of the base may be another one from a border τ between blocks of validation on: in that recording,
-//! or in those after it as well, which are taken in the order in which they are given. The size of an effect may go
+//! A free parameter of the base may be another one from an instant τ on: in that recording, or in those after it as
+//! well, which are taken in the order in which they are given. τ is a border between blocks of validation at first, and
+//! looked for ever more closely then. Or it may drift from the begin of each recording on, the longest of which takes T. The size of an effect may go
 //! with the current or the speed, which no law of the catalogue says of it: its law has another form then.
 //!
 //! The pair (p, f) that takes most of the squares with all parameters free to move is judged on data held out, like any
 //! effect: by how much the error falls, by its significance for as many columns as were tried, and by decoys; and it
 //! has to take most of what is left. The balances are linear in the base parameters and in most sizes, so that δ and Δ
-//! are exact; what the load and the noise add is in the p-value by its correlation. A slow drift is told as a change in
-//! the middle of it.
+//! are exact; what the load and the noise add is in the p-value by its correlation.
 //!
 //! Source: R. E. Quandt, The estimation of the parameters of a linear regression system obeying two separate regimes,
 //! J. Am. Stat. Assoc. 53 (1958) 873–880; D. W. K. Andrews, Tests for parameter instability and structural change with
@@ -36,11 +36,18 @@ use crate::identify::space::Key;
 /// each. With one a change would be the difference between a run-up and all the rest.
 const FEWEST_BLOCKS: f64 = 2.0;
 
+/// How closely the instant of a change is looked for, s: no load is put on, and no coupling lets go, within less.
+const FINEST_S: f64 = 1e-3;
+/// By how much more closely each time.
+const CLOSER: f64 = 8.0;
+
 /// What a parameter varies with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum With {
     /// It is another one from a border between two blocks on.
     Time(Border),
+    /// With the time since a recording began, of which the longest takes so many s.
+    Drift(f64),
     /// With the magnitude of the current, up to so many A.
     Current(f64),
     /// With the magnitude of the speed, up to so many rad/s.
@@ -54,7 +61,7 @@ pub struct Border {
     pub recording: usize,
     /// Whether the recordings after it count as later, too.
     pub lasts: bool,
-    /// The last row before it, s.
+    /// When, s since the first sample.
     pub at_s: f64,
     /// Length of a block, s: how well the time of a change is known.
     pub within_s: f64,
@@ -80,6 +87,8 @@ pub struct Variation {
     pub values: [f64; 2],
     /// Fall of the error on data held out, sum of the logarithms of both balances.
     pub gain: f64,
+    /// Its significance, over the number of changes tried.
+    pub p_value: f64,
     /// The logarithm of the error on data held out, with it.
     pub log_error: f64,
     /// Whether nearly nothing is left with it.
@@ -100,9 +109,12 @@ impl Variation {
     /// so that their inertia is smaller where nothing accelerates; the free run does not. (There the state at the
     /// border is taken to follow the parameter at once.)
     pub fn shows_in(&self, fit: &Fit, groups: &[u8], times: &[(usize, f64)], blocks: &[usize]) -> bool {
-        let With::Time(border) = self.with else { return true };
         let Some(place) = fit.space.free().position(|entry| entry.key == self.key) else { return false };
-        let column = later(fit, place, border, times);
+        let column = match self.with {
+            With::Time(border) => later(fit, place, border, times),
+            With::Drift(longest) => drifting(fit, place, longest, times),
+            With::Current(_) | With::Speed(_) => return true,
+        };
         let complement = Complement::of(&fit.jacobian);
         let Some((more, step)) = complement.with_column(fit, &column, LEAST_INDEPENDENT) else { return false };
         let gain = held_out(fit, groups, blocks).fall_to(&held_out(&more, groups, blocks));
@@ -114,6 +126,12 @@ impl Variation {
 fn later(fit: &Fit, place: usize, border: Border, times: &[(usize, f64)]) -> DVector<f64> {
     let own = fit.jacobian.column(place);
     DVector::from_fn(own.len(), |k, _| if border.is_before(times[k]) { own[k] } else { 0.0 })
+}
+
+/// The column of a parameter by its place among the free ones that drifts while the longest recording runs, s.
+fn drifting(fit: &Fit, place: usize, longest: f64, times: &[(usize, f64)]) -> DVector<f64> {
+    let own = fit.jacobian.column(place);
+    DVector::from_fn(own.len(), |k, _| own[k] * times[k].1 / longest)
 }
 
 /// What is tried: the place of a parameter among the free ones, and what it may vary with.
@@ -170,14 +188,16 @@ impl Rows<'_> {
         let entries: Vec<_> = fit.space.free().collect();
         let free = || (0..entries.len()).filter(|place| !entries[*place].rests_at_a_limit());
         let borders = self.borders();
-        let of_base = free().filter(|place| entries[*place].key.base().is_some());
+        let of_base = || free().filter(|place| entries[*place].key.base().is_some());
         let is_told = |(place, border): &(usize, Border)| self.is_told_on_both_sides(fit, *place, *border);
-        let in_time = of_base.flat_map(|place| borders.iter().map(move |border| (place, *border)));
+        let in_time = of_base().flat_map(|place| borders.iter().map(move |border| (place, *border)));
         let in_time = in_time.filter(is_told).map(|(place, border)| (place, With::Time(border)));
+        let longest = self.times.iter().fold(f64::MIN_POSITIVE, |longest, (_, t)| longest.max(*t));
+        let drifts = of_base().map(|place| (place, With::Drift(longest)));
         let state = [With::Current(self.current.max()), With::Speed(self.speed.max())];
         let of_effects = free().filter(|place| entries[*place].is_size());
         let in_state = of_effects.flat_map(|place| state.map(|with| (place, with)));
-        let tries: Vec<Try> = in_time.chain(in_state).collect();
+        let tries: Vec<Try> = in_time.chain(drifts).chain(in_state).collect();
         let complement = Complement::of(&fit.jacobian);
         let taken = |(place, with): &Try| {
             let column = self.column(fit, *place, *with);
@@ -186,9 +206,24 @@ impl Rows<'_> {
             let is_own = square > LEAST_INDEPENDENT.powi(2) * column.norm_squared();
             if is_own { own.dot(&fit.residuals).powi(2) / square } else { 0.0 }
         };
-        let squares: Vec<f64> = tries.par_iter().map(taken).collect();
-        let best = (0..tries.len()).max_by(|a, b| squares[*a].total_cmp(&squares[*b]))?;
-        let (place, with) = tries[best];
+        let best_of = |tries: &[Try]| {
+            let squares: Vec<f64> = tries.par_iter().map(taken).collect();
+            (0..tries.len()).max_by(|a, b| squares[*a].total_cmp(&squares[*b])).map(|best| tries[best])
+        };
+        let (place, mut with) = best_of(&tries)?;
+        let mut spacing = match with {
+            With::Time(border) => border.within_s,
+            _ => 0.0,
+        };
+        // From block to block at first, then ever more closely.
+        while let With::Time(border) = with
+            && spacing > FINEST_S
+        {
+            spacing /= CLOSER;
+            let around = (-CLOSER as i32..=CLOSER as i32).map(|k| border.at_s + f64::from(k) * spacing);
+            let around = around.filter(|at_s| *at_s > 0.0).map(|at_s| (place, With::Time(Border { at_s, ..border })));
+            with = best_of(&around.collect::<Vec<_>>())?.1;
+        }
 
         let column = self.column(fit, place, with);
         let (more, step) = complement.with_column(fit, &column, LEAST_INDEPENDENT)?;
@@ -211,6 +246,7 @@ impl Rows<'_> {
             with,
             values,
             gain,
+            p_value: p.min(1.0),
             log_error: after.log_error(),
             explains: left.explains(&was),
         })
@@ -236,6 +272,7 @@ impl Rows<'_> {
         let scaled = |by: &DVector<f64>, largest: f64| own.component_mul(by) / largest.max(f64::MIN_POSITIVE);
         match with {
             With::Time(border) => later(fit, place, border, self.times),
+            With::Drift(longest) => drifting(fit, place, longest, self.times),
             With::Current(largest) => scaled(&self.current, largest),
             With::Speed(largest) => scaled(&self.speed, largest),
         }

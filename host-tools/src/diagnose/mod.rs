@@ -17,6 +17,7 @@ mod answer;
 pub mod audit;
 pub mod base;
 pub mod candidates;
+pub mod change;
 pub mod classes;
 pub mod climb;
 pub mod completeness;
@@ -34,6 +35,7 @@ pub mod screening;
 pub mod second_look;
 pub mod shape;
 pub mod sizes;
+mod varying;
 mod verdict;
 
 use greyrig::effects::{EffectId, MAX_EFFECTS};
@@ -48,9 +50,9 @@ use crate::model::Kind;
 use crate::recording::Recording;
 use audit::Audit;
 use candidates::{Candidate, InFreeRun, errors_in_free_run};
+use change::Change;
 use climb::Climb;
 use completeness::Completeness;
-use constancy::Variation;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;
@@ -59,6 +61,7 @@ use samples::Finding;
 use second_look::SecondLook;
 use shape::Shape;
 use sizes::sizes;
+use varying::Varying;
 use verdict::{Remaining, Strained};
 
 pub use verdict::{Verdict, VerdictKind};
@@ -222,31 +225,26 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         None => errors,
     };
     let seen = if alone { &lines } else { &findings };
-    let shows = |varies: &Variation, fit: usize| match (&free_run, &in_free_run) {
-        (Some(audit), Some(fits)) => audit.shows(varies, &fits[fit]),
-        _ => true,
+    let both = free_run.as_ref().zip(in_free_run.as_ref());
+    let varying = Varying {
+        climb: &climb,
+        in_free_run: both,
+        base: &base,
+        ladder: &ladder,
+        alone,
+        samples_are_clean: findings.is_empty(),
+        by_what_it_has,
+        is_strained: strained.is_some(),
     };
-    let instead = if findings.is_empty() { climb.changes_instead(&base, &ladder)? } else { None };
-    let (varies, mut verdict) = match instead.filter(|change| shows(change, 0)) {
-        Some(change) => (Some(change), Verdict::changed(Vec::new())),
-        None => {
-            let verdict = verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds);
-            let is_outside = verdict.kind == VerdictKind::OutsideCatalogue;
-            let in_free_run = || match (&free_run, &in_free_run) {
-                (Some(audit), Some([_, with])) if is_outside && !by_what_it_has && strained.is_none() => {
-                    audit.changes(with)
-                }
-                _ => None,
-            };
-            let varies = varies.filter(|varies| shows(varies, 1)).or_else(in_free_run);
-            let verdict = match &varies {
-                Some(varies) if alone => verdict.beside(varies),
-                _ => verdict,
-            };
-            let is_constant = varies.as_ref().is_none_or(|varies| varies.of_law().is_some());
-            let verdict = if by_what_it_has && is_constant { verdict.but_for_forms() } else { verdict };
-            (varies, verdict)
+    let (varies, mut verdict) =
+        varying.decide(varies, || verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds))?;
+    // A change that a model can have is fitted like any other effect.
+    let change = varies.as_ref().filter(|_| verdict.is_of_a_change()).and_then(|varies| Change::of(varies, &coarse));
+    let with_change = match (&change, both) {
+        (Some(change), Some((audit, [free, _]))) if change.is_of_one_recording => {
+            Some(audit.fit(&change.added_to(&free.space, &coarse))?)
         }
+        _ => None,
     };
     let stands = matches!(verdict.kind, VerdictKind::MissingEffect | VerdictKind::Ambiguous);
     let over = ladder.free_run.filter(|_| stands && ladder.leaves_more_than_healthy()).map(|(_, over)| over);
@@ -263,6 +261,27 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     };
     if let Some(remaining) = &verdict.remaining {
         verdict.text += &format!("\n{}", remaining.text);
+    }
+    let mut candidates = candidates::describe(&ladder, &errors, options, recordings);
+    let known = change.as_ref().zip(varies.as_ref());
+    let changed = known.map(|(change, varies)| {
+        change.as_candidate(
+            varies,
+            with_change.as_ref().zip(free_run.as_ref()),
+            &base.space,
+            &coarse,
+            settings,
+            recordings,
+        )
+    });
+    if let Some(candidate) = changed {
+        // What changes is what is missing, and nothing that is left besides.
+        verdict.remaining = None;
+        verdict.sizes.clone_from(&candidate.parameters);
+        if change.as_ref().is_some_and(|change| !change.is_of_one_recording) {
+            verdict.text += change::SEVERAL;
+        }
+        candidates.insert(0, candidate);
     }
     if !alone {
         lines.iter().for_each(|line| verdict.text += &format!("\nbesides, {}", line.text));
@@ -281,17 +300,16 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let in_time = varies.as_ref().is_some_and(|varies| varies.of_law().is_none());
     let is_outside = verdict.kind == VerdictKind::OutsideCatalogue && !in_time;
     let shape = is_outside.then(|| climb.shape(&left, &ladder.floor)).flatten();
-    let [esr_before, esr_after] = match (&free_run, &in_free_run) {
-        (Some(audit), Some(fits)) => fits.each_ref().map(|fit| audit.ratio(fit.rms)),
-        _ => [PerSignal::default(); 2],
-    };
+    let [esr_before, esr_after] = both.map_or([PerSignal::default(); 2], |(audit, [free, with])| {
+        [free, with_change.as_ref().unwrap_or(with)].map(|fit| audit.ratio(fit.rms))
+    });
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
     ctx.check()?;
     Ok(Diagnosis {
         verdict,
         esr_before,
         esr_after,
-        candidates: candidates::describe(&ladder, &errors, options, recordings),
+        candidates,
         screening: ladder.steps.first().map_or_else(Vec::new, |s| s.promises.clone()),
         completeness: Some((ladder.before, ladder.after)),
         lead,

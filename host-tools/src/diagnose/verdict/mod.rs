@@ -6,12 +6,13 @@ mod remaining;
 mod strained;
 mod words;
 
-use greyrig::effects::EffectId;
+use greyrig::effects::{EffectId, Seen};
 use serde::Serialize;
 
+use super::change;
 use super::classes::class_of;
 use super::completeness::Completeness;
-use super::constancy::Variation;
+use super::constancy::{Variation, With};
 use super::holds::Holds;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
@@ -110,8 +111,8 @@ impl Verdict {
     /// missing; if it is the form of a law that the model has, and explains all, nothing else is.
     pub fn beside(self, varies: &Variation) -> Self {
         match (self.kind, varies.of_law()) {
-            (VerdictKind::None, None) => Self::changed(self.sizes),
-            (VerdictKind::OutsideCatalogue, None) if varies.explains => Self::changed(self.sizes),
+            (VerdictKind::None, None) => Self::changed(varies),
+            (VerdictKind::OutsideCatalogue, None) if varies.explains => Self::changed(varies),
             (VerdictKind::OutsideCatalogue, Some(_)) if varies.explains => Self::but_for_a_form(self.sizes),
             _ => self,
         }
@@ -123,16 +124,25 @@ impl Verdict {
         if self.kind == VerdictKind::OutsideCatalogue { Self::but_for_a_form(self.sizes) } else { self }
     }
 
-    /// A parameter of the model changes in time.
-    pub fn changed(sizes: Vec<Size>) -> Self {
+    /// A parameter of the model changes in time: an effect if it jumps, and of no known law if it drifts.
+    pub fn changed(varies: &Variation) -> Self {
+        let jumps = change::effect().filter(|_| matches!(varies.with, With::Time(_)));
+        let kind = if jumps.is_some() { VerdictKind::MissingEffect } else { VerdictKind::OutsideCatalogue };
         Self {
-            text: "no effect of the catalogue explains the error as well as a motor that is not the same all the time:"
+            effects: jumps.map(|d| d.id).into_iter().collect(),
+            text: "no law of the catalogue explains the error as well as a motor that is not the same all the time:"
                 .to_owned(),
             next_experiment: Some(
                 "the same once more: what comes back at the same time is the motor's, as where it warms up".to_owned(),
             ),
-            ..Self::without_effects(VerdictKind::OutsideCatalogue, sizes)
+            ..Self::without_effects(kind, Vec::new())
         }
+    }
+
+    /// Whether a parameter of the model changes in time, and nothing else is missing.
+    pub fn is_of_a_change(&self) -> bool {
+        self.kind == VerdictKind::MissingEffect
+            && matches!(&self.effects[..], [id] if id.description().seen == Seen::Course)
     }
 
     /// All that the model lacks is the form of a law that it has.

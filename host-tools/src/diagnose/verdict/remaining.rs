@@ -74,22 +74,24 @@ impl Remaining {
 }
 
 /// A parameter that varies, in words.
-fn in_words(varies: &Variation, unit: &str) -> String {
+pub fn in_words(varies: &Variation, unit: &str) -> String {
     let Variation { name, with, values: [before, after], gain, .. } = varies;
     let ratio = after / before;
     let [before, after] = [*before, *after].map(|value| match unit {
         "1" => figure(value, 3),
         unit => format!("{} {unit}", figure(value, 3)),
     });
+    // A friction may pass zero, of which there is no multiple.
+    let times = if ratio > 0.1 && ratio < 10.0 { format!(", by × {}", figure(ratio, 3)) } else { String::new() };
     let falls = format!("with that the error on data held out falls by {:.0} %", 100.0 * (1.0 - (-0.5 * gain).exp()));
     match with {
         With::Time(Border { recording, at_s, within_s, .. }) => {
-            // A friction may pass zero, of which there is no multiple.
-            let times =
-                if ratio > 0.1 && ratio < 10.0 { format!(", by × {}", figure(ratio, 3)) } else { String::new() };
             let number = if *recording == 0 { String::new() } else { format!(" of recording {}", recording + 1) };
             let when = format!("{} s{number}, within {} s", figure(*at_s, 3), figure(*within_s, 2));
             format!("{name} changes at about {when}, from {before} to {after}{times}: {falls}")
+        }
+        With::Drift(longest) => {
+            format!("{name} drifts within {} s, from {before} to {after}{times}: {falls}", figure(*longest, 3))
         }
         With::Current(largest) => format!(
             "what is left is the form of a law: {name} goes with the current, {before} at none and {after} at {} A; {falls}",

@@ -1,0 +1,165 @@
+//! A parameter that changes in time, as the effect of the catalogue that it is.
+//!
+//! Neither the instant of a change nor which parameter it is can be found by the slope of an error. Both are looked for
+//! ([`constancy`](super::constancy)) and then held, while the size of the change is fitted like any other. A model has
+//! one instant, counted from the begin of a run: in a set of recordings a change can be told, and no model has it.
+
+use std::collections::BTreeMap;
+
+use greyrig::effects::{Description, EffectId, Role, Seen};
+use greyrig::motor::BaseParameter;
+
+use super::audit::Audit;
+use super::base;
+use super::candidates::Candidate;
+use super::climb::Climb;
+use super::constancy::{Variation, With};
+use super::sizes::sizes;
+use crate::compare::PerSignal;
+use crate::context::Context;
+use crate::error::{Error, Result, if_possible};
+use crate::experiment::Experiment;
+use crate::identify::Settings;
+use crate::identify::minimise::Fit;
+use crate::identify::space::{Key, Space};
+use crate::model::Assignment;
+use crate::recording::Recording;
+
+/// What is said of a change within a set of recordings.
+pub const SEVERAL: &str = "\na model has one instant, counted from the begin of a run: of several recordings, identify those before the \
+                           change and those after it apart";
+
+/// The effect that is a change in time.
+pub fn effect() -> Option<&'static Description> {
+    Description::all().find(|d| d.seen == Seen::Course)
+}
+
+/// A parameter that jumps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// As an effect.
+    pub id: EffectId,
+    /// Its parameters: what is looked for is to be held, and the size is where a fit begins.
+    pub parameters: Vec<(Key, f64)>,
+    /// Whether a model can have it: of one recording.
+    pub is_of_one_recording: bool,
+}
+
+impl Change {
+    /// What a parameter that varies is as an effect, if it changes in time and is one of the base model.
+    pub fn of(varies: &Variation, experiments: &[Experiment]) -> Option<Self> {
+        let (With::Time(border), Some(changed)) = (varies.with, varies.key.base()) else { return None };
+        let d = effect()?;
+        let number = BaseParameter::ALL.iter().position(|p| *p == changed)? as f64 + 1.0;
+        let at_s = experiments.get(border.recording)?.elapsed_s + border.at_s;
+        let [before, after] = varies.values;
+        let value = |role: Role| match role {
+            Role::Instant => at_s,
+            Role::Parameter => number,
+            _ => after / before - 1.0,
+        };
+        let with_value = |(place, p): (usize, &greyrig::effects::EffectParameter)| {
+            (Key::Effect(d.id, place), value(p.role).clamp(p.range.0, p.range.1))
+        };
+        let parameters = d.parameters.iter().enumerate().map(with_value).collect();
+        Some(Self { id: d.id, parameters, is_of_one_recording: experiments.len() == 1 })
+    }
+
+    /// A model that has it besides.
+    pub fn added_to(&self, space: &Space, experiments: &[Experiment]) -> Space {
+        let mut more = space.with_effect(self.id, &space.scales(experiments));
+        for (key, value) in &self.parameters {
+            if let Some(entry) = more.get_mut(*key) {
+                entry.value = *value;
+            }
+        }
+        more
+    }
+
+    /// As a candidate: fitted in the free run, or as the balances tell it of a model.
+    pub fn as_candidate(
+        &self,
+        varies: &Variation,
+        fitted: Option<(&Fit, &Audit<'_>)>,
+        base: &Space,
+        experiments: &[Experiment],
+        settings: &Settings,
+        recordings: &[Recording],
+    ) -> Candidate {
+        let (parameters, esr_after) = match fitted {
+            Some((fit, audit)) => {
+                (sizes(&[self.id], &fit.space, &audit.intervals(fit), settings, recordings), audit.ratio(fit.rms))
+            }
+            None => {
+                let space = self.added_to(base, experiments);
+                (sizes(&[self.id], &space, &BTreeMap::new(), settings, recordings), PerSignal::default())
+            }
+        };
+        Candidate {
+            effect: self.id,
+            esr_after,
+            held_out_gain: 1.0 - (-0.5 * varies.gain).exp(),
+            p_value: varies.p_value,
+            parameters,
+            confused_with: self.id.description().confused_with.to_vec(),
+            objection: None,
+            step: 1,
+        }
+    }
+
+    /// What is to be held of it.
+    fn held(&self) -> impl Iterator<Item = Assignment> + '_ {
+        let is_held = |key: &Key| key.of_effect().is_some_and(|p| matches!(p.role, Role::Instant | Role::Parameter));
+        let assigned =
+            |(key, value): &(Key, f64)| key.of_effect().map(|p| Assignment { name: p.name.to_owned(), value: *value });
+        self.parameters.iter().filter(move |(key, _)| is_held(key)).filter_map(assigned)
+    }
+}
+
+/// Lets settings that ask for a change in time, and do not say when it is and of what, hold what the recordings tell of
+/// it.
+///
+/// # Errors
+/// Recordings that tell of none, or that no model can have it of; those that cannot be used; an interrupt.
+pub fn hold(settings: &mut Settings, recordings: &[Recording], ctx: &Context) -> Result<()> {
+    let Some(d) = effect().filter(|d| settings.effects.contains(&d.id)) else { return Ok(()) };
+    let held = |role: Role| d.parameters.iter().filter(move |p| p.role == role).map(|p| p.name);
+    let names: Vec<&str> = held(Role::Instant).chain(held(Role::Parameter)).collect();
+    if names.iter().all(|name| settings.fixed.iter().any(|fixed| fixed.name == *name)) {
+        return Ok(());
+    }
+    let mut without = settings.clone();
+    without.effects.retain(|id| *id != d.id);
+    let by_hand = names.iter().map(|name| format!("--fix {name}=…")).collect::<Vec<_>>().join(" ");
+    let change = find(recordings, &without, ctx)?.ok_or_else(|| {
+        Error::usage(
+            format!("{}: these recordings tell of no parameter that changes in time", d.id),
+            format!("say when and which with {by_hand}, or leave it out"),
+        )
+    })?;
+    if !change.is_of_one_recording {
+        return Err(Error::usage(
+            format!("{}: a model has one instant, counted from the begin of a run, and these are several runs", d.id),
+            "identify the recordings before the change and those after it apart",
+        ));
+    }
+    settings.fixed.extend(change.held());
+    Ok(())
+}
+
+/// The change in time that recordings tell of beside a model.
+fn find(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Option<Change>> {
+    let (coarse, space) = base::prepared(recordings, settings, ctx)?;
+    let Some(climb) = Climb::new(&coarse, Vec::new(), 0, ctx) else { return Ok(None) };
+    let base = climb.fit_from_what_is_known(&space, &settings.known)?;
+    let ladder = climb.climb(&base)?;
+    let audit = if climb.is_of_whole_motor() { if_possible(Audit::new(&coarse, &base.space, ctx))? } else { None };
+    let free = audit.as_ref().map(|audit| audit.fit(&base.space)).transpose()?;
+    let shows = |varies: &Variation| match (&audit, &free) {
+        (Some(audit), Some(free)) => audit.shows(varies, free),
+        _ => true,
+    };
+    let in_free_run = || audit.as_ref().zip(free.as_ref()).and_then(|(audit, free)| audit.changes(free));
+    let varies = climb.varies(&base, &ladder).filter(shows).or_else(in_free_run);
+    Ok(varies.and_then(|varies| Change::of(&varies, &coarse)))
+}
