@@ -190,7 +190,7 @@ fn next_command(args: &Args, recordings: &[Recording], d: &Diagnosis) -> Option<
     let verdict = &d.verdict;
     let (none, no_terms): (&[EffectId], &[String]) = (&[], &[]);
     match verdict.kind {
-        VerdictKind::MissingEffect => Some(with_more(args, &verdict.effects, no_terms).to_string()),
+        VerdictKind::MissingEffect if d.can_be_added => Some(with_more(args, &verdict.effects, no_terms).to_string()),
         VerdictKind::None => Some(match &args.model {
             Some(model) => {
                 args.input.again(CommandLine::new("challenge")).option("--model", [model.display()]).to_string()

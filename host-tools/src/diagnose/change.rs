@@ -21,7 +21,7 @@ use crate::error::{Error, Result, if_possible};
 use crate::experiment::Experiment;
 use crate::identify::Settings;
 use crate::identify::minimise::Fit;
-use crate::identify::space::{Key, Space};
+use crate::identify::space::{Freedom, Key, Space};
 use crate::model::Assignment;
 use crate::recording::Recording;
 
@@ -76,6 +76,26 @@ impl Change {
         more
     }
 
+    /// Fits a model that has it besides in the free run: with its instant as it was found, and then free, from which
+    /// that of the better fit is taken.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn fit(&mut self, space: &Space, audit: &Audit<'_>, experiments: &[Experiment]) -> Result<Fit> {
+        let held = audit.fit(&self.added_to(space, experiments))?;
+        let mut freed = held.space.clone();
+        let instants = self.parameters.iter().map(|(key, _)| *key).filter(|key| has_role(*key, &[Role::Instant]));
+        instants.for_each(|key| {
+            if let Some(entry) = freed.get_mut(key) {
+                entry.freedom = Freedom::Free(None);
+            }
+        });
+        let free = audit.fit(&freed)?;
+        let fit = if audit.fall(&held, &free) > 0.0 { free } else { held };
+        self.parameters.iter_mut().for_each(|(key, value)| *value = fit.space.value(*key));
+        Ok(fit)
+    }
+
     /// As a candidate: fitted in the free run, or as the balances tell it of a model.
     pub fn as_candidate(
         &self,
@@ -109,11 +129,16 @@ impl Change {
 
     /// What is to be held of it.
     fn held(&self) -> impl Iterator<Item = Assignment> + '_ {
-        let is_held = |key: &Key| key.of_effect().is_some_and(|p| matches!(p.role, Role::Instant | Role::Parameter));
+        let is_held = |key: &Key| has_role(*key, &[Role::Instant, Role::Parameter]);
         let assigned =
             |(key, value): &(Key, f64)| key.of_effect().map(|p| Assignment { name: p.name.to_owned(), value: *value });
         self.parameters.iter().filter(move |(key, _)| is_held(key)).filter_map(assigned)
     }
+}
+
+/// Whether a parameter is one of these to its effect.
+fn has_role(key: Key, roles: &[Role]) -> bool {
+    key.of_effect().is_some_and(|p| roles.contains(&p.role))
 }
 
 /// Lets settings that ask for a change in time, and do not say when it is and of what, hold what the recordings tell of
@@ -161,5 +186,11 @@ fn find(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<
     };
     let in_free_run = || audit.as_ref().zip(free.as_ref()).and_then(|(audit, free)| audit.changes(free));
     let varies = climb.varies(&base, &ladder).filter(shows).or_else(in_free_run);
-    Ok(varies.and_then(|varies| Change::of(&varies, &coarse)))
+    let mut change = varies.and_then(|varies| Change::of(&varies, &coarse));
+    if let (Some(change), Some(audit), Some(free)) = (&mut change, &audit, &free)
+        && change.is_of_one_recording
+    {
+        change.fit(&free.space, audit, &coarse)?;
+    }
+    Ok(change)
 }

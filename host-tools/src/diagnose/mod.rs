@@ -74,6 +74,8 @@ const MOST_EFFECTS: usize = 6;
 pub struct Diagnosis {
     /// The verdict.
     pub verdict: Verdict,
+    /// Whether a model of all these recordings can have what is missing: not a change in the midst of a set.
+    pub can_be_added: bool,
     /// Free-run error-to-signal ratio of the model as it was.
     pub esr_before: PerSignal,
     /// And with all effects found.
@@ -239,10 +241,11 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     let (varies, mut verdict) =
         varying.decide(varies, || verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds))?;
     // A change that a model can have is fitted like any other effect.
-    let change = varies.as_ref().filter(|_| verdict.is_of_a_change()).and_then(|varies| Change::of(varies, &coarse));
-    let with_change = match (&change, both) {
+    let mut change =
+        varies.as_ref().filter(|_| verdict.is_of_a_change()).and_then(|varies| Change::of(varies, &coarse));
+    let with_change = match (&mut change, both) {
         (Some(change), Some((audit, [free, _]))) if change.is_of_one_recording => {
-            Some(audit.fit(&change.added_to(&free.space, &coarse))?)
+            Some(change.fit(&free.space, audit, &coarse)?)
         }
         _ => None,
     };
@@ -307,6 +310,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     ctx.check()?;
     Ok(Diagnosis {
         verdict,
+        can_be_added: change.is_none_or(|change| change.is_of_one_recording),
         esr_before,
         esr_after,
         candidates,
@@ -372,6 +376,7 @@ fn search(climb: &Climb<'_>, free_run: Option<&Audit<'_>>, base: &Fit, options: 
 fn insufficient(reason: &Insufficient) -> Diagnosis {
     Diagnosis {
         verdict: Verdict::insufficient(reason),
+        can_be_added: true,
         esr_before: PerSignal::default(),
         esr_after: PerSignal::default(),
         candidates: Vec::new(),
