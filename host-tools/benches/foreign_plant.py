@@ -356,7 +356,9 @@ def main():
                 # The law that it has, and that it has another form; a torque that goes with the angle, a few times a turn.
                 if truth == "drop with speed" and named == ["brush_drop"] and "form_of_law" in besides:
                     figure = "right"
-                if truth == "cam" and kind == "missing_effect" and set(named) <= {"torque_ripple", "imbalance"}:
+                if truth == "cam" and kind == "missing_effect" and set(named) <= {"torque_ripple", "imbalance", "position_load"}:
+                    figure = "right"
+                if truth.startswith("another ") and named == ["parameter_step"]:
                     figure = "right"
                 figures[figure] = figures.get(figure, 0) + 1
                 print(f"{motor}, {truth}, {'+'.join(kinds)} at {rate} Hz: {figure} {' '.join(named)}; {besides}", flush=True)

@@ -1,7 +1,7 @@
 //! Which physical effect does a model lack? Find it, add it, and see the error fall on data held out:
 //! `cargo run --release -p greyrig-host --example diagnose_and_add`.
 
-use greyrig_host::addition::add_to;
+use greyrig_host::addition::{Additions, add_to};
 use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Options, diagnose};
@@ -25,7 +25,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let verdict = diagnose(&training, &options, &ctx)?.verdict;
     println!("{:?} {:?}\n{}", verdict.kind, verdict.effects, verdict.text);
 
-    let with = add_to(&without, &[], &training, &verdict.effects, &ctx)?.identification.model;
+    let with = add_to(&without, Additions::effects(&verdict.effects), &training, &ctx)?.identification.model;
     let [before, after] = [&without, &with].map(|model| compare(model, &held_out, &ctx).map(|c| c.esr.current));
     let (before, after) = (before?.unwrap_or_default(), after?.unwrap_or_default());
     println!("error of the current on data held out: {:.2} % -> {:.2} %", 100.0 * before, 100.0 * after);

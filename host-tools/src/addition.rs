@@ -17,6 +17,42 @@ use crate::model::{Assignment, Model, Status};
 use crate::recording::Recording;
 use crate::term::Formula;
 
+/// What is to be added to a model.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Additions<'a> {
+    /// Effects.
+    pub effects: &'a [EffectId],
+    /// Terms of the user's own.
+    pub terms: &'a [Formula],
+    /// Parameters of the effects that are known: [`held_of`].
+    pub held: &'a [Assignment],
+}
+
+impl<'a> Additions<'a> {
+    /// Effects, of which nothing is known.
+    pub fn effects(effects: &'a [EffectId]) -> Self {
+        Self { effects, ..Self::default() }
+    }
+}
+
+/// What has to be known of effects before they are added, as the instant of a change, from all the data that there are:
+/// of a part that is to judge it cannot be looked for, and tells of its size all the same.
+///
+/// # Errors
+/// Recordings that tell of none of it; those that cannot be used; an interrupt.
+pub fn held_of(
+    model: &Model,
+    effects: &[EffectId],
+    recordings: &[Recording],
+    ctx: &Context,
+) -> Result<Vec<Assignment>> {
+    let mut settings = Settings::of_model(model);
+    let known = settings.fixed.len();
+    settings.effects.extend(effects);
+    change::hold(&mut settings, recordings, ctx)?;
+    Ok(settings.fixed.split_off(known))
+}
+
 /// A model with effects added.
 #[derive(Debug, Clone)]
 pub struct Addition {
@@ -59,15 +95,14 @@ impl Stage {
 /// Recordings from which nothing can be identified, with the reason; an interrupt.
 pub fn stage(
     model: &Model,
-    effects: &[EffectId],
-    terms: &[Formula],
+    additions: Additions<'_>,
     training: &[Recording],
     held_out: &[Recording],
     ctx: &Context,
 ) -> Result<Stage> {
-    let Addition { effects, identification } = add_to(model, terms, training, effects, ctx)?;
+    let Addition { effects, identification } = add_to(model, additions, training, ctx)?;
     let model = identification.model;
-    let last = terms.last().map(Formula::text).or(effects.last().map(|id| id.id()));
+    let last = additions.terms.last().map(Formula::text).or(effects.last().map(|id| id.id()));
     Ok(Stage {
         label: last.map_or_else(|| "before".to_owned(), |last| format!("+ {last}")),
         training: compare(&model, training, ctx)?.esr,
@@ -84,27 +119,23 @@ pub fn stage(
 ///
 /// # Examples
 /// ```
-/// use greyrig_host::{addition::add_to, context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
+/// use greyrig_host::{addition::{Additions, add_to}, context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
 /// use greyrig::effects::EffectId;
 /// use greyrig_host::compare::compare;
 ///
 /// let recordings = [Setup::new(Kind::PmDc).effect("brush_drop")?.seconds(6.0).seed(1).run()?.recording];
 /// let ctx = Context::quiet();
 /// let without = identify(&recordings, &Settings::new(Kind::PmDc), &ctx)?.model;
-/// let with = add_to(&without, &[], &recordings, &[EffectId::BrushDrop], &ctx)?.identification.model;
+/// let with = add_to(&without, Additions::effects(&[EffectId::BrushDrop]), &recordings, &ctx)?.identification.model;
 /// let [before, after] = [compare(&without, &recordings, &ctx)?.esr, compare(&with, &recordings, &ctx)?.esr];
 /// assert!(before.falls_to(&after));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn add_to(
-    model: &Model,
-    terms: &[Formula],
-    recordings: &[Recording],
-    effects: &[EffectId],
-    ctx: &Context,
-) -> Result<Addition> {
+pub fn add_to(model: &Model, additions: Additions<'_>, recordings: &[Recording], ctx: &Context) -> Result<Addition> {
+    let Additions { effects, terms, held } = additions;
     let mut settings = Settings::of_model(model);
     settings.terms.extend(terms.iter().cloned());
+    settings.fixed.extend(held.iter().cloned());
     let mut untold: Vec<String> = Vec::new();
     loop {
         let mut added = identify_with(recordings, &settings, effects, ctx)?;

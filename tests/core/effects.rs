@@ -9,9 +9,9 @@ use greyrig::effects::{
     Acts, AdcClipping, AdcResolution, ArmatureReaction, AsymmetricFriction, BearingWarmup, BrushArcing, BrushDrop,
     ChannelDelay, CommutationDemagnetisation, CommutationResistance, ConverterDeadTime, CoulombFriction,
     CurrentCompression, CurrentGain, CurrentOffset, Description, EddyCurrent, Effect, EffectId, FanDynamics, GainDrift,
-    Hysteresis, Imbalance, InductanceSaturation, IronLossDrag, MagnetTemperature, Passed, PositionLoad, QuadraticLoad,
-    Relative, Remanence, Role, Saturation, SensorHysteresis, SkinEffect, SpeedGain, SpeedLag, SpeedRipple,
-    SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset, TorqueRipple,
+    Hysteresis, Imbalance, InductanceSaturation, IronLossDrag, MagnetTemperature, ParameterStep, Passed, PositionLoad,
+    QuadraticLoad, Relative, Remanence, Role, Saturation, SensorHysteresis, SkinEffect, SpeedGain, SpeedLag,
+    SpeedRipple, SpeedSignLost, StrayLoadTorque, Stribeck, SupplyDeadZone, SupplyImpedance, TorqueOffset, TorqueRipple,
     TransformerEmf, TwoMass, VoltageGain, VoltageOffset, WindageExponent, WindingTemperature,
 };
 use greyrig::motor::{Constraints, FluxLaw, Memories, Motor, OperatingPoint, Parameters, Slopes, State, Stepper};
@@ -949,6 +949,30 @@ fn winding_warms_to_heat_times_time() {
 }
 
 #[test]
+fn a_parameter_jumps_at_its_instant() {
+    let of = |parameter: f64, steps: u32, begins: f64| {
+        let motor = motor(Effect::ParameterStep(ParameterStep { size: 0.5, instant: 0.01005, parameter }));
+        let mut memories = motor.memories_after(State::default(), begins);
+        for _ in 0..steps {
+            motor.advance(&Passed { interval: H, before: State::default(), after: State::default() }, &mut memories);
+        }
+        let b = motor.balance(&OperatingPoint::unsupplied(2.0, 300.0), &memories);
+        let linkage = motor.linkage(&b) / 2.0;
+        let friction = [b.dry_friction, b.viscous_friction, b.turbulent_friction];
+        [b.resistance, b.inductance, linkage, 1.0 / b.inverse_inertia, friction[0], friction[1], friction[2]]
+    };
+    let nominal = [2.2, 20e-3, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8];
+    for number in 1..=7u8 {
+        // Half of the step from 10.0 to 10.1 ms lies behind the instant; a part that begins later is another motor.
+        for (steps, begins, rise) in [(99, 0.0, 0.0), (100, 0.0, 0.25), (101, 0.0, 0.5), (0, 1.0, 0.5)] {
+            for (k, (value, was)) in of(f64::from(number), steps, begins).into_iter().zip(nominal).enumerate() {
+                near(value, was * if k + 1 == usize::from(number) { 1.0 + rise } else { 1.0 }, 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
 fn magnets_weaken_by_heat_times_time() {
     let (heating, time, current) = (2e-4, 5.0, 8.0);
     let motor = motor(Effect::MagnetTemperature(MagnetTemperature { heating, time }));
@@ -1000,6 +1024,9 @@ fn bearings_warm_up() {
         near(balance(steps).dry_friction, 0.015 * (1.0 + 2.0 * x), 1e-9);
         near(balance(steps).viscous_friction, 8e-6 * (1.0 + 2.0 * x), 1e-9);
         near(balance(steps).turbulent_friction, 2.98e-8, 1e-12);
+        // A part of a run begins as warm as it is by then.
+        let part = motor.memories_after(State::default(), f64::from(steps) * H);
+        near(motor.balance(&OperatingPoint::unsupplied(0.0, 100.0), &part).dry_friction, 0.015 * (1.0 + 2.0 * x), 1e-9);
     }
 }
 

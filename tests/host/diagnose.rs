@@ -5,9 +5,11 @@ use std::process::{Command, Output};
 
 use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
+use greyrig_host::addition::{Additions, add_to, held_of};
+use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
-use greyrig_host::identify::Settings;
+use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Assignment, Base, Kind};
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::{self, Setup};
@@ -691,15 +693,48 @@ fn a_parameter_that_changes_is_no_load_that_fluctuates() {
         let mut later = nominal;
         later[place] *= times;
         let verdict = told(later);
-        assert_eq!(verdict.kind, VerdictKind::OutsideCatalogue, "{name}: {}", verdict.text);
-        // Blocks of a quarter of a second: a border lies within half of one.
-        let line = verdict.remaining.map(|remaining| remaining.text).unwrap_or_default();
-        let from = line.strip_prefix(&format!("{name} changes at about "));
-        let at_s: Option<f64> = from.and_then(|rest| rest.split(' ').next()?.parse().ok());
-        assert!(at_s.is_some_and(|t| (t - 4.0).abs() < 0.26), "{name}: {line}");
+        assert_eq!(verdict.kind, VerdictKind::MissingEffect, "{name}: {}", verdict.text);
+        assert_eq!((&verdict.effects[..], &verdict.remaining), (&[EffectId::ParameterStep][..], &None), "{name}");
+        assert!(verdict.text.contains(&format!("{name} changes at about ")), "{name}: {}", verdict.text);
+        let of = |size: &str| verdict.sizes.iter().find(|s| s.name == size).map(|s| s.value).expect("a size");
+        // By its number among R, L, K, J and the frictions; to a step of the coarse rate, and to a hundredth of itself
+        // and a twentieth of the change.
+        assert_eq!(of("step_parameter"), place as f64 + 1.0);
+        assert!((of("step_time") - 4.0).abs() < 0.03, "{name}: {}", of("step_time"));
+        let change = times - 1.0;
+        assert!((of("step_size") - change).abs() < 0.01 + 0.05 * change.abs(), "{name}: {}", of("step_size"));
     }
     let unchanged = told(nominal);
     assert!(unchanged.kind == VerdictKind::None && unchanged.remaining.is_none(), "{}", unchanged.text);
+}
+
+#[test]
+fn a_change_is_added_like_any_other_effect() {
+    let nominal = [0.6, 6e-4, 0.06, 8e-5, 0.02, 2e-5];
+    let mut later = nominal;
+    later[2] *= 0.94;
+    let recordings = [that_changes(nominal, later)];
+    let ctx = Context::quiet();
+    let without = identify(&recordings, &Settings::new(Kind::PmDc), &ctx).unwrap().model;
+    let change = [EffectId::ParameterStep];
+    let held = held_of(&without, &change, &recordings, &ctx).unwrap();
+    let additions = Additions { effects: &change, held: &held, ..Additions::default() };
+    let with = add_to(&without, additions, &recordings, &ctx).unwrap().identification.model;
+    let floor = compare(&with, &recordings, &ctx).unwrap();
+    let over = floor.esr.current.unwrap() / floor.noise_floor.current.unwrap();
+    assert!(over < 1.2, "the current's error is {over} times the floor");
+    let asked = Options { settings: Settings::of_model(&with), exclude: Vec::new(), candidates_refined: false };
+    let verdict = diagnose(&recordings, &asked, &ctx).unwrap().verdict;
+    assert_eq!(verdict.kind, VerdictKind::None, "{}", verdict.text);
+    // What no model can have is told, and refused with what to do.
+    let set = [recordings[0].clone(), that_changes(later, later)];
+    let named = diagnose(&set, &options(Kind::PmDc, Base::usual(Kind::PmDc), &[]), &ctx).unwrap();
+    assert_eq!((&named.verdict.effects[..], named.can_be_added), (&change[..], false), "{}", named.verdict.text);
+    let refused = held_of(&without, &change, &set, &ctx).unwrap_err().to_string();
+    assert!(refused.contains("several runs"), "{refused}");
+    let unchanged = [that_changes(nominal, nominal)];
+    let refused = held_of(&without, &change, &unchanged, &ctx).unwrap_err().to_string();
+    assert!(refused.contains("--fix step_time=") && refused.contains("--fix step_parameter="), "{refused}");
 }
 
 #[test]

@@ -10,12 +10,12 @@ use super::answer::Answer;
 use super::stdout;
 use super::terminal::Terminal;
 use super::{input, words};
-use crate::addition::{Addition, Stage, add_to, stage};
+use crate::addition::{Addition, Additions, Stage, add_to, held_of, stage};
 use crate::check;
 use crate::check::Purpose;
 use crate::error::{Error, Place, Result};
 use crate::held_out::split;
-use crate::model::{Model, Origin};
+use crate::model::{Assignment, Model, Origin};
 use crate::output;
 use crate::recording::{MapArgs, Recording};
 use crate::report::{Report, Step};
@@ -76,8 +76,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let (training, held_out) = split(&recordings);
     refuse_seen(&training, &held_out)?;
 
+    let held = terminal.watching("what has to be known", |ctx| held_of(&model, &effects, &recordings, ctx))?;
+    let additions = Additions { effects: &effects, terms: &args.term, held: &held };
     let stages = terminal.watching("stages", |ctx| -> Result<Vec<Stage>> {
-        let staged = |effects, terms| stage(&model, effects, terms, &training, &held_out, ctx);
+        let staged = |effects, terms| {
+            // What is known of an effect is of no use to a model that does not have it yet.
+            let held: Vec<Assignment> = held.iter().filter(|a| is_of(effects, a)).cloned().collect();
+            stage(&model, Additions { effects, terms, held: &held }, &training, &held_out, ctx)
+        };
         let with_effects = (0..=effects.len()).map(|count| staged(&effects[..count], &[]));
         let with_terms = (1..=args.term.len()).map(|count| staged(&effects, &args.term[..count]));
         with_effects.chain(with_terms).collect()
@@ -87,7 +93,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let accepted = judged && first.held_out.esr.falls_to(&last.held_out.esr);
     // What is written has seen all the data; the judgement above has not.
     let Addition { effects: added, identification: mut final_fit } =
-        terminal.watching("all data", |ctx| add_to(&model, &args.term, &recordings, &effects, ctx))?;
+        terminal.watching("all data", |ctx| add_to(&model, additions, &recordings, ctx))?;
     if !judged {
         let note = "what was held out shows nothing of what was added, as a coast-down does of what goes with the current: give another \
                     recording";
@@ -146,6 +152,11 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_line(&format!("written: {}", path.display()))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Whether a parameter is that of one of these effects.
+fn is_of(effects: &[EffectId], assigned: &Assignment) -> bool {
+    effects.iter().any(|id| id.description().parameters.iter().any(|p| p.name == assigned.name))
 }
 
 /// Data that the fit has seen prove nothing.

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::error::{Error, Result};
 use super::version::Version;
-use crate::addition::{add_to, stage};
+use crate::addition::{Additions, add_to, held_of, stage};
 use crate::compare::compare;
 use crate::context::Context;
 use crate::diagnose::{Options, diagnose};
@@ -78,7 +78,7 @@ fn identified(recordings: &[Recording], kind: Option<Kind>, ctx: &Context) -> Re
     let whole = identify(recordings, &Settings::new(Kind::of(kind, recordings)), ctx)?;
     ctx.doing("data held out");
     let (training, held_out) = split(recordings);
-    let judged = stage(&whole.model, &[], &[], &training, &held_out, ctx)?;
+    let judged = stage(&whole.model, Additions::default(), &training, &held_out, ctx)?;
     Ok(Version::new("base model".to_owned(), whole, &judged, None, recordings.len()))
 }
 
@@ -87,13 +87,15 @@ fn added(recordings: &[Recording], before: &Version, id: EffectId, ctx: &Context
         return Err(Error::HasAlready(id));
     }
     let (training, held_out) = split(recordings);
+    let held = held_of(&before.model, &[id], recordings, ctx)?;
+    let additions = Additions { effects: &[id], held: &held, ..Additions::default() };
     ctx.doing("without it");
-    let without = stage(&before.model, &[], &[], &training, &held_out, ctx)?;
+    let without = stage(&before.model, Additions::default(), &training, &held_out, ctx)?;
     ctx.doing("with it");
-    let with = stage(&before.model, &[id], &[], &training, &held_out, ctx)?;
+    let with = stage(&before.model, additions, &training, &held_out, ctx)?;
     let judged = with.shows(&before.model, &held_out, ctx)?;
     ctx.doing("all recordings");
-    let mut whole = add_to(&before.model, &[], recordings, &[id], ctx)?;
+    let mut whole = add_to(&before.model, additions, recordings, ctx)?;
     let accepted = judged && without.held_out.esr.falls_to(&with.held_out.esr);
     whole.identification.model.judged(accepted);
     let label = format!("+ {}", catalogue::joined(&whole.effects, " + "));

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use greyrig::effects::EffectId;
-use greyrig_host::addition::add_to;
+use greyrig_host::addition::{Additions, add_to};
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Options, Verdict, VerdictKind, diagnose};
 use greyrig_host::error::Result;
@@ -80,7 +80,7 @@ pub fn follow(case: &Case, outcome: &Outcome, steps: Steps) -> Result<Ending> {
         if steps == Steps::OneByOne {
             named.truncate(1);
         }
-        let addition = add_to(&model, &[], &recordings, &named, &ctx)?;
+        let addition = add_to(&model, Additions::effects(&named), &recordings, &ctx)?;
         added.extend(addition.effects);
         model = addition.identification.model;
         let last = asked(&model, &recordings, case, &ctx)?;
