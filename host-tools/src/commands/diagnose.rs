@@ -144,7 +144,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if !d.candidates.is_empty() {
         stdout::print_line(&candidates(&d))?;
     }
-    stdout::print_line(&format!("\nverdict: {}", d.headline()))?;
+    let odds = d.odds().map_or_else(String::new, |odds| format!(" (odds: {odds})"));
+    stdout::print_line(&format!("\nverdict: {}{odds}", d.headline()))?;
     for line in d.verdict.text.lines() {
         stdout::print_line(&format!("  {line}"))?;
     }
@@ -249,7 +250,7 @@ fn refused(args: &Args, stop: &DataFinding, findings: &[DataFinding]) -> Result<
     });
     if args.answer.json {
         let verdict = json!({
-            "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "text": reason, "next_experiment": null,
+            "kind": VerdictKind::InsufficientData, "effects": [], "sizes": [], "probability": null, "text": reason, "next_experiment": null,
             "remaining": null,
         });
         let answer = json!({

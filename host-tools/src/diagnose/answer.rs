@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use super::{Diagnosis, VerdictKind};
 use crate::compare::Comparison;
 use crate::model::catalogue;
+use crate::numbers::figure;
 
 impl Diagnosis {
     /// The verdict in a line.
@@ -29,6 +30,16 @@ impl Diagnosis {
         }
     }
 
+    /// How sure the verdict is, as odds: `20 to 1`.
+    pub fn odds(&self) -> Option<String> {
+        let chance = self.verdict.probability?;
+        Some(match chance / (1.0 - chance) {
+            odds if odds >= 1.5 => format!("{} to 1", figure(odds, if odds < 10.0 { 1 } else { 2 })),
+            odds if odds > 1.0 / 1.5 => "even".to_owned(),
+            odds => format!("1 to {}", figure(1.0 / odds, if odds > 0.1 { 1 } else { 2 })),
+        })
+    }
+
     /// Its fields, with those of the comparison of the model as it is, where there is one.
     pub fn as_json(&self, comparison: Option<&Comparison>) -> Value {
         let verdict = &self.verdict;
@@ -42,6 +53,7 @@ impl Diagnosis {
                 "kind": verdict.kind,
                 "effects": verdict.effects,
                 "sizes": verdict.sizes,
+                "probability": verdict.probability,
                 "text": verdict.text,
                 "next_experiment": verdict.next_experiment,
                 "remaining": verdict.remaining,

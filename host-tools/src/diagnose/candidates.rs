@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::Options;
 use super::audit::Audit;
 use super::ladder::{Ladder, Objection, Step, Tried};
+use super::odds::Odds;
 use super::sizes::{Size, sizes};
 use crate::compare::PerSignal;
 use crate::error::Result;
@@ -31,6 +32,8 @@ pub struct Candidate {
     pub esr_after: PerSignal,
     /// By how much the error on data held out falls: 0.9 is 90 %.
     pub held_out_gain: f64,
+    /// Chance that it is what is missing, among the models of its step; none of what was not weighed.
+    pub probability: Option<f64>,
     /// p-value, corrected for the number of candidates tried.
     pub p_value: f64,
     /// Its parameters.
@@ -78,12 +81,19 @@ fn error_of(tried: &Tried, known: &[InFreeRun]) -> Option<PerSignal> {
 }
 
 /// The candidates of all steps, with their errors in the free run, best first.
-pub fn describe(ladder: &Ladder, errors: &[InFreeRun], options: &Options, recordings: &[Recording]) -> Vec<Candidate> {
+pub fn describe(
+    ladder: &Ladder,
+    odds: &Odds,
+    errors: &[InFreeRun],
+    options: &Options,
+    recordings: &[Recording],
+) -> Vec<Candidate> {
     let steps = ladder.steps.iter().enumerate();
     let tried = steps.flat_map(|(step, s)| s.tried.iter().map(move |t| (step, t)));
     let describe = |(step, t): (usize, &Tried)| {
         let esr_after = error_of(t, errors).unwrap_or_default();
-        candidate(t, step + 1, esr_after, &options.settings, recordings)
+        let probability = odds.effects.get(&(step + 1, t.id)).copied();
+        candidate(t, step + 1, esr_after, probability, &options.settings, recordings)
     };
     tried.map(describe).collect()
 }
@@ -92,6 +102,7 @@ fn candidate(
     tried: &Tried,
     step: usize,
     esr_after: PerSignal,
+    probability: Option<f64>,
     settings: &Settings,
     recordings: &[Recording],
 ) -> Candidate {
@@ -99,6 +110,7 @@ fn candidate(
         effect: tried.id,
         esr_after,
         held_out_gain: 1.0 - (-0.5 * tried.gain).exp(),
+        probability,
         p_value: tried.p_value,
         parameters: sizes(&[tried.id], &tried.fit.space, &BTreeMap::new(), settings, recordings),
         confused_with: tried.id.description().confused_with.to_vec(),

@@ -14,6 +14,7 @@ use super::base;
 use super::candidates::Candidate;
 use super::climb::Climb;
 use super::constancy::{Variation, With};
+use super::odds::Odds;
 use super::sizes::sizes;
 use crate::compare::PerSignal;
 use crate::context::Context;
@@ -119,6 +120,7 @@ impl Change {
             effect: self.id,
             esr_after,
             held_out_gain: 1.0 - (-0.5 * varies.gain).exp(),
+            probability: Some(Odds::by_p_value(varies.p_value, self.id.description().prior)),
             p_value: varies.p_value,
             parameters,
             confused_with: self.id.description().confused_with.to_vec(),

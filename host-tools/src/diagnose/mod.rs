@@ -28,6 +28,7 @@ pub mod dither;
 pub mod holds;
 pub mod ladder;
 pub mod lead;
+pub mod odds;
 pub mod orders;
 mod remarks;
 pub mod samples;
@@ -56,6 +57,7 @@ use completeness::Completeness;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;
+use odds::Odds;
 use remarks::Wandering;
 use samples::Finding;
 use second_look::SecondLook;
@@ -265,7 +267,9 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     if let Some(remaining) = &verdict.remaining {
         verdict.text += &format!("\n{}", remaining.text);
     }
-    let mut candidates = candidates::describe(&ladder, &errors, options, recordings);
+    let odds = Odds::of(&verdict, &ladder, &base, &climb)?;
+    let mut candidates = candidates::describe(&ladder, &odds, &errors, options, recordings);
+    verdict.probability = odds.verdict;
     let known = change.as_ref().zip(varies.as_ref());
     let changed = known.map(|(change, varies)| {
         change.as_candidate(
@@ -281,6 +285,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         // What changes is what is missing, and nothing that is left besides.
         verdict.remaining = None;
         verdict.sizes.clone_from(&candidate.parameters);
+        verdict.probability = candidate.probability;
         if change.as_ref().is_some_and(|change| !change.is_of_one_recording) {
             verdict.text += change::SEVERAL;
         }

@@ -104,18 +104,26 @@ pub fn squares_of(residuals: &DVector<f64>, unit: [f64; 2], groups: &[u8], block
 /// doubled.)
 pub fn p_value(before: &HeldOut, after: &HeldOut, fit: &Fit, groups: &[u8], parameters: usize) -> f64 {
     let (worse, better) = (before.rms(), after.rms());
+    let correlation = correlation_rows(fit, groups);
     let statistic: f64 = (0..2)
         .filter(|g| worse[*g].is_finite() && better[*g].is_finite())
         .map(|g| {
-            let left: Vec<f64> =
-                fit.residuals.iter().zip(groups).filter(|(_, k)| usize::from(**k) == g).map(|(r, _)| *r).collect();
-            let independent = left.len() as f64 / correlation_time_s(&left, 1.0).max(1.0);
-            2.0 * independent * (worse[g] / better[g]).ln()
+            let rows = groups.iter().filter(|group| usize::from(**group) == g).count() as f64;
+            2.0 * (rows / correlation[g]) * (worse[g] / better[g]).ln()
         })
         .sum();
     let by_likelihood =
         ChiSquared::new(parameters.max(1) as f64).map_or(1.0, |d| if statistic > 0.0 { d.sf(statistic) } else { 1.0 });
     (2.0 * by_likelihood.min(sign_test(before, after))).min(1.0)
+}
+
+/// Rows of either group that are worth an independent one: the integrated correlation time of what a fit leaves.
+pub fn correlation_rows(fit: &Fit, groups: &[u8]) -> [f64; 2] {
+    [0, 1].map(|g| {
+        let own = |(r, group): (&f64, &u8)| (usize::from(*group) == g).then_some(*r);
+        let left: Vec<f64> = fit.residuals.iter().zip(groups).filter_map(own).collect();
+        correlation_time_s(&left, 1.0).max(1.0)
+    })
 }
 
 /// One-sided sign test: the chance that as many blocks gain by luck.

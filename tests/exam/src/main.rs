@@ -258,6 +258,23 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seeds: Vec<u64>, 
         .collect()
 }
 
+/// Ends of the ranges of a told probability.
+const TOLD: [f64; 5] = [0.5, 0.8, 0.9, 0.97, 1.0];
+
+/// How many of the verdicts hold that were told with a probability, by ranges of it.
+fn calibration(outcomes: &[&Outcome]) {
+    let mut from = 0.0;
+    for to in TOLD {
+        let is_in = |o: &&&Outcome| o.probability.is_some_and(|p| p > from && p <= to);
+        let told: Vec<&&Outcome> = outcomes.iter().filter(is_in).collect();
+        if !told.is_empty() {
+            let mean = told.iter().filter_map(|o| o.probability).sum::<f64>() / told.len() as f64;
+            say!("told {from} … {to}, {mean:.3} on average: holds {}", Share::of(told, |o| o.holds()));
+        }
+        from = to;
+    }
+}
+
 /// What each effect was named, where it stands out.
 fn confusion(outcomes: &[&Outcome]) {
     let mut named: BTreeMap<&str, BTreeMap<String, usize>> = BTreeMap::new();
@@ -386,6 +403,14 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             // The sum of nothing is -0.
             say!("names for each true effect there: {:.2}", (sizes + 0.0) / ambiguous.len().max(1) as f64);
         }
+    }
+    // Of a motor whose effect is withheld or hardly there, nobody can say what the right answer would have been.
+    if question != Question::Withheld {
+        let judged: Vec<&Outcome> = match question {
+            Question::One | Question::Rarer => out.clone(),
+            _ => outcomes.iter().collect(),
+        };
+        calibration(&judged);
     }
     if matches!(question, Question::One | Question::Rarer) {
         confusion(&out);

@@ -27,6 +27,8 @@ pub struct Outcome {
     pub kind: VerdictKind,
     /// The effects that it names.
     pub named: Vec<EffectId>,
+    /// How sure it says that it is.
+    pub probability: Option<f64>,
     /// Free-run error-to-signal ratios before: current, speed.
     pub before: [f64; 2],
     /// And after.
@@ -57,6 +59,7 @@ pub fn run(case: &Case) -> Result<Outcome> {
         truth: case.truth.clone(),
         kind: d.verdict.kind,
         named: d.verdict.effects.clone(),
+        probability: d.verdict.probability,
         before: pair(d.esr_before),
         after: pair(d.esr_after),
         open: open(&d),
@@ -88,6 +91,14 @@ impl Outcome {
         (self.kind == VerdictKind::MissingEffect || self.truth.is_empty() && self.kind == VerdictKind::None)
             && self.named.len() == self.truth.len()
             && self.truth.iter().all(|t| self.named.iter().any(|n| same(self.motor, *n, *t)))
+    }
+
+    /// Whether what the verdict's probability is of holds: exactly these effects, or all of them in a set.
+    pub fn holds(&self) -> bool {
+        match self.kind {
+            VerdictKind::Ambiguous => !self.truth.is_empty() && self.hits() == self.truth.len(),
+            _ => self.exact(),
+        }
     }
 
     /// Names that are right.

@@ -315,6 +315,11 @@ impl<'a> Climb<'a> {
         self.experiments
     }
 
+    /// The balance of each row.
+    pub fn groups(&self) -> &[u8] {
+        self.problem.groups()
+    }
+
     /// Whether the recordings hold voltage, current and speed.
     pub fn is_of_whole_motor(&self) -> bool {
         self.problem.is_of_whole_motor()
@@ -396,7 +401,11 @@ impl<'a> Climb<'a> {
         Ok(self.held_out(fit)?.log_error())
     }
 
-    fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {
+    /// The errors of a fit on data held out.
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn held_out<'f>(&self, fit: &'f Fit) -> Result<&'f HeldOut> {
         fit.held_out(|fit| match self.may_hold_an_inrush() {
             true => held_out_refitted(fit, &self.problem, &self.blocks, &self.fits),
             false => Ok(held_out(fit, self.problem.groups(), &self.blocks)),

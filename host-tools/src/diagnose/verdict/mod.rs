@@ -53,6 +53,9 @@ pub struct Verdict {
     pub classes: Vec<Vec<EffectId>>,
     /// The parameters of the effects that were fitted, with their intervals.
     pub sizes: Vec<Size>,
+    /// Chance that exactly this is missing, or one of a set, among all that was compared; none where that explains
+    /// nothing.
+    pub probability: Option<f64>,
     /// In a motor engineer's words.
     pub text: String,
     /// The recording that would tell more.
@@ -159,6 +162,7 @@ impl Verdict {
             effects: Vec::new(),
             classes: Vec::new(),
             sizes,
+            probability: None,
             text: String::new(),
             next_experiment: None,
             remaining: None,
@@ -220,6 +224,7 @@ pub fn judge(
         effects,
         classes,
         sizes,
+        probability: None,
         text: text.join("\n"),
         next_experiment: doubt.map(|doubt| doubt.experiment),
         remaining: None,

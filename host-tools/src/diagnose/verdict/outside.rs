@@ -50,6 +50,7 @@ fn verdict(lead: &Lead, sizes: Vec<Size>, mut text: Vec<String>, holds: Holds) -
         effects: Vec::new(),
         classes: Vec::new(),
         sizes,
+        probability: None,
         text: text.join("\n"),
         next_experiment: Some(holds.each_part_alone()),
         remaining: None,
