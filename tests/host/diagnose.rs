@@ -161,7 +161,7 @@ fn what_rests_at_an_end_of_its_range_is_not_named() {
 #[test]
 fn a_single_effect_whose_size_may_be_zero_is_not_named_for_sure() {
     // A knee far below the noise makes of saturation a step with the sign of the current: a brush drop, which is
-    // withheld.
+    // withheld with its class.
     let setup = Setup::new(Kind::Universal).profile("staircase").expect("a profile").seconds(12.0).seed(3).noise(5.0);
     let recordings = [setup.effect("brush_drop=1.5").expect("an effect").run().expect("a run").recording];
     let verdict = |withheld: &[&str]| {
@@ -171,7 +171,8 @@ fn a_single_effect_whose_size_may_be_zero_is_not_named_for_sure() {
     let with = verdict(&[]);
     assert_eq!(with.kind, VerdictKind::MissingEffect, "{}", with.text);
     assert_eq!(with.effects, ["brush_drop"]);
-    let without = verdict(&["brush_drop"]);
+    assert_eq!(with.classes, [["brush_drop", "converter_dead_time"]]);
+    let without = verdict(&["brush_drop", "converter_dead_time"]);
     assert_eq!(without.kind, VerdictKind::Ambiguous, "{}", without.text);
     assert!(without.next_experiment.is_some() && without.text.contains("may as well be zero"), "{}", without.text);
 }
@@ -314,13 +315,16 @@ fn what_comes_back_in_a_second_recording_is_not_the_loads() {
             .expect("a diagnosis")
             .verdict
     };
-    // Once a bearing that warms up looks like a load that fluctuates; twice it does not.
-    let warming = ["bearing_warmup=0.5"];
-    let once = ask(None, &warming, &[5]);
+    // A bearing that warms up is a friction that drifts, which is no effect of the catalogue but that one.
+    for seeds in [&[5][..], &[5, 6]] {
+        let warming = ask(None, &["bearing_warmup=0.5"], seeds);
+        assert_eq!(warming.kind, VerdictKind::OutsideCatalogue, "{}", warming.text);
+        assert!(warming.text.contains(" drifts within 12.0 s"), "{}", warming.text);
+        assert!(warming.remaining.is_some_and(|left| left.text.starts_with("mu")), "{}", warming.text);
+    }
+    // A load that fluctuates slowly is told by a second recording.
+    let once = ask(Some(0.05), &[], &[3]);
     assert!(once.kind == VerdictKind::None && once.text.contains("record the same once more"), "{}", once.text);
-    let twice = ask(None, &warming, &[5, 6]);
-    assert_eq!(twice.kind, VerdictKind::OutsideCatalogue, "{}", twice.text);
-    assert!(twice.text.contains("what does is the motor's"), "{}", twice.text);
     // Seventeen times the usual turbulence, which lasts for longer than a window of the torque balance.
     let twice = ask(Some(0.05), &[], &[3, 4]);
     assert!(twice.kind == VerdictKind::None && twice.text.contains("the load fluctuates"), "{}", twice.text);
@@ -331,13 +335,13 @@ fn turbulence_of_the_load_does_not_hide_what_the_catalogue_lacks() {
     // 2.5 V at both brushes: the lead is a constant voltage with the sign of the current. (A term that takes the drive
     // away from the torque balance, -K i², would take all of it away if the inertia and the friction went with it, with
     // K free or not.)
-    let without = |id: &str| options(Kind::Universal, Base::Full, &[id]);
-    let mut with_k_fixed = without("brush_drop");
+    let without = options(Kind::Universal, Base::Full, &["brush_drop", "converter_dead_time"]);
+    let mut with_k_fixed = options(Kind::Universal, Base::Full, &["brush_drop", "converter_dead_time"]);
     with_k_fixed
         .settings
         .fixed
         .push(Assignment { name: "K".to_owned(), value: greyrig_host::rig::Motor::universal().k });
-    for options in [&without("brush_drop"), &with_k_fixed] {
+    for options in [&without, &with_k_fixed] {
         let d = turbulent(0.05, &["brush_drop=2.5"], options);
         assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
         assert!(d.lead.terms.iter().all(|t| t.balance == "voltage"), "{:?}", d.lead);

@@ -113,16 +113,22 @@ impl Climb<'_> {
     }
 }
 
-/// The candidate that counts: the best one, or one that does as well with fewer parameters. Where its law lies at the
+/// The candidate that counts: the best one, or one that does as well with fewer parameters, or by which its class is
+/// named. Where its law lies at the
 /// limit beyond which it would be another effect, that one counts if it does as well.
 pub fn winner(tried: &[Tried]) -> Option<&Tried> {
     let best = tried.iter().filter(|t| t.objection.is_none()).map(|t| t.gain).fold(f64::NEG_INFINITY, f64::max);
-    let winner = tried
-        .iter()
-        .filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR)
-        .min_by(|a, b| parameters_of(a.id).cmp(&parameters_of(b.id)).then(b.gain.total_cmp(&a.gain)))?;
+    let winner = tried.iter().filter(|t| t.objection.is_none() && t.gain > best - SAME_ERROR).min_by(|a, b| {
+        let [one, other] = [a, b].map(|t| (parameters_of(t.id), stands_for_another(t)));
+        one.cmp(&other).then(b.gain.total_cmp(&a.gain))
+    })?;
     let other = winner.fit.space.turned(winner.id).and_then(|into| tried.iter().find(|t| t.id == into));
     Some(other.filter(|other| other.gain > winner.gain - SAME_ERROR).unwrap_or(winner))
+}
+
+/// Whether the class of a candidate is named by another effect.
+fn stands_for_another(t: &Tried) -> bool {
+    t.id.description().named_as(t.fit.space.kind().flux_law()) != t.id
 }
 
 /// Whether flux and inertia have gone.
