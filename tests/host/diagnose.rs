@@ -349,7 +349,7 @@ fn turbulence_of_the_load_does_not_hide_what_the_catalogue_lacks() {
         // Its transition at small currents is soft, and R and the other terms take a part.
         assert!(first.formula == "sign(i)" && (first.coefficient / 2.5 - 1.0).abs() < 0.2, "{first:?}");
     }
-    let d = turbulent(0.02, &["hysteresis=0.2"], &without("hysteresis"));
+    let d = turbulent(0.02, &["hysteresis=0.2"], &options(Kind::Universal, Base::Full, &["hysteresis"]));
     assert_eq!(d.verdict.kind, VerdictKind::OutsideCatalogue, "{}", d.verdict.text);
     assert!(d.lead.terms.iter().all(|t| t.balance == "voltage"), "{:?}", d.lead);
 }
