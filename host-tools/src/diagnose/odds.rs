@@ -10,9 +10,10 @@
 //! averages over Dirichlet weights of the blocks (the Bayesian bootstrap): what hangs on few blocks is not sure. What an
 //! effect costs in freedom is in data held out already.
 //!
-//! Each effect that was found is weighed against those of its step and against nothing; the verdict is as sure as all of
-//! them together. That holds among the models that were compared: physics that no model has may pass for one of them
-//! ([`OUTSIDE`]). Where the search did not end in a model that explains the data there are no odds.
+//! Each effect that was found is weighed against those of its step and against nothing, with which counts what gains too
+//! little to matter; the verdict is as sure as all of them together. That holds among the models that were compared:
+//! physics that no model has may pass for one of them ([`OUTSIDE`]). There are no odds where the search did not end in a
+//! model that explains the data, nor where the free run has chosen against the balances, of which these weights are.
 //!
 //! Source: Y. Yao, A. Vehtari, D. Simpson and A. Gelman, Using stacking to average Bayesian predictive distributions,
 //! Bayesian Analysis 13 (2018) 917–1007; D. B. Rubin, The Bayesian bootstrap, Ann. Statist. 9 (1981) 130–134; T. Sellke,
@@ -40,6 +41,8 @@ const DRAWS: usize = 500;
 /// Chance that a named effect stands for physics that the catalogue does not hold: one rig in three has some (a debt:
 /// nobody has counted), and 5 % of the effects that were withheld got another name or none (`withheld-ac`).
 const OUTSIDE: f64 = 0.015;
+/// Weight below which the balances speak against an effect.
+const AGAINST: f64 = 0.5;
 
 /// Chances of a verdict and of what it was chosen from.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -77,7 +80,8 @@ impl Odds {
         };
         let inside = match verdict.kind {
             VerdictKind::MissingEffect | VerdictKind::Ambiguous if !ladder.found.is_empty() => {
-                Some(ladder.found.iter().enumerate().map(of_set).product::<f64>())
+                let chances: Vec<f64> = ladder.found.iter().enumerate().map(of_set).collect();
+                chances.iter().all(|chance| *chance > AGAINST).then(|| chances.iter().product::<f64>())
             }
             VerdictKind::None => Some(weighed.last().map_or(1.0, |weights| weights.nothing)),
             _ => None,
@@ -108,7 +112,7 @@ impl Weights {
             let nothing = 1.0 - effects.iter().fold(0.0, |most, (_, p)| p.max(most));
             return Ok(Self { effects, nothing });
         }
-        let may_be = |t: &&Tried| t.objection.is_none_or(Objection::is_of_size);
+        let may_be = |t: &&Tried| matches!(t.objection, None | Some(Objection::NotSignificant));
         // Two that were tried together are one model.
         let mut models: Vec<(Vec<EffectId>, &Fit)> = Vec::new();
         for tried in step.tried.iter().filter(may_be) {
