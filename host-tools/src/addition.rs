@@ -119,7 +119,8 @@ pub fn stage(
 ///
 /// # Examples
 /// ```
-/// use greyrig_host::{addition::{Additions, add_to}, context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
+/// use greyrig_host::addition::{Additions, add_to};
+/// use greyrig_host::{context::Context, identify::{Settings, identify}, model::Kind, rig::Setup};
 /// use greyrig::effects::EffectId;
 /// use greyrig_host::compare::compare;
 ///

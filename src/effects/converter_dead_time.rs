@@ -64,7 +64,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ConverterDeadTime<S> {
         ..Description::usual(EffectId::ConverterDeadTime)
     };
     fields!(lost, ripple);
-    #[inline(always)]
+    #[inline(never)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, _: &Memory<S>, balance: &mut Balance<N>) {
         balance.voltage += at.current.times(self.lost) / at.current.abs().plus(self.ripple);
     }

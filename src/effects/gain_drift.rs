@@ -65,7 +65,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for GainDrift<S> {
     fn at_start(&self, _: State<S>, elapsed: S) -> Memory<S> {
         [elapsed, S::ZERO, S::ZERO, S::ZERO]
     }
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         accumulate(memory, passed.interval);
     }

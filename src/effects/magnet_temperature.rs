@@ -1,10 +1,10 @@
 //! Magnet temperature: the flux of permanent magnets falls as they heat up.
 //!
-//! `φ = 1/(1 + m)` with `dm/dt = g i² − m/τ`; m = 0 at the start of a run, when the magnets count as cold. Neither their
-//! temperature nor their temperature coefficient (−0.2 % per kelvin for ferrite, −0.1 % for NdFeB) has to be known: to
-//! first order m is the share of the flux that is lost, and φ stays positive whatever m. g in 1/(A² s), τ in s. The
-//! square of the current is averaged over the step as if the current were straight within it. Back-EMF and torque
-//! weaken alike.
+//! `φ = 1/(1 + m)` with `dm/dt = g i² − m/τ`; m = 0 at the start of a run, when the magnets count as cold. Neither
+//! their temperature nor their temperature coefficient (−0.2 % per kelvin for ferrite, −0.1 % for NdFeB) has to be
+//! known: to first order m is the share of the flux that is lost, and φ stays positive whatever m. g in 1/(A² s), τ in
+//! s. The square of the current is averaged over the step as if the current were straight within it. Back-EMF and
+//! torque weaken alike.
 //!
 //! Source: reversible temperature coefficient of the remanence (IEC 60404-8-1); one thermal body.
 
@@ -67,11 +67,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for MagnetTemperature<S> {
         ..Description::usual(EffectId::MagnetTemperature)
     };
     fields!(heating, time);
-    #[inline(always)]
+    #[inline(never)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         balance.flux = balance.flux.times(S::ONE / (S::ONE + memory[0]));
     }
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         let heat = self.heating * mean_square(passed);
         accumulate(memory, (heat - memory[0] / self.time) * passed.interval);

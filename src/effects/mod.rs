@@ -2,8 +2,9 @@
 //!
 //! An effect changes the terms of the voltage and torque balance ([`Balance`]), or what the measuring chain shows of
 //! the true state, and may remember ([`Memory`]); the stepper, the fit and the firmware take it from there. A new
-//! effect is one new file and one line here. The list is in the order in which effects act: what magnetises first, then
-//! what the flux does, the circuit, the rotor, and at last the measuring chain.
+//! effect is one new file and one line here. What few motors have is not inlined: the microcontroller leaves it in its
+//! slower memory. The list is in the order in which effects act: what magnetises first, then what the flux does, the
+//! circuit, the rotor, and at last the measuring chain.
 //! # Example
 //! ```
 //! use greyrig::effects::{Effect, EffectId, UnknownEffect};

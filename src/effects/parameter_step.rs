@@ -75,7 +75,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ParameterStep<S> {
         ..Description::usual(EffectId::ParameterStep)
     };
     fields!(size, instant, parameter);
-    #[inline(always)]
+    #[inline(never)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let factor = S::ONE + self.size * memory[2];
         let is_below = |limit: f64| self.parameter < S::constant(limit);
@@ -101,7 +101,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ParameterStep<S> {
     }
     /// The time, what rounding lost of it, and the shares of the step to come and of the half steps around this point
     /// that lie behind the instant.
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         accumulate(memory, passed.interval);
         let steps = (memory[0] - self.instant) / passed.interval;

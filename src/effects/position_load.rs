@@ -2,8 +2,8 @@
 //!
 //! `J dω/dt = … + c_1 cos θ + s_1 sin θ + c_2 cos 2θ + s_2 sin 2θ`, all in N m, θ in rad the angle since the start of
 //! the run. The first two waves of a torque that repeats with every turn; an unbalanced rotor has the first alone
-//! ([`EffectId::Imbalance`]), slots have one at their number ([`EffectId::TorqueRipple`]). The angle at the start is not
-//! known, hence cosine and sine, and the effect is absent where all four are zero. The torque of the beginning of a
+//! ([`EffectId::Imbalance`]), slots have one at their number ([`EffectId::TorqueRipple`]). The angle at the start is
+//! not known, hence cosine and sine, and the effect is absent where all four are zero. The torque of the beginning of a
 //! step holds throughout it.
 //!
 //! Source: Fourier series of a periodic load.
@@ -62,7 +62,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for PositionLoad<S> {
         ..Description::usual(EffectId::PositionLoad)
     };
     fields!(cosine, sine, second_cosine, second_sine);
-    #[inline(always)]
+    #[inline(never)]
     fn contribute<N: Scalar<Base = S>>(&self, _: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let [_, cos, sin, _] = *memory;
         let second = self.second_cosine * (cos * cos - sin * sin) + S::constant(2.0) * self.second_sine * (cos * sin);
@@ -71,7 +71,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for PositionLoad<S> {
     fn at_start(&self, _: State<S>, _: S) -> Memory<S> {
         AT_ZERO_ANGLE.map(S::constant)
     }
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         turn(S::ONE, passed, memory);
     }

@@ -1,8 +1,8 @@
 //! Hysteresis of the current sensor: its core keeps a little of the last current's sign.
 //!
-//! `i_shown = i − c z`, where z is the mean of three stops: each follows the current with slope 1/w and rests at ±1, with
-//! widths w, q w and q² w. While the current rises the sensor shows c less, while it falls c more; loops inside a loop
-//! close. c and w in A, q dimensionless. Independent of rate; z = 0 at the start of a run.
+//! `i_shown = i − c z`, where z is the mean of three stops: each follows the current with slope 1/w and rests at ±1,
+//! with widths w, q w and q² w. While the current rises the sensor shows c less, while it falls c more; loops inside a
+//! loop close. c and w in A, q dimensionless. Independent of rate; z = 0 at the start of a run.
 //!
 //! Source: remanence in the error model of open-loop and closed-loop current transducers; stops of Prandtl and
 //! Ishlinskii, M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989.
@@ -85,7 +85,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SensorHysteresis<S> {
         ..Description::usual(EffectId::SensorHysteresis)
     };
     fields!(half_width, turning, spread);
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         let step = (passed.after.current - passed.before.current) / self.turning;
         let quicker = S::ONE / self.spread;

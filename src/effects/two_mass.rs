@@ -2,8 +2,8 @@
 //!
 //! `(1 − s) J dω/dt = … − s J a` with `a = dω_2/dt = ω_a² δ + 2 ζ ω_a v`, `dδ/dt = v = ω − ω_2`: δ is the twist, s the
 //! share of the inertia J that hangs behind the spring, ω_a = 2π f_a = √(k/(s J)) the antiresonance, at which the load
-//! stands against the motor, and ζ = d/(2 √(k s J)) its damping. The motor resonates at f_a/√(1 − s). J is the
-//! inertia of motor and load together, which slow motion shows whatever the share. s and ζ are dimensionless, f_a in Hz.
+//! stands against the motor, and ζ = d/(2 √(k s J)) its damping. The motor resonates at f_a/√(1 − s). J is the inertia
+//! of motor and load together, which slow motion shows whatever the share. s and ζ are dimensionless, f_a in Hz.
 //!
 //! The load is moved on by the trapezoidal rule, which neither damps nor excites it, with a speed of the motor that is
 //! straight within the step; the twist that the torque sees is that in the middle of the step.
@@ -88,7 +88,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
         ..Description::usual(EffectId::TwoMass)
     };
     fields!(share, frequency, damping);
-    #[inline(always)]
+    #[inline(never)]
     fn contribute<N: Scalar<Base = S>>(&self, at: &OperatingPoint<N>, memory: &Memory<S>, balance: &mut Balance<N>) {
         let [twist, speed, half_step, _] = *memory;
         let (stiffness, damping) = self.spring();
@@ -101,7 +101,7 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
     fn at_start(&self, state: State<S>, _: S) -> Memory<S> {
         [S::ZERO, state.speed, S::ZERO, S::ZERO]
     }
-    #[inline(always)]
+    #[inline(never)]
     fn advance(&self, passed: &Passed<S>, memory: &mut Memory<S>) {
         let [twist, speed, ..] = *memory;
         let half = S::constant(0.5) * passed.interval;

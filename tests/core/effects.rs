@@ -987,8 +987,8 @@ fn magnets_weaken_by_heat_times_time() {
     }
 }
 
-/// A constant torque τ on a magnet motor without friction: with the momentum τ t in all and the relative motion a damped
-/// swing, ω = (τ/J) (t + s/(1 − s) exp(−σ t) sin(Ω t)/Ω), σ = ζ ω_a/(1 − s), Ω² = ω_a²/(1 − s) − σ².
+/// A constant torque τ on a magnet motor without friction: with the momentum τ t in all and the relative motion a
+/// damped swing, ω = (τ/J) (t + s/(1 − s) exp(−σ t) sin(Ω t)/Ω), σ = ζ ω_a/(1 − s), Ω² = ω_a²/(1 − s) − σ².
 #[test]
 fn load_behind_a_spring_swings_and_weighs_what_it_weighs() {
     let (k, j, current) = (0.05, 2e-5, 1.0);

@@ -6,14 +6,14 @@
 
 use std::collections::BTreeMap;
 
-use greyrig::effects::{Description, EffectId, Role, Seen};
+use greyrig::effects::{EffectId, Role};
 use greyrig::motor::BaseParameter;
 
 use super::audit::Audit;
 use super::base;
 use super::candidates::Candidate;
 use super::climb::Climb;
-use super::constancy::{Variation, With};
+use super::constancy::{Variation, With, jump};
 use super::odds::Odds;
 use super::sizes::sizes;
 use crate::compare::PerSignal;
@@ -30,11 +30,6 @@ use crate::recording::Recording;
 pub const SEVERAL: &str = "\na model has one instant, counted from the begin of a run: of several recordings, identify those before the \
                            change and those after it apart";
 
-/// The effect that is a change in time.
-pub fn effect() -> Option<&'static Description> {
-    Description::all().find(|d| d.seen == Seen::Course)
-}
-
 /// A parameter that jumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
@@ -50,7 +45,7 @@ impl Change {
     /// What a parameter that varies is as an effect, if it changes in time and is one of the base model.
     pub fn of(varies: &Variation, experiments: &[Experiment]) -> Option<Self> {
         let (With::Time(border), Some(changed)) = (varies.with, varies.key.base()) else { return None };
-        let d = effect()?;
+        let d = jump()?;
         let number = BaseParameter::ALL.iter().position(|p| *p == changed)? as f64 + 1.0;
         let at_s = experiments.get(border.recording)?.elapsed_s + border.at_s;
         let [before, after] = varies.values;
@@ -149,7 +144,7 @@ fn has_role(key: Key, roles: &[Role]) -> bool {
 /// # Errors
 /// Recordings that tell of none, or that no model can have it of; those that cannot be used; an interrupt.
 pub fn hold(settings: &mut Settings, recordings: &[Recording], ctx: &Context) -> Result<()> {
-    let Some(d) = effect().filter(|d| settings.effects.contains(&d.id)) else { return Ok(()) };
+    let Some(d) = jump().filter(|d| settings.effects.contains(&d.id)) else { return Ok(()) };
     let held = |role: Role| d.parameters.iter().filter(move |p| p.role == role).map(|p| p.name);
     let names: Vec<&str> = held(Role::Instant).chain(held(Role::Parameter)).collect();
     if names.iter().all(|name| settings.fixed.iter().any(|fixed| fixed.name == *name)) {

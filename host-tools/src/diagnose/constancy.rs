@@ -7,8 +7,9 @@
 //! ```
 //! A free parameter of the base may be another one from an instant τ on: in that recording, or in those after it as
 //! well, which are taken in the order in which they are given. τ is a border between blocks of validation at first, and
-//! looked for ever more closely then. Or it may drift from the begin of each recording on, the longest of which takes T. The size of an effect may go
-//! with the current or the speed, which no law of the catalogue says of it: its law has another form then.
+//! looked for ever more closely then. Or it may drift from the begin of each recording on, the longest of which takes
+//! T. The size of an effect may go with the current or the speed, which no law of the catalogue says of it: its law has
+//! another form then.
 //!
 //! The pair (p, f) that takes most of the squares with all parameters free to move is judged on data held out, like any
 //! effect: by how much the error falls, by its significance for as many columns as were tried, and by decoys; and it
@@ -20,7 +21,7 @@
 //! unknown change point, Econometrica 61 (1993) 821–856; T. Hastie and R. Tibshirani, Varying-coefficient models, J. R.
 //! Stat. Soc. B 55 (1993) 757–796.
 
-use greyrig::effects::EffectId;
+use greyrig::effects::{Description, EffectId, Seen};
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -52,6 +53,11 @@ pub enum With {
     Current(f64),
     /// With the magnitude of the speed, up to so many rad/s.
     Speed(f64),
+}
+
+/// The effect that is a parameter which jumps.
+pub fn jump() -> Option<&'static Description> {
+    Description::all().find(|d| d.seen == Seen::Course)
 }
 
 /// A border between two blocks of a recording.

@@ -7,18 +7,19 @@
 //! ```
 //! s² being the block's sum of squares, n its rows, τ the correlation time of what is left, in rows, and σ² the mean
 //! square over all blocks. Pseudo-BMA+ weighs the models by exp(Σ_b ℓ_bk), each times the prior odds of its effect, and
-//! averages over Dirichlet weights of the blocks (the Bayesian bootstrap): what hangs on few blocks is not sure. What an
-//! effect costs in freedom is in data held out already.
+//! averages over Dirichlet weights of the blocks (the Bayesian bootstrap): what hangs on few blocks is not sure. What
+//! an effect costs in freedom is in data held out already.
 //!
-//! Each effect that was found is weighed against those of its step and against nothing, with which counts what gains too
-//! little to matter; the verdict is as sure as all of them together. That holds among the models that were compared:
-//! physics that no model has may pass for one of them ([`OUTSIDE`]). There are no odds where the search did not end in a
-//! model that explains the data, nor where the free run has chosen against the balances, of which these weights are.
+//! Each effect that was found is weighed against those of its step and against nothing, with which counts what gains
+//! too little to matter; the verdict is as sure as all of them together. That holds among the models that were
+//! compared: physics that no model has may pass for one of them ([`OUTSIDE`]). There are no odds where the search did
+//! not end in a model that explains the data, nor where the free run has chosen against the balances, of which these
+//! weights are.
 //!
 //! Source: Y. Yao, A. Vehtari, D. Simpson and A. Gelman, Using stacking to average Bayesian predictive distributions,
-//! Bayesian Analysis 13 (2018) 917–1007; D. B. Rubin, The Bayesian bootstrap, Ann. Statist. 9 (1981) 130–134; T. Sellke,
-//! M. J. Bayarri and J. O. Berger, Calibration of p values for testing precise null hypotheses, Am. Statistician 55
-//! (2001) 62–71.
+//! Bayesian Analysis 13 (2018) 917–1007; D. B. Rubin, The Bayesian bootstrap, Ann. Statist. 9 (1981) 130–134; T.
+//! Sellke, M. J. Bayarri and J. O. Berger, Calibration of p values for testing precise null hypotheses, Am.
+//! Statistician 55 (2001) 62–71.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -20,7 +20,8 @@ use crate::model::Kind;
 /// Size at which a candidate appears, in typical sizes.
 const SMALL: f64 = 0.03;
 /// Sensor effects with memory are also linearised at their typical size, because a long lag is not proportional to a
-/// short one, and so is what swings, whose frequency rises with its size; other effects with memory only in the second pass ([`Loops::HiddenByNoise`]).
+/// short one, and so is what swings, whose frequency rises with its size; other effects with memory only in the second
+/// pass ([`Loops::HiddenByNoise`]).
 const LONG: f64 = 1.0;
 /// Largest size that a linearisation suggests, in typical sizes.
 const FARTHEST: f64 = 1.5;
@@ -28,8 +29,8 @@ const FARTHEST: f64 = 1.5;
 const ROUNDING: f64 = 1e-7;
 /// Factor to the neighbouring shapes.
 const NEIGHBOUR: f64 = 2.0;
-/// Factor between the frequencies of a swing that are tried: with the usual damping of 0.05 a resonance is a tenth wide,
-/// so that one of them is no farther off than that.
+/// Factor between the frequencies of a swing that are tried: with the usual damping of 0.05 a resonance is a tenth
+/// wide, so that one of them is no farther off than that.
 const NEXT_FREQUENCY: f64 = 1.2;
 
 /// A candidate and what it promises.

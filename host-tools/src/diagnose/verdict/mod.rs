@@ -9,10 +9,9 @@ mod words;
 use greyrig::effects::{EffectId, Seen};
 use serde::Serialize;
 
-use super::change;
 use super::classes::class_of;
 use super::completeness::Completeness;
-use super::constancy::{Variation, With};
+use super::constancy::{Variation, With, jump};
 use super::holds::Holds;
 use super::ladder::{Ladder, Objection};
 use super::lead::Lead;
@@ -129,7 +128,7 @@ impl Verdict {
 
     /// A parameter of the model changes in time: an effect if it jumps, and of no known law if it drifts.
     pub fn changed(varies: &Variation) -> Self {
-        let jumps = change::effect().filter(|_| matches!(varies.with, With::Time(_)));
+        let jumps = jump().filter(|_| matches!(varies.with, With::Time(_)));
         let kind = if jumps.is_some() { VerdictKind::MissingEffect } else { VerdictKind::OutsideCatalogue };
         Self {
             effects: jumps.map(|d| d.id).into_iter().collect(),

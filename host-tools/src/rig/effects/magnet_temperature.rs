@@ -1,5 +1,5 @@
-//! Magnets that weaken with heat: K (1 − 2e-3 ΔT), as of ferrite. The copper loss heats the winding (20 s), and that the
-//! magnets (80 s): they follow late.
+//! Magnets that weaken with heat: K (1 − 2e-3 ΔT), as of ferrite. The copper loss heats the winding (20 s), and that
+//! the magnets (80 s): they follow late.
 
 use super::Effect;
 use crate::rig::Sizes;

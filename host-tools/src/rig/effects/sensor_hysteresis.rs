@@ -1,5 +1,6 @@
-//! A current sensor whose core keeps a little of the last current: the mean of ten plays with widths spread evenly up to
-//! 10 % of the nominal peak current, of which the sensor shows its lag behind the current, scaled to c at large amplitude.
+//! A current sensor whose core keeps a little of the last current: the mean of ten plays with widths spread evenly up
+//! to 10 % of the nominal peak current, of which the sensor shows its lag behind the current, scaled to c at large
+//! amplitude.
 
 use super::Effect;
 use crate::rig::Sizes;
