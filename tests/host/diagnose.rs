@@ -818,6 +818,14 @@ fn the_next_command_is_ready_to_run() {
     let said = json(&run(&["diagnose", "a run.csv", "--model", "model.toml", "--json"]));
     assert_eq!(said["verdict"]["kind"], "none");
     assert_eq!(next(&said).0[..2], ["greyrig", "challenge"]);
+    // What a model lacks is added to it.
+    json(&run(&["identify", "a run.csv", "--kind", "pm-dc", "--out", "base.toml", "--json"]));
+    let said = json(&run(&["diagnose", "a run.csv", "--model", "base.toml", "--json"]));
+    assert_eq!(
+        next(&said).0,
+        ["greyrig", "add", "brush_drop", "--model", "base.toml", "a run.csv", "--out", "base2.toml"]
+    );
+    assert!(said["verdict"]["probability"].as_f64().is_some_and(|p| p > 0.9 && p < 1.0), "{}", said["verdict"]);
     // What is there is not written over, and what a channel is mapped from stands once.
     let said = json(&run(&["diagnose", "a run.csv", "--kind", "pm-dc", "--json"]));
     assert!(said["next_command"].as_str().unwrap().ends_with("--out model2.toml"), "{}", said["next_command"]);

@@ -3,10 +3,9 @@
 use greyrig::effects::EffectId;
 use serde_json::{Value, json};
 
-use super::{Diagnosis, VerdictKind};
+use super::{Diagnosis, VerdictKind, odds};
 use crate::compare::Comparison;
 use crate::model::catalogue;
-use crate::numbers::figure;
 
 impl Diagnosis {
     /// The verdict in a line.
@@ -32,12 +31,7 @@ impl Diagnosis {
 
     /// How sure the verdict is, as odds: `20 to 1`.
     pub fn odds(&self) -> Option<String> {
-        let chance = self.verdict.probability?;
-        Some(match chance / (1.0 - chance) {
-            odds if odds >= 1.5 => format!("{} to 1", figure(odds, if odds < 10.0 { 1 } else { 2 })),
-            odds if odds > 1.0 / 1.5 => "even".to_owned(),
-            odds => format!("1 to {}", figure(1.0 / odds, if odds > 0.1 { 1 } else { 2 })),
-        })
+        self.verdict.probability.map(odds::in_words)
     }
 
     /// Its fields, with those of the comparison of the model as it is, where there is one.

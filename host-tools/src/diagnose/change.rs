@@ -49,10 +49,12 @@ impl Change {
         let number = BaseParameter::ALL.iter().position(|p| *p == changed)? as f64 + 1.0;
         let at_s = experiments.get(border.recording)?.elapsed_s + border.at_s;
         let [before, after] = varies.values;
+        // Of nothing there is no multiple.
+        let change = Some(after / before - 1.0).filter(|change| change.is_finite())?;
         let value = |role: Role| match role {
             Role::Instant => at_s,
             Role::Parameter => number,
-            _ => after / before - 1.0,
+            _ => change,
         };
         let with_value = |(place, p): (usize, &greyrig::effects::EffectParameter)| {
             (Key::Effect(d.id, place), value(p.role).clamp(p.range.0, p.range.1))

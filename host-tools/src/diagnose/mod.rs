@@ -314,8 +314,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     // Blocks held out are not refitted once the work is to stop: what has come of it is no diagnosis.
     ctx.check()?;
     Ok(Diagnosis {
+        can_be_added: change.map_or(!verdict.is_of_a_change(), |change| change.is_of_one_recording),
         verdict,
-        can_be_added: change.is_none_or(|change| change.is_of_one_recording),
         esr_before,
         esr_after,
         candidates,

@@ -12,7 +12,7 @@
 //!
 //! Each effect that was found is weighed against those of its step and against nothing, with which counts what gains
 //! too little to matter; the verdict is as sure as all of them together. That holds among the models that were
-//! compared: physics that no model has may pass for one of them ([`OUTSIDE`]). There are no odds where the search did
+//! compared: physics that no model has may pass for one of them (`OUTSIDE`). There are no odds where the search did
 //! not end in a model that explains the data, nor where the free run has chosen against the balances, of which these
 //! weights are.
 //!
@@ -36,6 +36,7 @@ use super::verdict::{Verdict, VerdictKind};
 use crate::error::Result;
 use crate::identify::cross_validation::correlation_rows;
 use crate::identify::minimise::{Fit, HeldOut};
+use crate::numbers::figure;
 
 /// Draws of the Bayesian bootstrap: a weight of a half is known to 0.02.
 const DRAWS: usize = 500;
@@ -94,6 +95,16 @@ impl Odds {
     pub fn by_p_value(p: f64, prior: Prior) -> f64 {
         let against = if p < (-1.0f64).exp() { -std::f64::consts::E * p * p.ln() } else { 1.0 };
         (1.0 - OUTSIDE) / (1.0 + against * (1.0 - prior.share) / prior.share)
+    }
+}
+
+/// A chance as odds: `20 to 1`, `even`.
+pub fn in_words(chance: f64) -> String {
+    let rounded = |odds: f64| figure(odds, if odds < 10.0 { 1 } else { 2 });
+    match chance / (1.0 - chance) {
+        odds if odds >= 1.5 => format!("{} to 1", rounded(odds)),
+        odds if odds > 1.0 / 1.5 => "even".to_owned(),
+        odds => format!("1 to {}", rounded(1.0 / odds)),
     }
 }
 
@@ -224,6 +235,12 @@ mod tests {
             [50.0, 1.0],
         );
         assert!(single[1] > 5.0 * spread[1], "{single:?} {spread:?}");
+    }
+
+    #[test]
+    fn a_chance_is_told_as_odds() {
+        let told = [0.985, 0.8, 0.55, 0.25, 0.01].map(in_words);
+        assert_eq!(told, ["66 to 1", "4 to 1", "even", "1 to 3", "1 to 99"]);
     }
 
     /// −e p ln p of p = 0.01 is 0.125: a p-value of a hundredth is odds of 8 at most (Sellke et al., table 1).

@@ -36,6 +36,15 @@ fn one_hidden_effect_is_named() {
 }
 
 #[test]
+fn one_of_the_rarer_effects_is_named() {
+    for (excitation, seeds) in [(Excitation::Ac, [4_002, 4_004, 4_007]), (Excitation::Magnet, [4_001, 4_002, 4_005])] {
+        for o in ask_of(excitation, Question::Rarer, seeds) {
+            assert!(o.exact(), "{} {:?}: {:?} {:?}", o.seed, o.effects, o.kind, o.named);
+        }
+    }
+}
+
+#[test]
 fn healthy_motors_are_not_accused() {
     for o in ask(Question::None, 9_101..9_109) {
         assert_eq!(o.kind, VerdictKind::None, "seed {}: {:?}", o.seed, o.named);
