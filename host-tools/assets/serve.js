@@ -101,6 +101,8 @@ function showVerdict(state) {
   if (!diagnosis) return;
   const { verdict } = diagnosis;
   find("#verdict-title").textContent = diagnosis.headline;
+  find("#odds").textContent = diagnosis.odds ? `Odds: ${diagnosis.odds}` : "";
+  find("#odds").hidden = !diagnosis.odds;
   find("#add").replaceChildren(...verdict.effects.map(adding));
   find("#why").replaceChildren(...verdict.text.split("\n").map((line) => element("p", line)));
   find("#next").textContent = verdict.next_experiment ? `Next recording: ${verdict.next_experiment}` : "";

@@ -110,6 +110,8 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
     browser.click("#diagnose").await;
     wait_for(&browser, "return !document.querySelector('#verdict').hidden").await;
     assert_eq!(browser.text("#verdict-title").await, "missing: saturation (or armature_reaction)");
+    let odds = browser.text("#odds").await;
+    assert!(odds.starts_with("Odds: ") && odds.ends_with(" to 1"), "{odds}");
     browser.screenshot("serve-verdict.png").await;
 
     browser.click("#add button").await;

@@ -83,7 +83,8 @@ mod tests {
         }
         for kind in [Kind::Universal, Kind::PmDc] {
             assert_eq!(class(kind, "stray_load_torque").unwrap(), ["iron_loss_drag", "stray_load_torque"]);
-            assert_eq!(class(kind, "brush_drop"), None);
+            assert_eq!(class(kind, "converter_dead_time").unwrap(), ["brush_drop", "converter_dead_time"]);
+            assert_eq!(class(kind, "speed_lag"), None);
         }
         let skin = ["commutation_demagnetisation", "commutation_resistance"];
         for (kind, first) in [Kind::Universal, Kind::PmDc].into_iter().zip(skin) {
@@ -91,7 +92,7 @@ mod tests {
         }
         assert!(same(Kind::Universal, EffectId::Saturation, EffectId::ArmatureReaction));
         assert!(!same(Kind::PmDc, EffectId::Saturation, EffectId::ArmatureReaction));
-        assert_eq!(all().len(), 4);
+        assert_eq!(all().len(), 5);
     }
 
     #[test]

@@ -111,9 +111,10 @@ impl Ladder {
         added.into_iter().any(|other| classes::same(self.fit.space.kind(), *other, id))
     }
 
-    /// Whether the effects that stay are those of another climb, in whatever order.
+    /// Whether the effects that stay are those of another climb, or of their classes, in whatever order.
     pub fn has_found_the_same_as(&self, other: &Self) -> bool {
-        self.found.len() == other.found.len() && self.found.iter().all(|id| other.found.contains(id))
+        let is_there = |id: &EffectId| other.found.iter().any(|own| classes::same(self.fit.space.kind(), *own, *id));
+        self.found.len() == other.found.len() && self.found.iter().all(is_there)
     }
 
     /// Whether nothing is left to explain, or, where something was found, nearly nothing of what there was. The free

@@ -65,6 +65,7 @@ pub fn page() -> String {
                     }
                     section #verdict hidden aria-labelledby="verdict-title" {
                         h2 #verdict-title {}
+                        p #odds .note hidden {}
                         p.actions #add {}
                         p #next .note hidden {}
                         div #why {}

@@ -109,5 +109,6 @@ fn diagnosed(recordings: &[Recording], before: &Version, ctx: &Context) -> Resul
     let comparison = if_possible(compare(&before.model, recordings, ctx))?;
     let mut said = d.as_json(comparison.as_ref());
     said["headline"] = json!(d.headline());
+    said["odds"] = json!(d.odds());
     Ok(said)
 }

@@ -28,7 +28,7 @@ pub struct Version {
     pub accepted: Option<bool>,
     /// Number of the recordings that all this rests on.
     pub recordings: usize,
-    /// The answer of a diagnosis, with its headline.
+    /// The answer of a diagnosis, with its headline and odds.
     pub diagnosis: Option<Value>,
 }
 

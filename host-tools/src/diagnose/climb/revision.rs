@@ -221,14 +221,16 @@ impl Climb<'_> {
         self.climb_on(base, self.exchanged(exchange, ladder)?)
     }
 
-    /// The same, unless the climb takes back what was given, and comes no closer by having both.
+    /// The same, unless the climb takes back what was given, or another law of its class, and comes no closer by having
+    /// both.
     ///
     /// # Errors
     /// An interrupt.
     pub fn climb_away_from(&self, exchange: &Exchange, base: &Fit, ladder: &Ladder) -> Result<Option<Ladder>> {
         let mut way = self.exchanged(exchange, ladder)?;
+        let takes_back = |added| classes::same(base.space.kind(), added, exchange.given);
         while let Some(added) = self.add_the_next(base, &mut way)? {
-            if added == exchange.given && self.gain(&ladder.fit, &way.fit)? < SMALLEST_GAIN {
+            if takes_back(added) && self.gain(&ladder.fit, &way.fit)? < SMALLEST_GAIN {
                 return Ok(None);
             }
         }
