@@ -298,7 +298,9 @@ mod tests {
         let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
         let mut space = identify::build_space(&settings).unwrap();
         base::start(&mut space, &full, &coarse).unwrap();
-        let candidates = screening::candidates(Kind::Universal, Holds::of(&full), |_| false);
+        // Another law of a drop's class would come closer by its form, and be no other effect.
+        let other_law = |id| id == EffectId::ConverterDeadTime;
+        let candidates = screening::candidates(Kind::Universal, Holds::of(&full), other_law);
         let climb = Climb::new(&coarse, candidates, 6, &Context::quiet()).unwrap();
         let base = climb.fit(&space).unwrap();
         let ladder = climb.climb(&base).unwrap();
