@@ -8,6 +8,7 @@ use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig_host::addition::{Additions, add_to, held_of};
 use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
+use greyrig_host::diagnose::change::hold;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Assignment, Base, Kind};
@@ -730,6 +731,12 @@ fn a_change_is_added_like_any_other_effect() {
     let asked = Options { settings: Settings::of_model(&with), exclude: Vec::new(), candidates_refined: false };
     let verdict = diagnose(&recordings, &asked, &ctx).unwrap().verdict;
     assert_eq!(verdict.kind, VerdictKind::None, "{}", verdict.text);
+    // What the user has said of it stays so, and only the rest is looked for.
+    let said = Assignment { name: "step_time".to_owned(), value: 3.9 };
+    let mut settings = Settings { effects: change.to_vec(), fixed: vec![said.clone()], ..Settings::new(Kind::PmDc) };
+    hold(&mut settings, &recordings, &ctx).unwrap();
+    let parameter = Assignment { name: "step_parameter".to_owned(), value: 3.0 };
+    assert_eq!(settings.fixed, [said, parameter]);
     // What no model can have is told, and refused with what to do.
     let set = [recordings[0].clone(), that_changes(later, later)];
     let named = diagnose(&set, &options(Kind::PmDc, Base::usual(Kind::PmDc), &[]), &ctx).unwrap();

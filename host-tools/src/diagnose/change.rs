@@ -167,7 +167,10 @@ pub fn hold(settings: &mut Settings, recordings: &[Recording], ctx: &Context) ->
             "identify the recordings before the change and those after it apart",
         ));
     }
-    settings.fixed.extend(change.held());
+    // What the user has said stays so.
+    let told = |held: &Assignment| settings.fixed.iter().any(|fixed| fixed.name == held.name);
+    let untold: Vec<Assignment> = change.held().filter(|held| !told(held)).collect();
+    settings.fixed.extend(untold);
     Ok(())
 }
 
