@@ -154,6 +154,7 @@ pub fn hold(settings: &mut Settings, recordings: &[Recording], ctx: &Context) ->
     }
     let mut without = settings.clone();
     without.effects.retain(|id| *id != d.id);
+    without.fixed.retain(|fixed| d.parameters.iter().all(|p| p.name != fixed.name));
     let by_hand = names.iter().map(|name| format!("--fix {name}=…")).collect::<Vec<_>>().join(" ");
     let change = find(recordings, &without, ctx)?.ok_or_else(|| {
         Error::usage(
