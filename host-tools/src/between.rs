@@ -18,7 +18,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::edges::Edge;
 
@@ -46,7 +46,7 @@ pub enum Between {
 }
 
 /// The same, as users name it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Course {
     /// A cubic through the neighbouring samples, with hard edges where the current shows them
@@ -81,6 +81,20 @@ impl From<Between> for Course {
             Between::Switched(share) if share < AT_AN_END => Self::Held,
             Between::Switched(share) if share > 1.0 - AT_AN_END => Self::Mean,
             Between::Switched(_) => Self::Edges,
+        }
+    }
+}
+
+impl Course {
+    /// The same where no data tell more; of edges with the share of the interval by which they lie before a sample, or
+    /// else half of it.
+    pub fn between(self, share: Option<f64>) -> Between {
+        match self {
+            Self::Smooth => Between::Smooth,
+            Self::Linear => Between::Linear,
+            Self::Held => Between::Switched(0.0),
+            Self::Mean => Between::Switched(1.0),
+            Self::Edges => Between::Switched(share.unwrap_or(0.5).clamp(0.0, 1.0)),
         }
     }
 }

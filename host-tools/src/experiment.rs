@@ -190,6 +190,8 @@ const AT_REST: f64 = 4.0;
 
 /// Averaging time for the speed at the first sample, s: a mains period at 50 Hz.
 const START_AVERAGE_S: f64 = 0.02;
+/// Fewest samples through which a line is laid for that.
+const FEWEST_AVERAGED: usize = 4;
 
 /// Rate of the motor times the step of the model, as in the core's choice of sub-steps, and so many of these at most in
 /// an interval that is not cut into pieces.
@@ -210,11 +212,38 @@ const FACTOR_TOLD: f64 = 1.5;
 const COARSE_INTERVAL_S: f64 = 2.5e-4;
 
 impl Experiment {
-    /// Prepares a recording.
+    /// Prepares a recording for a comparison.
     ///
     /// # Errors
     /// Neither voltage nor torque, nothing to compare with, or too short for the filter to settle.
     pub fn new(recording: &Recording, filter: &Filter) -> Result<Self> {
+        let e = Self::driven(recording, filter)?;
+        let bad = |what: &str, remedy: &str| Error::input(Place::file(recording.path()), what, remedy);
+        if e.speed.is_none() && e.current.is_none() {
+            return Err(bad(
+                "there is neither a current (i_a) nor a speed (omega_rad_s) to compare the model with",
+                "name the column with --map i_a=COLUMN or --map omega_rad_s=COLUMN",
+            ));
+        }
+        let settling = e.filter.settling_samples().unwrap_or(0) as usize;
+        if recording.len() < FEWEST_SETTLINGS * settling {
+            return Err(bad(
+                &format!(
+                    "{} samples ({:.3} s) are too few: the filter alone takes {settling} to settle",
+                    recording.len(),
+                    recording.duration_s()
+                ),
+                "record longer, or raise the cut-off with --cutoff",
+            ));
+        }
+        Ok(e)
+    }
+
+    /// Prepares a recording of which the voltage alone has to be there, of any length: for what the model makes of it.
+    ///
+    /// # Errors
+    /// Neither voltage nor torque, or a sampling rate that the filter does not fit.
+    pub fn driven(recording: &Recording, filter: &Filter) -> Result<Self> {
         let name = recording.name();
         let bad = |what: &str, remedy: &str| Error::input(Place::file(recording.path()), what, remedy);
         let interval_s = recording.sample_time_s();
@@ -254,27 +283,11 @@ impl Experiment {
             aligned(Channel::Speed, "skew_omega_rad_s_s")
                 .or_else(|| recording.channel(Channel::Angle).map(|angle| derivative(angle, interval_s)))
         };
-        if speed.is_none() && current.is_none() {
-            return Err(bad(
-                "there is neither a current (i_a) nor a speed (omega_rad_s) to compare the model with",
-                "name the column with --map i_a=COLUMN or --map omega_rad_s=COLUMN",
-            ));
-        }
         let settings = filter.at(interval_s);
         let settling = settings
             .settling_samples()
             .map_err(|e| bad(&format!("the filter does not fit this sampling rate: {e}"), "choose another --cutoff"))?
             as usize;
-        if recording.len() < FEWEST_SETTLINGS * settling {
-            return Err(bad(
-                &format!(
-                    "{} samples ({:.3} s) are too few: the filter alone takes {settling} to settle",
-                    recording.len(),
-                    recording.duration_s()
-                ),
-                "record longer, or raise the cut-off with --cutoff",
-            ));
-        }
         let start = start_state(&speed, &current, &locked, interval_s);
         Ok(Self {
             mains_period_s: (drive == Drive::Voltage).then(|| mains::period_s(&input, interval_s)).flatten(),
@@ -458,7 +471,9 @@ impl Experiment {
         if between == Between::Smooth && rate <= LARGEST_RATE_STEP * MOST_SUBSTEPS && can_be_built(1) {
             return 1;
         }
-        let largest = || self.current.iter().flatten().fold(0.0f64, |m, i| m.max(i.abs()));
+        let peak = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        // What was not measured is at most the current at a standstill.
+        let largest = || self.current.as_deref().map_or_else(|| peak(&self.input) / p.resistance, peak);
         let linkage = p.flux_coefficient * if p.flux_law == FluxLaw::Series { largest() } else { 1.0 };
         let swing = self.interval_s * linkage / (p.inductance * p.inertia).sqrt();
         let mut pieces =
@@ -903,8 +918,9 @@ fn start_state(speed: &Option<Vec<f64>>, current: &Option<Vec<f64>>, locked: &[b
             // The motor may be far away after a few samples.
             if speed[0].abs() <= AT_REST * noise::of_differences(speed) { 0.0 } else { speed[0] }
         }
+        Some(speed) if !held && speed.len() < FEWEST_AVERAGED => speed[0],
         Some(speed) if !held => {
-            let n = ((START_AVERAGE_S / interval_s) as usize).clamp(4, speed.len());
+            let n = ((START_AVERAGE_S / interval_s) as usize).clamp(FEWEST_AVERAGED, speed.len());
             // The straight line through the first samples, at the first of them.
             let (mut sum, mut moment) = (0.0, 0.0);
             let centre = (n - 1) as f64 / 2.0;

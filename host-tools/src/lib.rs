@@ -17,6 +17,8 @@ pub mod edges;
 pub mod error;
 pub mod experiment;
 pub mod filtering;
+pub mod forecast;
+pub mod free_run;
 pub mod held_out;
 pub mod hybrid;
 pub mod identify;

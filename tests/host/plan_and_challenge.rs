@@ -34,6 +34,7 @@ fn true_model(kind: Kind) -> Model {
         correction: None,
         detector: None,
         accepted: None,
+        fitted: None,
         provenance: Default::default(),
     }
 }

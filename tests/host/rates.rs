@@ -125,6 +125,7 @@ fn model(truth: &Truth) -> Model {
         motion: Motion::Rotary,
         motor: None,
         accepted: None,
+        fitted: None,
         filter: Filter::default(),
         parameters: BTreeMap::from_iter(values.map(parameter)),
         effects: Vec::new(),

@@ -213,6 +213,7 @@ pub fn model(motion: Motion) -> Model {
         correction: None,
         detector: None,
         accepted: None,
+        fitted: None,
         provenance: Provenance {
             greyrig: "0.1.0".into(),
             method: "output error".into(),

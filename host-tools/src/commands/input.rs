@@ -10,7 +10,7 @@ use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::model::Kind;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
-use crate::recording::{self, MapArgs, Recording};
+use crate::recording::{self, Channel, MapArgs, Recording};
 
 /// Recordings and how their columns are named.
 #[derive(Debug, clap::Args)]
@@ -74,6 +74,27 @@ pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> V
     // Of what is masked the reader has told already.
     let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
     for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {
+        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
+    }
+    found
+}
+
+/// Questions the input of a prediction. With a measured current or speed it is a recording, as in a comparison; a
+/// voltage alone is what somebody wants to know about, and stays as it is. Nothing refuses it: what is wrong with a
+/// measured channel does not change what the model makes of the voltage.
+pub fn question_an_input(recordings: &mut [Recording], kind: Kind) -> Vec<DataFinding> {
+    let measured = [Channel::Current, Channel::Speed, Channel::Angle];
+    let is_recorded = |r: &Recording| measured.iter().any(|channel| r.channel(*channel).is_some());
+    let found = if recordings.iter().any(is_recorded) {
+        question(recordings, kind, Purpose::Fit)
+    } else {
+        let mut found = check::check(recordings, Some(kind));
+        let as_it_is =
+            |f: &&mut DataFinding| matches!(f.handled, Handled::Masked | Handled::Corrected) && f.code != Code::TimeGap;
+        found.iter_mut().filter(as_it_is).for_each(|f| f.handled = Handled::None);
+        found
+    };
+    for finding in found.iter().filter(|f| f.severity == Severity::Stop) {
         eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
     }
     found

@@ -21,6 +21,7 @@ pub mod master;
 pub mod monitor;
 mod next;
 pub mod plan;
+pub mod predict;
 pub mod record;
 pub mod serve;
 pub mod simulate;
@@ -58,6 +59,8 @@ pub enum Command {
     Check(check::Args),
     /// Model against measurement, and where it fails.
     Compare(compare::Args),
+    /// The model's free run on any voltage, with bands.
+    Predict(predict::Args),
     /// Adds effects to a model and shows the error fall on data held out.
     Add(add::Args),
     /// Which physical effect is missing, how sure, and the experiment that would tell.
@@ -105,6 +108,7 @@ impl Command {
             Self::Identify(args) => identify::run(args, terminal),
             Self::Check(args) => check::run(args, terminal),
             Self::Compare(args) => compare::run(args, terminal),
+            Self::Predict(args) => predict::run(args, terminal),
             Self::Add(args) => add::run(args, terminal),
             Self::Diagnose(args) => diagnose::run(args, terminal),
             Self::Challenge(args) => challenge::run(args, terminal),

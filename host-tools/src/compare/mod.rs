@@ -3,6 +3,7 @@
 pub mod noise_floor;
 pub mod regions;
 mod result;
+mod series;
 pub mod traces;
 
 use greyrig::effects::Passed;
@@ -172,7 +173,7 @@ impl From<[Option<f64>; 3]> for PerSignal {
 }
 
 /// A voltage-driven recording needs the electrical side, a turning rotor the mechanical one.
-fn require(model: &Model, e: &Experiment) -> Result<()> {
+pub(crate) fn require(model: &Model, e: &Experiment) -> Result<()> {
     let turns = !(0..e.len()).all(|n| e.is_locked(n));
     let needed: &[BaseParameter] = match (e.drive, turns) {
         (Drive::Voltage, true) => &BaseParameter::POSITIVE,

@@ -127,11 +127,7 @@ fn mains_phase(t: &Traces) -> Vec<f64> {
 
 /// Residuals of one signal over all recordings, with what they are sorted by.
 fn residual(t: &Traces, signal: Signal, n: usize) -> Option<f64> {
-    let (model, measured) = match signal {
-        Signal::Current => (&t.modelled_current, &t.measured_current),
-        Signal::Speed => (&t.modelled_speed, &t.measured_speed),
-        Signal::Torque => (&t.modelled_torque, &t.measured_torque),
-    };
+    let [measured, model] = t.signal(signal);
     Some(model.get(n)? - measured.get(n)?)
 }
 
@@ -180,6 +176,22 @@ pub fn profiles(all: &[&Traces], motion: Motion) -> (Vec<Profile>, Vec<Region>) 
         }
     }
     (profiles, kept)
+}
+
+/// Whether each sample that counts lies in a region, whose bins are those of its profile.
+pub fn inside(region: &Region, profiles: &[Profile], t: &Traces) -> Vec<bool> {
+    let axis = Axis::ALL.into_iter().find(|axis| axis.name() == region.axis);
+    let of_region = |p: &&Profile| p.quantity == region.quantity && p.axis == region.axis;
+    let (Some(axis), Some(profile)) = (axis, profiles.iter().find(of_region)) else {
+        return vec![false; t.counted.len()];
+    };
+    let phase = mains_phase(t);
+    let lies_inside = |n: usize| {
+        let x = axis.at(t, &phase, n).filter(|_| t.counted[n] && residual(t, region.quantity, n).is_some())?;
+        let k = bin(&profile.edges, x);
+        Some(profile.edges[k] >= region.from && profile.edges[k + 1] <= region.to)
+    };
+    (0..t.counted.len()).map(|n| lies_inside(n).unwrap_or(false)).collect()
 }
 
 fn profile(signal: Signal, axis: Axis, edges: &[f64], points: &[(f64, f64, f64)]) -> Profile {

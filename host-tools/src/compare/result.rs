@@ -79,6 +79,17 @@ pub struct Traces {
     pub diverges: bool,
 }
 
+impl Traces {
+    /// Measured and modelled values of a signal; empty where not recorded.
+    pub fn signal(&self, signal: Signal) -> [&[f64]; 2] {
+        match signal {
+            Signal::Current => [&self.measured_current, &self.modelled_current],
+            Signal::Speed => [&self.measured_speed, &self.modelled_speed],
+            Signal::Torque => [&self.measured_torque, &self.modelled_torque],
+        }
+    }
+}
+
 /// Mean and RMS of a residual (modelled − measured) over bins of another quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Profile {

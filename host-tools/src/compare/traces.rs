@@ -2,13 +2,13 @@
 
 use greyrig::anfis::Anfis3x3;
 use greyrig::butterworth::Cascade;
-use greyrig::hybrid::corrected;
-use greyrig::motor::{Constraints, Motor, State};
+use greyrig::motor::Motor;
 
 use super::result::Traces;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::filtering::{directions_by_quantum, zero_phase};
+use crate::free_run::free_run;
 
 /// A filtered simulation: current and speed, sample by sample.
 pub struct Simulated {
@@ -35,21 +35,12 @@ pub fn simulate(
     e: &Experiment,
     imposed: Imposed<'_>,
 ) -> Result<Simulated> {
-    let refused = |error: greyrig::motor::ParameterError| {
-        Error::usage(format!("{}: {error}", e.name), "check the model's parameters")
-    };
     let coefficients = e.coefficients::<f32>();
     let (mut current, mut speed) = (Cascade::<f32>::default(), Cascade::<f32>::default());
     let mut simulated =
         Simulated { current: Vec::with_capacity(e.len()), speed: Vec::with_capacity(e.len()), diverges: false };
     let within = [&e.current, &e.speed].map(|signal| largest(signal.as_deref()));
-    let substeps = e.substeps(motor).map_err(refused)?;
-    e.run(motor, substeps, imposed, |n, state: State<f32>| {
-        let constraints = Constraints { current: e.is_open(n).then_some(0.0), speed: None };
-        let state = match correction {
-            Some(correction) => corrected(correction, e.input[n] as f32, state, constraints).0,
-            None => state,
-        };
+    free_run(motor, correction, e, imposed, |n, state| {
         let values = [state.current, state.speed].map(f64::from);
         simulated.diverges |= values.iter().zip(within).any(|(x, most)| !x.is_finite() || x.abs() > most);
         if n == 0 {
@@ -58,8 +49,7 @@ pub fn simulate(
         }
         simulated.current.push(f64::from(current.process(&coefficients, state.current)));
         simulated.speed.push(f64::from(speed.process(&coefficients, state.speed)));
-    })
-    .map_err(refused)?;
+    })?;
     Ok(simulated)
 }
 

@@ -12,7 +12,10 @@ use super::intervals::Covariance;
 use super::intervals::of_fit::interval;
 use super::settings::{Method, Settings};
 use super::space::{Entry, Freedom, Key, Space};
-use crate::model::{EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry};
+use crate::model::{
+    EffectEntry, Filter, Kind, Model, Origin, Parameter, Provenance, SCHEMA, Status, TermEntry, Uncertainty,
+    name_in_term,
+};
 use crate::recording::{Motion, Recording};
 use crate::term::Formula;
 
@@ -159,6 +162,38 @@ impl Outcome {
         present.map(estimate).collect()
     }
 
+    /// How well the free parameters are known together.
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        let covariance = self.covariance.as_ref()?;
+        let free: Vec<&Entry> = self.space.free().collect();
+        let matrix = &covariance.matrix;
+        if matrix.nrows() != free.len() {
+            return None;
+        }
+        let slopes: Vec<f64> = free.iter().zip(self.space.coordinates()).map(|(e, theta)| e.slope(theta)).collect();
+        let deviation = |k: usize| matrix[(k, k)].max(0.0).sqrt();
+        let correlation = |r: usize, c: usize| {
+            let sizes = deviation(r) * deviation(c);
+            if r == c {
+                1.0
+            } else if sizes > 0.0 {
+                (matrix[(r, c)] / sizes).clamp(-1.0, 1.0)
+            } else {
+                0.0
+            }
+        };
+        let name = |entry: &&Entry| match entry.key {
+            Key::Term(place, _) => name_in_term(place, &entry.name),
+            Key::Base(_) | Key::Effect(..) => entry.name.clone(),
+        };
+        Some(Uncertainty {
+            names: free.iter().map(name).collect(),
+            deviations: slopes.iter().enumerate().map(|(k, slope)| slope.abs() * deviation(k)).collect(),
+            correlations: (0..free.len()).map(|r| (0..=r).map(|c| correlation(r, c)).collect()).collect(),
+            freedom: covariance.freedom(),
+        })
+    }
+
     /// The model and what is to be said of it.
     pub fn into_identification(
         self,
@@ -193,6 +228,7 @@ impl Outcome {
             correction: None,
             detector: None,
             accepted: None,
+            fitted: None,
             provenance: Provenance {
                 greyrig: env!("CARGO_PKG_VERSION").to_owned(),
                 method: self.method.to_owned(),

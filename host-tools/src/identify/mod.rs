@@ -31,6 +31,7 @@ use greyrig::motor::BaseParameter;
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Drive, Experiment};
+use crate::forecast::remembered;
 use crate::model::Filter;
 use crate::recording::Recording;
 use crate::segments;
@@ -90,8 +91,10 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
     filter.cutoff_hz = experiments.iter().map(|e| e.filter.cutoff_hz).fold(filter.cutoff_hz, f64::min);
     notes.extend(outcome.implausible(settings.kind));
     let flux = outcome.covariance.as_ref().and_then(|c| FluxAtPeak::of(&outcome.space, c, &experiments));
+    let uncertainty = outcome.uncertainty();
     let mut identification = outcome.into_identification(recordings, settings, filter, flux, notes);
     identification.model.chain = Chain::common(experiments.iter().map(|e| e.sensor));
+    identification.model.fitted = remembered(&identification.model, &experiments, uncertainty);
     Ok(identification)
 }
 

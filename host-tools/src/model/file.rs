@@ -44,6 +44,7 @@ impl Model {
         self.check_filter(at)?;
         self.check_effects(at)?;
         self.check_terms(at)?;
+        self.fitted.as_ref().map_or(Ok(()), |fitted| fitted.check(self, at))?;
         self.motor::<f64>().map(|_| ()).map_err(|e| {
             Error::input(at("[parameters"), e.to_string(), "correct the value; see the interval for what is plausible")
         })

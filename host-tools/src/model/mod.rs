@@ -14,6 +14,7 @@
 mod assignment;
 pub mod catalogue;
 mod file;
+mod fitted;
 mod kind;
 mod units;
 
@@ -33,6 +34,7 @@ use crate::term::Formula;
 
 pub use crate::filtering::Filter;
 pub use assignment::Assignment;
+pub use fitted::{Fitted, Range, Scatter, Uncertainty, name_in_term};
 pub use kind::{Base, Kind};
 pub use units::unit;
 
@@ -221,6 +223,9 @@ pub struct Model {
     /// Thresholds of the detector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detector: Option<DetectorEntry>,
+    /// What the fit has seen and left over; absent in files from before it was remembered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fitted: Option<Fitted>,
     /// Where it all comes from.
     #[serde(default)]
     pub provenance: Provenance,

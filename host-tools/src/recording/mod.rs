@@ -22,6 +22,7 @@ mod damage;
 mod gaps;
 mod part;
 mod read;
+pub mod series;
 mod source;
 mod stamps;
 mod write;
@@ -50,6 +51,7 @@ pub use part::Part;
 pub use read::{is_decoding, load, load_all};
 pub use source::SourceColumn;
 pub use write::write;
+pub(crate) use write::{recorded, say_metadata, state_channels};
 
 use finding::DataFinding;
 
@@ -182,6 +184,13 @@ impl Recording {
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// The values of a channel, and NaN at the samples that it alone lacks.
+    pub(crate) fn measured(&self, channel: Channel) -> Option<Vec<f64>> {
+        let mut values = self.channel(channel)?.to_vec();
+        self.masked_alone(channel).iter().for_each(|&k| values[k] = f64::NAN);
+        Some(values)
     }
 
     /// Samples of which no channel has a usable value.

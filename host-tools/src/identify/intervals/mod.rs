@@ -68,6 +68,11 @@ pub struct Covariance {
 }
 
 impl Covariance {
+    /// Degrees of freedom of the scatter that it comes from: blocks less parameters.
+    pub fn freedom(&self) -> f64 {
+        (self.information.len() as f64 - self.lengths.len() as f64).max(FEWEST_DEGREES)
+    }
+
     /// Half the 95 % interval of a combination of the coordinates, `direction · θ`.
     ///
     /// The degrees of freedom are those of the blocks that determine it: with a_b the share of block b in the variance

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
-use parquet::data_type::{DataType, DoubleType};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{ColumnChunkMetaData, KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
@@ -23,6 +23,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::damage::{damaged, too_large};
+use super::series::{Series, SeriesColumn, Values};
 use super::table::{Column, MAX_VALUES, Table};
 use super::time_axis;
 use crate::error::{Error, Result};
@@ -277,28 +278,26 @@ fn typed<T: DataType>(
     }
 }
 
-/// Writes columns as required doubles, zstd-compressed.
-pub(super) fn write(
-    columns: &[(String, Vec<f64>, Option<&str>)],
-    metadata: &BTreeMap<String, String>,
-    out: &mut dyn Write,
-) -> std::io::Result<()> {
-    let bytes = encode(columns, metadata).map_err(std::io::Error::other)?;
+/// Writes columns as required doubles and strings, zstd-compressed.
+pub(super) fn write(series: &Series, out: &mut dyn Write) -> std::io::Result<()> {
+    let bytes = encode(series).map_err(std::io::Error::other)?;
     out.write_all(&bytes)
 }
 
-fn encode(
-    columns: &[(String, Vec<f64>, Option<&str>)],
-    metadata: &BTreeMap<String, String>,
-) -> std::result::Result<Vec<u8>, ParquetError> {
-    let field = |name: &str| -> std::result::Result<_, ParquetError> {
-        let kind = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(Repetition::REQUIRED);
-        Ok(Arc::new(kind.build()?))
+fn encode(series: &Series) -> std::result::Result<Vec<u8>, ParquetError> {
+    let field = |column: &SeriesColumn| -> std::result::Result<_, ParquetError> {
+        let kind = match column.values {
+            Values::Numbers(_) => Type::primitive_type_builder(&column.name, Physical::DOUBLE),
+            Values::Words { .. } => Type::primitive_type_builder(&column.name, Physical::BYTE_ARRAY)
+                .with_logical_type(Some(LogicalType::String)),
+        };
+        Ok(Arc::new(kind.with_repetition(Repetition::REQUIRED).build()?))
     };
-    let fields = columns.iter().map(|(name, ..)| field(name)).collect::<std::result::Result<Vec<_>, _>>()?;
+    let fields = series.columns().iter().map(field).collect::<std::result::Result<Vec<_>, _>>()?;
     let schema = Arc::new(Type::group_type_builder("recording").with_fields(fields).build()?);
-    let units = columns.iter().filter_map(|(name, _, unit)| Some((format!("unit:{name}"), (*unit)?.to_owned())));
-    let own = metadata.iter().map(|(k, v)| (k.clone(), v.clone()));
+    let units = series.columns().iter().filter_map(|column| Some((format!("unit:{}", column.name), column.unit?)));
+    let units = units.map(|(key, unit)| (key, unit.to_owned()));
+    let own = series.metadata().iter().map(|(k, v)| (k.clone(), v.clone()));
     let entries = own.chain(units).map(|(key, value)| KeyValue { key, value: Some(value) }).collect();
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
@@ -306,9 +305,18 @@ fn encode(
         .build();
     let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    for (_, values, _) in columns {
+    for SeriesColumn { values, .. } in series.columns() {
         let Some(mut column) = group.next_column()? else { break };
-        column.typed::<DoubleType>().write_batch(values, None, None)?;
+        match values {
+            Values::Numbers(values) => {
+                column.typed::<DoubleType>().write_batch(values, None, None)?;
+            }
+            Values::Words { rows, words } => {
+                let words: Vec<ByteArray> = words.iter().map(|word| ByteArray::from(word.as_str())).collect();
+                let rows: Vec<ByteArray> = rows.iter().map(|row| words[*row].clone()).collect();
+                column.typed::<ByteArrayType>().write_batch(&rows, None, None)?;
+            }
+        }
         column.close()?;
     }
     group.close()?;
