@@ -28,12 +28,18 @@ struct Bench {
     effects: &'static [&'static [&'static str]],
 }
 
-const BENCHES: [Bench; 2] = [
+const BENCHES: [Bench; 3] = [
     Bench {
         kind: Kind::Universal,
         fitted: &[("staircase", 12.0), ("ramp", 8.0)],
         others: &[("phase-angle", 6.0), ("steady", 6.0)],
         effects: &[&[], &["saturation"], &["hysteresis"], &["saturation", "brush_drop"], &["winding_temperature"]],
+    },
+    Bench {
+        kind: Kind::Universal,
+        fitted: &[("staircase", 12.0), ("phase-angle", 8.0)],
+        others: &[],
+        effects: &[&[], &["saturation"]],
     },
     Bench {
         kind: Kind::PmDc,

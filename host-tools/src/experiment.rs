@@ -432,6 +432,15 @@ impl Experiment {
         self
     }
 
+    /// The same without what the measured current tells of single edges of the voltage: as a voltage alone would drive
+    /// the model.
+    #[must_use]
+    pub fn by_voltage_alone(mut self) -> Self {
+        self.edges.clear();
+        self.instants.clear();
+        self
+    }
+
     /// The same with predictions that are weighed by the response of a motor: an ampere by `R/(1 − e^(−h R/L))`, a
     /// radian per second by J.
     #[must_use]

@@ -11,6 +11,10 @@ use greyrig::motor::{Constraints, Motor, State};
 use crate::error::{Error, Result};
 use crate::experiment::{Experiment, Imposed};
 
+/// Modelled over largest measured value from which a free run is said to diverge. What merely fits badly stays within
+/// the current at a standstill, u/R.
+pub const DIVERGED: f64 = 1e3;
+
 /// Runs a model through an experiment and hands what the measuring chain shows, before any filter, to `take`: sample,
 /// current (A) and speed (rad/s), with the learned correction if there is one.
 ///

@@ -11,6 +11,7 @@ use crate::compare::Comparison;
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::experiment::{Drive, Experiment, Imposed};
+use crate::forecast::remembered_with_correction;
 use crate::model::Model;
 use crate::recording::Recording;
 use crate::segments;
@@ -122,7 +123,9 @@ pub fn train(
     let trained = Trained { epochs, best, stopped, rmse_chk, ..all };
     let names = INPUTS.map(str::to_owned);
     let correction = trained.file(settings.method, MARGIN, &names, TARGET);
-    Ok((Model { correction: Some(correction), ..bare }, trained))
+    let mut corrected = Model { correction: Some(correction), ..bare };
+    corrected.fitted = remembered_with_correction(&corrected, recordings)?;
+    Ok((corrected, trained))
 }
 
 /// A recording whose begin does not count, though the model runs through it.

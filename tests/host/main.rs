@@ -21,6 +21,7 @@ mod master;
 mod monitor;
 mod monitor_live;
 mod plan_and_challenge;
+mod predict;
 mod random;
 mod rates;
 mod real_data;

@@ -106,7 +106,7 @@ fn in_json(prediction: &Prediction) -> Value {
     let extrapolation = prediction.extrapolation.as_ref();
     json!({
         "samples": prediction.recorded(),
-        "interval_s": prediction.interval_s,
+        "sample_time_s": prediction.interval_s,
         "input": prediction.course,
         "speed_sensor": prediction.speed_sensor,
         "initial": prediction.begin,

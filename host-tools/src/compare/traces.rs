@@ -8,7 +8,7 @@ use super::result::Traces;
 use crate::error::Result;
 use crate::experiment::{Drive, Experiment, Imposed, derivative};
 use crate::filtering::{directions_by_quantum, zero_phase};
-use crate::free_run::free_run;
+use crate::free_run::{DIVERGED, free_run};
 
 /// A filtered simulation: current and speed, sample by sample.
 pub struct Simulated {
@@ -19,10 +19,6 @@ pub struct Simulated {
     /// Whether one of them leaves all bounds.
     pub diverges: bool,
 }
-
-/// Modelled over largest measured value from which a free run is said to diverge. What merely fits badly stays within
-/// the current at a standstill, u/R.
-const DIVERGED: f64 = 1e3;
 
 /// Simulates the model over an experiment in `f32`, as the microcontroller does, with its learned correction if it has
 /// one, and filters the result.

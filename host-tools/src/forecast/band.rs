@@ -133,3 +133,38 @@ fn moved_run(model: &Model, uncertainty: &Uncertainty, axis: &[f64], by: f64, e:
     .map_err(refused)?;
     Ok(run)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Σ_j v_j v_jᵀ is the covariance.
+    #[test]
+    fn axes_make_the_covariance_again() {
+        let uncertainty = Uncertainty {
+            names: ["R", "L", "K"].map(str::to_owned).to_vec(),
+            deviations: vec![0.1, 1e-4, 3.0],
+            correlations: vec![vec![1.0], vec![0.9, 1.0], vec![-0.3, 0.1, 1.0]],
+            freedom: 9.0,
+        };
+        let axes = axes(&uncertainty);
+        assert_eq!(axes.len(), 3);
+        for r in 0..3 {
+            for c in 0..3 {
+                let made: f64 = axes.iter().map(|axis| axis[r] * axis[c]).sum();
+                let size = uncertainty.deviations[r] * uncertainty.deviations[c];
+                assert!((made / size - uncertainty.correlation(r, c)).abs() < 1e-12, "{r} {c}: {made}");
+            }
+        }
+        // What is wholly correlated moves along one axis.
+        let both = Uncertainty {
+            names: uncertainty.names[..2].to_vec(),
+            deviations: vec![1.0, 2.0],
+            correlations: vec![vec![1.0], vec![1.0, 1.0]],
+            freedom: 9.0,
+        };
+        let axes = super::axes(&both);
+        assert_eq!(axes.len(), 1);
+        assert!((axes[0][1] / axes[0][0] - 2.0).abs() < 1e-12);
+    }
+}

@@ -27,12 +27,12 @@ mod series;
 
 use std::ops::Range;
 
-use greyrig::motor::State;
+use greyrig::motor::{BaseParameter, State};
 use rayon::prelude::*;
 use serde::Serialize;
 
 pub use extrapolation::Stretch;
-pub use remembered::remembered;
+pub use remembered::{remembered, remembered_with_correction};
 pub use series::MEASURED;
 
 use crate::between::{Between, Course};
@@ -40,7 +40,7 @@ use crate::compare::{require, same_type};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::experiment::{Experiment, Imposed};
-use crate::free_run::free_run;
+use crate::free_run::{DIVERGED, free_run};
 use crate::model::Model;
 use crate::prediction;
 use crate::recording::{Channel, Recording};
@@ -197,6 +197,17 @@ fn predicted(model: &Model, recording: &Recording, settings: &Settings, ctx: &Co
                 band::half_widths(model, fitted, e, [i, w], share, ctx)
             };
             let halves = made.iter().map(half).collect::<Result<Vec<_>>>()?;
+            for ((e, ..), halves) in made.iter().zip(&halves) {
+                let bounds = bounds(model, e);
+                let is_wide = |k: usize| halves[k].iter().flatten().any(|half| !half.is_finite() || *half > bounds[k]);
+                if is_wide(0) || is_wide(1) {
+                    return Err(Error::input(
+                        e.place(),
+                        "the band has no bounds: what the fit leaves open of the parameters makes the free run diverge",
+                        "leave out --band, or identify the model from recordings that tell its parameters",
+                    ));
+                }
+            }
             let of = |signal: usize, values: &[f64]| {
                 halves.iter().all(|half| half[signal].is_some()).then(|| {
                     let half = whole(&|k| halves[k][signal].clone().unwrap_or_default());
@@ -292,14 +303,29 @@ fn run(model: &Model, recording: &Recording, settings: Settings) -> Result<(Expe
         run[0].push(f64::from(state.current));
         run[1].push(f64::from(state.speed));
     })?;
-    if let Some(n) = (0..e.len()).find(|n| !(run[0][*n].is_finite() && run[1][*n].is_finite())) {
+    let bounds = bounds(model, &e);
+    let is_beyond = |n: usize| (0..2).any(|k| !run[k][n].is_finite() || run[k][n].abs() > bounds[k]);
+    if let Some(n) = (0..e.len()).find(|n| is_beyond(*n)) {
         return Err(Error::input(
             e.place(),
-            format!("the free run leaves all bounds {:.4} s after its begin", n as f64 * e.interval_s),
-            "check the voltage's unit and the model's parameters",
+            format!("the free run diverges {:.4} s after its begin", n as f64 * e.interval_s),
+            "check the voltage's unit; with these parameters the model is not stable on this voltage",
         ));
     }
     Ok((e, begin, run))
+}
+
+/// What current (A) and speed (rad/s) of a free run have to exceed to diverge: many times what the fit, the recording
+/// and the begin have of them; without any, many times the current at a standstill, and what no number holds.
+fn bounds(model: &Model, e: &Experiment) -> [f64; 2] {
+    let peak = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let measured = |signal: &Option<Vec<f64>>| signal.as_deref().map_or(0.0, peak);
+    let seen = model.fitted.as_ref().map_or([0.0; 2], |f| [f.range.i_a, f.range.omega_rad_s].map(|range| peak(&range)));
+    let standstill = peak(&e.input) / model.value(BaseParameter::R);
+    let current = seen[0].max(measured(&e.current)).max(e.start.current.abs()).max(standstill);
+    let speed = seen[1].max(measured(&e.speed));
+    let speed = if speed > 0.0 { speed.max(e.start.speed.abs()) } else { f64::INFINITY };
+    [current, speed].map(|largest| DIVERGED * largest)
 }
 
 fn begin(e: &Experiment, settings: Settings) -> Begin {
