@@ -1,9 +1,9 @@
 //! What share of the samples of recordings that no fit has seen lies within the band of `predict`, on the virtual rig:
 //! `cargo run --release -p greyrig-host --example band_coverage [MOTORS] [PERCENT]`.
 //!
-//! Each motor of a population is fitted to one recording of each of two profiles; other recordings of the same motor are
-//! predicted from their voltage alone: of the same profiles, and of others. Of each case there is the model with the
-//! effect that the motor has, and, where it has one, the model without.
+//! Each motor of a population is fitted to one recording of each of two profiles; other recordings of the same motor
+//! are predicted from their voltage alone: of the same profiles, and of others. Of each case there is the model with
+//! the effect that the motor has, and, where it has one, the model without.
 
 use greyrig_host::context::Context;
 use greyrig_host::error::Result;

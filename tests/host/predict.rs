@@ -51,8 +51,8 @@ fn by_hand(folder: &Path) -> Model {
     Model::load(&path).unwrap()
 }
 
-/// Through the filter of the comparison the prediction has the bits of the comparison's model, with a learned correction
-/// as without.
+/// Through the filter of the comparison the prediction has the bits of the comparison's model, with a learned
+/// correction as without.
 #[test]
 fn a_prediction_is_the_free_run_of_compare() {
     let recording = recorded(Kind::Universal, "staircase", 4.0, 1);
@@ -134,8 +134,8 @@ fn the_voltage_between_its_samples_is_as_asked() {
     assert!(run.current[2] > 1.0 && run.current[3..] == [0.0, 0.0], "{:?}", run.current);
 }
 
-/// Two motors, current and speed, two profiles each: means of 94.6 and 94.2 % with a range from 92.0 to 95.1 % over 4 motors
-/// and 11 sets of effects (docs/predict.md).
+/// Two motors, current and speed, two profiles each: means of 94.6 and 94.2 % with a range from 92.0 to 95.1 % over 4
+/// motors and 11 sets of effects (docs/predict.md).
 #[test]
 fn the_band_holds_its_share_of_runs_that_no_fit_has_seen() {
     let within = |measured: &[f64], [low, high]: &[Vec<f64>; 2]| {

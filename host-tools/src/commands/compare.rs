@@ -16,7 +16,7 @@ use crate::compare::{Comparison, compare_along};
 use crate::error::Result;
 use crate::model::{Model, Origin};
 use crate::output;
-use crate::recording::series::check_extension;
+use crate::recording::check_extension;
 use crate::report::Report;
 
 /// Model against measurement, and where the model fails.

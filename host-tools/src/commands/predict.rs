@@ -12,8 +12,7 @@ use crate::error::{Error, Result};
 use crate::forecast::{self, Band, Extrapolation, Prediction, Settings, Source, Stretch, Supply};
 use crate::model::{Assignment, Model};
 use crate::output;
-use crate::recording::series::check_extension;
-use crate::recording::{Channel, MapArgs};
+use crate::recording::{Channel, MapArgs, check_extension};
 
 /// Stretches that are told; the rest is counted, and all are in the JSON.
 const MOST_TOLD: usize = 8;
@@ -22,8 +21,8 @@ const MOST_TOLD: usize = 8;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  greyrig predict voltage.csv --model model.toml --out series.csv --band 95\n  \
     greyrig predict steps.csv --model model.toml --out series.parquet --input held --initial i_a=0,omega_rad_s=120\n\n\
-    The input needs t_s and u_v. Its rotor_locked and supply_open are obeyed; measured i_a and omega_rad_s are carried along as\n\
-    measured_i_a and measured_omega_rad_s, and the run begins from them where --initial says nothing else.")]
+    The input needs t_s and u_v. Its rotor_locked and supply_open are obeyed; measured i_a and omega_rad_s are carried \
+    along as measured_i_a and measured_omega_rad_s, and the run begins from them where --initial says nothing else.")]
 pub struct Args {
     /// The voltage, in any supported format
     #[arg(value_name = "INPUT")]

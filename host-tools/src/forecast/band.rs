@@ -12,7 +12,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::scatter::Doing;
 use crate::context::Context;
@@ -24,11 +24,6 @@ use crate::model::{Fitted, Model, Uncertainty};
 const LARGEST_TRIED: f64 = 0.01;
 /// Share of the variance of the largest axis from which another one is tried: below, rounding of the file.
 const LEAST_AXIS: f64 = 1e-14;
-
-/// The standard normal variable that a share of all lies below.
-pub(super) fn normal_quantile(share: f64) -> f64 {
-    Normal::standard().inverse_cdf(share)
-}
 
 /// Half the width of the band of current (A) and speed (rad/s) at each sample; `None` of a signal that the fit has not
 /// seen.

@@ -1,5 +1,5 @@
-//! What a model makes of a voltage: its free run, the band that holds what the motor does, and where both go beyond what
-//! the fit has seen.
+//! What a model makes of a voltage: its free run, the band that holds what the motor does, and where both go beyond
+//! what the fit has seen.
 //!
 //! The free run is that of [`free_run`](crate::free_run), as in a comparison: the same recording gives the same bits.
 //! What is predicted is what the measuring chain would show of current and speed, before any filter.

@@ -50,7 +50,7 @@ pub use mapping::{MapArgs, Mapping};
 pub use part::Part;
 pub use read::{is_decoding, load, load_all};
 pub use source::SourceColumn;
-pub use write::write;
+pub use write::{check_extension, write};
 pub(crate) use write::{recorded, say_metadata, state_channels};
 
 use finding::DataFinding;

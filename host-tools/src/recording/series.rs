@@ -2,11 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
 
 use crate::context::Context;
-use crate::error::{Error, Place, Result};
-use crate::output;
 
 /// Rows after which it is looked whether the work is to stop.
 const LOOK_EVERY: usize = 4096;
@@ -119,28 +116,11 @@ impl Series {
         self.columns.first().map_or(0, |column| column.values.len())
     }
 
-    /// Writes them, as CSV or Parquet by the extension. Numbers get as many digits as bring back the same value.
+    /// Writes them as CSV.
     ///
     /// # Errors
-    /// An extension without a writer, an existing file without `force`, whatever the system refuses; an interrupt.
-    pub fn write(&self, path: &Path, force: bool, ctx: &Context) -> Result<()> {
-        check_extension(path)?;
-        let written = match extension(path).as_str() {
-            #[cfg(feature = "parquet")]
-            "parquet" | "pq" => {
-                output::write_file(path, force, |out| super::parquet::write(self, out).and_then(|()| check(ctx)))
-            }
-            // A device such as /dev/stdout has no extension and gets text.
-            _ => output::write_file(path, force, |out| self.csv(out, ctx)),
-        };
-        // The writing was given up, and nothing was put under the name.
-        if written.is_err() {
-            ctx.check()?;
-        }
-        written
-    }
-
-    fn csv(&self, out: &mut dyn Write, ctx: &Context) -> std::io::Result<()> {
+    /// Whatever the system refuses; an interrupt.
+    pub(super) fn csv(&self, out: &mut dyn Write, ctx: &Context) -> std::io::Result<()> {
         for (key, value) in &self.metadata {
             writeln!(out, "# {key}: {value}")?;
         }
@@ -180,37 +160,8 @@ fn number(line: &mut String, x: f64) -> std::fmt::Result {
     }
 }
 
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
-/// Fails where there is no writer for a file's extension. Commands call this before long work, too.
-///
-/// # Errors
-/// That.
-pub fn check_extension(path: &Path) -> Result<()> {
-    let extension = extension(path);
-    match extension.as_str() {
-        "csv" => Ok(()),
-        #[cfg(feature = "parquet")]
-        "parquet" | "pq" => Ok(()),
-        #[cfg(not(feature = "parquet"))]
-        "parquet" | "pq" => Err(super::read::not_built(path, "Parquet")),
-        _ if !path.exists() || path.is_file() || path.is_dir() => Err(Error::input(
-            Place::file(path),
-            if extension.is_empty() {
-                "the name has no extension".into()
-            } else {
-                format!("no writer for '.{extension}'")
-            },
-            "name the output .csv or .parquet",
-        )),
-        _ => Ok(()),
-    }
-}
-
 /// Gives a file up whose writing is to stop.
-fn check(ctx: &Context) -> std::io::Result<()> {
+pub(super) fn check(ctx: &Context) -> std::io::Result<()> {
     ctx.check().map_err(std::io::Error::other)
 }
 

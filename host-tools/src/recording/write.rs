@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use super::names::Role;
+#[cfg(feature = "parquet")]
+use super::series::check;
 use super::series::{Series, key_of};
 use super::{Channel, Motion, Recording};
 use crate::context::Context;
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
+use crate::output;
 
 /// Writes a recording, as CSV or Parquet by the extension. Numbers get as many digits as bring back the same value.
 ///
@@ -68,5 +71,57 @@ pub(crate) fn say_metadata(recording: &Recording, series: &mut Series) {
     series.say("sample_time_s", format!("{}", recording.sample_time_s()));
     if recording.motion() == Motion::Linear {
         series.say("motion", "linear");
+    }
+}
+
+impl Series {
+    /// Writes them, as CSV or Parquet by the extension. Numbers get as many digits as bring back the same value.
+    ///
+    /// # Errors
+    /// An extension without a writer, an existing file without `force`, whatever the system refuses; an interrupt.
+    pub fn write(&self, path: &Path, force: bool, ctx: &Context) -> Result<()> {
+        check_extension(path)?;
+        let written = match extension(path).as_str() {
+            #[cfg(feature = "parquet")]
+            "parquet" | "pq" => {
+                output::write_file(path, force, |out| super::parquet::write(self, out).and_then(|()| check(ctx)))
+            }
+            // A device such as /dev/stdout has no extension and gets text.
+            _ => output::write_file(path, force, |out| self.csv(out, ctx)),
+        };
+        // The writing was given up, and nothing was put under the name.
+        if written.is_err() {
+            ctx.check()?;
+        }
+        written
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Fails where there is no writer for a file's extension. Commands call this before long work, too.
+///
+/// # Errors
+/// That.
+pub fn check_extension(path: &Path) -> Result<()> {
+    let extension = extension(path);
+    match extension.as_str() {
+        "csv" => Ok(()),
+        #[cfg(feature = "parquet")]
+        "parquet" | "pq" => Ok(()),
+        #[cfg(not(feature = "parquet"))]
+        "parquet" | "pq" => Err(super::read::not_built(path, "Parquet")),
+        _ if !path.exists() || path.is_file() || path.is_dir() => Err(Error::input(
+            Place::file(path),
+            if extension.is_empty() {
+                "the name has no extension".into()
+            } else {
+                format!("no writer for '.{extension}'")
+            },
+            "name the output .csv or .parquet",
+        )),
+        _ => Ok(()),
     }
 }
