@@ -69,6 +69,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "plan",
             "challenge",
             "addition",
+            "store",
             "demo",
             "serve",
             "commands",
