@@ -30,6 +30,8 @@ mod report;
 mod rig;
 mod serve;
 mod stamps;
+#[cfg(feature = "parquet")]
+mod store;
 mod swallowed;
 mod synthetic_comparison;
 mod train;

@@ -1,6 +1,6 @@
 //! Recordings into the store.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -9,8 +9,8 @@ use serde::Serialize;
 use super::entry::Entry;
 use super::files::{self, Incoming};
 use super::recordings::Recordings;
-use super::table::{Key, Table};
-use super::{Store, partition};
+use super::table::{Table, short};
+use super::{Store, index, partition};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
 use crate::recording::{self, Mapping};
@@ -43,11 +43,6 @@ pub struct Added {
     pub interrupted: bool,
 }
 
-/// A key's first half: of so many recordings that two share one, there are none (2^64).
-fn short(key: &Key) -> u128 {
-    key.first_chunk().map_or(0, |half| u128::from_be_bytes(*half))
-}
-
 /// Adds recordings that the store does not hold yet. `told` hears of each file of the store or of the user that cannot
 /// be used.
 ///
@@ -61,7 +56,9 @@ pub fn add(
     told: &(dyn Fn(&Path, &Error) + Sync),
 ) -> Result<Added> {
     let _lock = store.lock::<Recordings>(ctx)?;
-    let mut known = known(store, ctx, told)?;
+    ctx.doing("looking at what is there");
+    let files = files::find::<Recordings>(store.root())?.files;
+    let mut known = index::known::<Recordings>(store.root(), &files, told)?;
     let mut incoming = Incoming::<Recordings>::new(store.root());
     let mut counts = Added { given: runs.len(), ..Added::default() };
     let steps = ctx.steps("recordings", runs.len() as u64);
@@ -94,24 +91,10 @@ pub fn add(
         }
     }
     // What is read is kept, though the work is to stop.
-    incoming.finish()?;
+    incoming.settle()?;
     counts.left = counts.given - counts.added - counts.already_there - counts.refused;
     counts.interrupted = ctx.check().is_err();
     Ok(counts)
-}
-
-/// The recordings that the store holds.
-fn known(store: &Store, ctx: &Context, told: &(dyn Fn(&Path, &Error) + Sync)) -> Result<HashSet<u128>> {
-    ctx.doing("looking at what is there");
-    let files = files::find::<Recordings>(store.root())?.files;
-    let keys = |file: &files::DataFile| match files::keys::<Recordings>(&file.path) {
-        Ok(keys) => keys.iter().map(short).collect::<Vec<_>>(),
-        Err(error) => {
-            told(&file.path, &error);
-            Vec::new()
-        }
-    };
-    Ok(files.par_iter().flat_map_iter(keys).collect())
 }
 
 /// A file as a row, with its folder.

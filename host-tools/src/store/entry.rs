@@ -266,7 +266,7 @@ mod tests {
             .channel(Channel::Current, current)
             .channel(Channel::Speed, values(1.0 / 3.0))
             .valid((0..50).map(|k| !(10..13).contains(&k)).collect())
-            .gaps(vec![20..24])
+            .gaps(Vec::from([20..24, 30..31]))
             .rotor_locked((0..50).map(|k| k < 4).collect())
             .extra(Extra { name: "temp_c".into(), values: vec![21.5; 50] })
             .source("u_v", SourceColumn { gain: 0.1953125, ..SourceColumn::new("CH1") })
@@ -298,11 +298,11 @@ mod tests {
         assert_eq!(Entry::of(&named).content, entry.content);
         let mut other = recording();
         let mut values = other.channel(Channel::Voltage).unwrap().to_vec();
-        values[30] = values[30].next_up();
+        values[35] = values[35].next_up();
         other.set_channel(Channel::Voltage, values).unwrap();
         assert_ne!(Entry::of(&other).content, entry.content);
         let mut masked = recording();
-        masked.mask(Channel::Voltage, &[30]).unwrap();
+        masked.mask(Channel::Voltage, &[35]).unwrap();
         assert_ne!(Entry::of(&masked).content, entry.content);
     }
 }

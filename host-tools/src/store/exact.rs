@@ -110,7 +110,8 @@ mod tests {
     #[test]
     fn counts_decimals_and_scaled_integers_are_counts() {
         let codes: Vec<f64> = (0..4000).map(|k| f64::from((k * 7919) % 4096)).collect();
-        let made: [(&str, fn(f64) -> f64); 6] = [
+        type Made = (&'static str, fn(f64) -> f64);
+        let made: [Made; 6] = [
             ("as they are", |c| c),
             ("a power of two", |c| (c - 2048.0) * 0.1953125),
             ("a power of two and an offset", |c| c * 1.251220703125 + 0.1220703125),

@@ -89,6 +89,28 @@ pub fn find<T: Table>(root: &Path) -> Result<Found> {
     Ok(found)
 }
 
+/// The files in one folder of a table.
+///
+/// # Errors
+/// Whatever the system refuses; a folder that is not there has none.
+pub fn in_folder<T: Table>(root: &Path, folder: &Path) -> Result<Vec<PathBuf>> {
+    let folder = root.join(T::FOLDER).join(folder);
+    let entries = match std::fs::read_dir(&folder) {
+        Ok(entries) => entries,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(e) => return Err(Error::io(&folder, e)),
+    };
+    let mut files = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| Error::io(&folder, e))?.path();
+        if path.extension().is_some_and(|e| e == EXTENSION) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
 /// Rows that the name of a file tells.
 fn rows_of(name: &str) -> Option<usize> {
     let (rows, digest) = name.strip_suffix(".parquet")?.split_once('-')?;
@@ -249,7 +271,7 @@ impl<'a, T: Table> Incoming<'a, T> {
     ///
     /// # Errors
     /// Whatever the system refuses.
-    pub fn flush(&mut self) -> Result<()> {
+    fn flush(&mut self) -> Result<()> {
         let folders: Vec<PathBuf> = self.folders.keys().cloned().collect();
         folders.iter().try_for_each(|folder| self.write(folder))
     }
@@ -258,9 +280,10 @@ impl<'a, T: Table> Incoming<'a, T> {
     ///
     /// # Errors
     /// Whatever the system refuses.
-    pub fn finish(mut self) -> Result<()> {
+    pub fn settle(&mut self) -> Result<()> {
         self.flush()?;
-        self.touched.iter().try_for_each(|folder| put_together::<T>(self.root, folder))
+        let touched = std::mem::take(&mut self.touched);
+        touched.iter().try_for_each(|folder| put_together::<T>(self.root, folder))
     }
 }
 
@@ -278,8 +301,21 @@ fn note(root: &Path, table: &str) -> PathBuf {
 
 /// Puts the small files of a folder together.
 fn put_together<T: Table>(root: &Path, folder: &Path) -> Result<()> {
-    let top = root.join(T::FOLDER);
-    let here = top.join(folder);
+    let Some(exchange) = prepared::<T>(root, folder)? else { return Ok(()) };
+    begin_exchange::<T>(root, &exchange)?;
+    end_exchange::<T>(root)
+}
+
+/// Notes what is to be exchanged: from here on it will be.
+fn begin_exchange<T: Table>(root: &Path, exchange: &Exchange) -> Result<()> {
+    let text = serde_json::to_vec(exchange).map_err(|e| damaged(root, e))?;
+    output::write_file(&note(root, T::FOLDER), true, |out| out.write_all(&text)).map_err(not_kept)?;
+    settle(root)
+}
+
+/// Writes the rows of the small files of a folder anew, under hidden names; none: they are few and hold few.
+fn prepared<T: Table>(root: &Path, folder: &Path) -> Result<Option<Exchange>> {
+    let here = root.join(T::FOLDER).join(folder);
     let mut small = Vec::new();
     for entry in std::fs::read_dir(&here).map_err(|e| Error::io(&here, e))? {
         let entry = entry.map_err(|e| Error::io(&here, e))?;
@@ -291,7 +327,7 @@ fn put_together<T: Table>(root: &Path, folder: &Path) -> Result<()> {
     }
     let all: usize = small.iter().map(|(_, rows)| rows).sum();
     if small.len() < 2 || all < T::FULL && small.len() <= SIDE_BY_SIDE {
-        return Ok(());
+        return Ok(None);
     }
     small.sort();
     let mut exchange = Exchange { new: Vec::new(), old: Vec::new() };
@@ -324,10 +360,7 @@ fn put_together<T: Table>(root: &Path, folder: &Path) -> Result<()> {
     // A file whose rows come out as they were keeps its name.
     exchange.old.retain(|old| exchange.new.iter().all(|(_, new)| new != old));
     settle(&here)?;
-    let text = serde_json::to_vec(&exchange).map_err(|e| damaged(&here, e))?;
-    output::write_file(&note(root, T::FOLDER), true, |out| out.write_all(&text)).map_err(not_kept)?;
-    settle(root)?;
-    end_exchange::<T>(root)
+    Ok(Some(exchange))
 }
 
 /// Ends an exchange of which there is a note.
@@ -382,4 +415,137 @@ pub fn make_good<T: Table>(root: &Path) -> Result<()> {
         std::fs::remove_file(&path).map_err(|e| Error::io(&path, e))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::entry::Entry;
+    use super::super::recordings::Recordings;
+    use super::*;
+    use crate::recording::{Channel, Recording};
+
+    const LINE: &str = "line=A";
+
+    fn entry(n: u32) -> Entry {
+        let values = (0..20).map(|k| f64::from(k + n)).collect();
+        Entry::of(&Recording::builder(1e-3).channel(Channel::Current, values).build().unwrap())
+    }
+
+    /// Files of so many rows each, side by side.
+    fn side_by_side(root: &Path, rows: &[u32]) {
+        let mut n = 0;
+        for &rows in rows {
+            let entries: Vec<Entry> = (n..n + rows).map(entry).collect();
+            write::<Recordings>(root, Path::new(LINE), &entries, &name_of::<Recordings>(&entries)).unwrap();
+            n += rows;
+        }
+    }
+
+    /// Rows of each file, and all keys.
+    fn held(root: &Path) -> (Vec<usize>, Vec<Key>) {
+        let files = find::<Recordings>(root).unwrap().files;
+        let mut held: Vec<Key> = files.iter().flat_map(|file| keys::<Recordings>(&file.path).unwrap()).collect();
+        held.sort_unstable();
+        let mut rows: Vec<usize> = files.iter().map(|file| file.rows.unwrap()).collect();
+        rows.sort_unstable();
+        (rows, held)
+    }
+
+    fn expected(rows: u32) -> Vec<Key> {
+        let mut keys: Vec<Key> = (0..rows).map(|n| Recordings::key(&entry(n))).collect();
+        keys.sort_unstable();
+        keys
+    }
+
+    #[test]
+    fn small_files_make_full_row_groups() {
+        let folder = tempfile::tempdir().unwrap();
+        side_by_side(folder.path(), &[30, 30, 1]);
+        put_together::<Recordings>(folder.path(), Path::new(LINE)).unwrap();
+        assert_eq!(held(folder.path()), (vec![1, 30, 30], expected(61)), "few files with few rows stay");
+        side_by_side(folder.path(), &[30, 30, 1, 50, 40]);
+        put_together::<Recordings>(folder.path(), Path::new(LINE)).unwrap();
+        assert_eq!(held(folder.path()), (vec![23, 64, 64], expected(151)));
+    }
+
+    /// A writer is killed at each step of an exchange; the next one finds every row once.
+    #[test]
+    fn an_exchange_that_was_cut_off_is_ended() {
+        for step in 0..5 {
+            let folder = tempfile::tempdir().unwrap();
+            let (root, top) = (folder.path(), folder.path().join("recordings"));
+            side_by_side(root, &[40, 40, 40]);
+            let exchange = prepared::<Recordings>(root, Path::new(LINE)).unwrap().unwrap();
+            if step >= 1 {
+                begin_exchange::<Recordings>(root, &exchange).unwrap();
+            }
+            let renamed = [0, 0, 1, exchange.new.len(), exchange.new.len()][step];
+            for (hidden, name) in &exchange.new[..renamed] {
+                std::fs::rename(top.join(hidden), top.join(name)).unwrap();
+            }
+            let removed = if step == 4 { 2 } else { 0 };
+            exchange.old[..removed].iter().for_each(|old| std::fs::remove_file(top.join(old)).unwrap());
+            assert_eq!(is_exchanging::<Recordings>(root), step >= 1);
+
+            make_good::<Recordings>(root).unwrap();
+            let rows = if step == 0 { vec![40, 40, 40] } else { vec![56, 64] };
+            assert_eq!(held(root), (rows, expected(120)), "step {step}");
+            assert_eq!(find::<Recordings>(root).unwrap().unfinished, [] as [PathBuf; 0]);
+            assert!(!is_exchanging::<Recordings>(root));
+        }
+    }
+
+    #[test]
+    fn a_note_leads_nowhere_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let (root, precious) = (folder.path().join("store"), folder.path().join("precious"));
+        std::fs::create_dir(&root).unwrap();
+        std::fs::write(&precious, "").unwrap();
+        for old in ["../../precious", precious.to_str().unwrap()] {
+            let exchange = Exchange { new: Vec::new(), old: vec![PathBuf::from(old)] };
+            begin_exchange::<Recordings>(&root, &exchange).unwrap();
+            let told = make_good::<Recordings>(&root).unwrap_err().to_string();
+            assert!(told.contains("outside of the store"), "{told}");
+            assert!(precious.exists());
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (root, outside) = (folder.path().join("store"), folder.path().join("outside"));
+        side_by_side(&root, &[2]);
+        side_by_side(&outside, &[5]);
+        std::os::unix::fs::symlink(outside.join("recordings"), root.join("recordings/line=B")).unwrap();
+        let found = find::<Recordings>(&root).unwrap();
+        assert_eq!((found.files.len(), found.strangers.len()), (1, 1));
+    }
+
+    #[test]
+    fn a_damaged_file_is_one_line() {
+        let folder = tempfile::tempdir().unwrap();
+        side_by_side(folder.path(), &[3]);
+        let path = find::<Recordings>(folder.path()).unwrap().files.remove(0).path;
+        let whole = std::fs::read(&path).unwrap();
+        for cut in [0, 3, 4, 100, whole.len() / 2, whole.len() - 1] {
+            std::fs::write(&path, &whole[..cut]).unwrap();
+            let told = rows::<Recordings>(&path).unwrap_err().to_string();
+            assert!(told.contains("damaged") && !told.contains('\n'), "{told}");
+        }
+        // Whatever bit is wrong, no row comes out as it was not put in.
+        let (entries, mut wrong) = ((0..3).map(entry).collect::<Vec<_>>(), 0);
+        for at in (4..whole.len()).step_by(11) {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x10;
+            std::fs::write(&path, &damaged).unwrap();
+            let taken = rows::<Recordings>(&path).unwrap_or_default();
+            let samples = |entry: &Entry| (entry.content, entry.channels.clone(), entry.sample_time_s);
+            for row in taken.into_iter().flatten() {
+                assert!(entries.iter().any(|entry| samples(entry) == samples(&row)), "byte {at}");
+                wrong += 1;
+            }
+        }
+        assert!(wrong > 0, "some bits matter to other columns alone");
+    }
 }

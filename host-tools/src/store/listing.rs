@@ -8,12 +8,13 @@ use parquet::errors::ParquetError;
 use serde::Serialize;
 
 use super::Store;
-use super::columns::Columns;
+use super::columns::{Cells, Columns};
 use super::entry::{Content, Entry};
 use super::files::{self, DataFile};
 use super::filter::Filter;
 use super::partition::Partition;
 use super::recordings::{Recordings, is_about};
+use super::results::Results;
 use super::table::{contents, text};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
@@ -112,6 +113,62 @@ pub fn shares(store: &Store, filter: &Filter, ctx: &Context, told: &dyn Fn(&Path
         share.seconds += about.samples as f64 * about.sample_time_s;
     })?;
     Ok(shares.into_values().filter(|share| share.recordings > 0 || filter.serials.is_empty()).collect())
+}
+
+/// Results of one question, model, version and outcome.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct ResultShare {
+    /// The question.
+    pub job: String,
+    /// Name of the model file.
+    pub model_name: Option<String>,
+    /// SHA-256 of the model file, or the settings in its place.
+    pub model: String,
+    /// Version of greyrig.
+    pub code: String,
+    /// What came of it.
+    pub outcome: String,
+}
+
+/// How many results there are of recordings that are meant, whatever their serial number.
+///
+/// # Errors
+/// As [`each`].
+pub fn results(
+    store: &Store,
+    filter: &Filter,
+    ctx: &Context,
+    told: &dyn Fn(&Path, &Error),
+) -> Result<BTreeMap<ResultShare, usize>> {
+    let mut shares = BTreeMap::new();
+    for file in files::find::<Results>(store.root())?.files {
+        ctx.check()?;
+        let mut parts = file.folder.iter();
+        let job = parts.next().and_then(|job| job.to_str()?.strip_prefix("job=")).unwrap_or_default();
+        if !Partition::of(parts.as_path()).is_some_and(|partition| filter.admits(&partition)) {
+            continue;
+        }
+        let wanted = |path: &str| ["model_name", "model", "code", "outcome"].contains(&path);
+        let rows = files::about::<Results, _>(&file.path, &wanted, &|columns| {
+            let column = |name: &str| columns.rows::<ByteArray>(name);
+            let (mut models, mut codes) = (column("model")?, column("code")?);
+            let (mut names, outcomes) = (column("model_name")?, column("outcome")?);
+            let read = |cell: Option<Cells<'_, ByteArray>>| cell.and_then(|cell| text(&cell));
+            let share = |outcome: Cells<'_, ByteArray>| ResultShare {
+                job: job.to_owned(),
+                model_name: read(names.next()),
+                model: read(models.next()).unwrap_or_default(),
+                code: read(codes.next()).unwrap_or_default(),
+                outcome: read(Some(outcome)).unwrap_or_default(),
+            };
+            Ok(outcomes.map(share).collect())
+        });
+        match rows {
+            Ok(rows) => rows.into_iter().for_each(|row| *shares.entry(row).or_default() += 1),
+            Err(error) => told(&file.path, &error),
+        }
+    }
+    Ok(shares)
 }
 
 fn abouts(columns: &Columns, partition: &Partition, path: &Path) -> std::result::Result<Vec<About>, ParquetError> {

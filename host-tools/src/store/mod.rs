@@ -34,12 +34,17 @@ pub mod exact;
 pub mod files;
 pub mod filter;
 pub mod grid;
+pub mod job;
 pub mod listing;
 pub mod partition;
 pub mod recordings;
+pub mod results;
+pub mod run;
 pub mod table;
+pub mod verify;
 
 mod columns;
+mod index;
 
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};

@@ -358,6 +358,9 @@ impl<'a> SampleCells<'a> {
 
 #[cfg(test)]
 mod tests {
+    use parquet::record::Field;
+    use serde_json::{Value, json};
+
     use super::*;
     use crate::recording::{Extra, Recording};
 
@@ -388,6 +391,69 @@ mod tests {
         entries.iter().try_for_each(|entry| Recordings::put(entry, &mut columns)).unwrap();
         let taken: Result<Vec<Entry>, String> = Recordings::take(&columns).unwrap().into_iter().collect();
         assert_eq!(taken.unwrap(), entries);
+    }
+
+    fn json(field: &Field) -> Value {
+        match field {
+            Field::Null => Value::Null,
+            Field::Short(x) => json!(x),
+            Field::Int(x) => json!(x),
+            Field::Float(x) => json!(x),
+            Field::Double(x) => json!(x),
+            Field::Str(x) => json!(x),
+            Field::Group(row) => row.get_column_iter().map(|(name, field)| (name.clone(), json(field))).collect(),
+            Field::ListInternal(list) => list.elements().iter().map(json).collect(),
+            Field::MapInternal(map) => {
+                let name = |field: &Field| json(field).as_str().unwrap().to_owned();
+                map.entries().iter().map(|(key, value)| (name(key), json(value))).collect()
+            }
+            other => json!(other.to_string()),
+        }
+    }
+
+    /// The crate's own reader of nested rows knows nothing of the levels here.
+    #[test]
+    fn another_reader_finds_the_same_lists() {
+        use parquet::file::reader::{FileReader, SerializedFileReader};
+
+        let entries = entries();
+        let mut columns = Columns::of(&Recordings::schema()).unwrap();
+        entries.iter().try_for_each(|entry| Recordings::put(entry, &mut columns)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.parquet");
+        std::fs::write(&path, columns.encode(&[]).unwrap()).unwrap();
+        let file = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let mut rows = 0;
+        for (row, entry) in file.get_row_iter(None).unwrap().zip(&entries) {
+            let json = json(&Field::Group(row.unwrap()));
+            assert_eq!(json["sha256"], entry.content.to_string());
+            for channel in Channel::ALL {
+                let group = &json[channel.column()];
+                let Some(samples) = entry.channels.get(&channel) else {
+                    assert!(group.is_null(), "{group}");
+                    continue;
+                };
+                let list = group[samples.name()].as_array().unwrap();
+                assert_eq!(list.len(), entry.samples);
+                for (n, x) in list.iter().enumerate() {
+                    let part = |name: &str| group[name].as_f64().unwrap();
+                    let value = match samples {
+                        Samples::Int16(..) => {
+                            x.as_f64().map(|x| (x + part("zero")) * part("gain") / part("divisor") + part("offset"))
+                        }
+                        _ => x.as_f64(),
+                    };
+                    assert_eq!(value, samples.value(n), "{}", channel.column());
+                }
+            }
+            let names: Vec<&str> =
+                json["others"].as_array().into_iter().flatten().map(|other| other["name"].as_str().unwrap()).collect();
+            assert_eq!(names, entry.others.iter().map(|other| other.0.as_str()).collect::<Vec<_>>());
+            let metadata = json["metadata"].as_object().map_or(0, |map| map.len());
+            assert_eq!(metadata, entry.metadata.len());
+            rows += 1;
+        }
+        assert_eq!(rows, entries.len());
     }
 
     #[test]

@@ -18,7 +18,7 @@ use super::job::Task;
 use super::partition::Partition;
 use super::recordings::Recordings;
 use super::results::{Outcome, Results, key};
-use super::table::{Key, Table};
+use super::table::Key;
 use super::{Store, listing, partition};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
@@ -111,7 +111,7 @@ pub fn run(store: &Store, task: &Task, filter: &Filter, ctx: &Context, told: Tol
                 });
             }
         });
-        let kept = own(sink).incoming.finish();
+        let kept = own(sink).incoming.settle();
         let (stream, now) = (own(stream), own(ran_now));
         // Once more round, what was asked in the round before has a result.
         ran.done_before = stream.done_before - ran.asked().min(stream.done_before);

@@ -50,6 +50,9 @@ impl Verified {
     }
 }
 
+/// Keys of a file's rows, and the numbers that its channels are kept as.
+type Whole = (Vec<u128>, BTreeMap<&'static str, usize>);
+
 /// Reads all of a store. `told` hears of each file that is not as it should be.
 ///
 /// # Errors
@@ -63,11 +66,14 @@ pub fn verify(store: &Store, ctx: &Context, told: &(dyn Fn(&Path, &Error) + Sync
         ..Verified::default()
     };
     for path in recordings.strangers.iter().chain(&results.strangers) {
-        told(path, &Error::input(Place::file(path), "this is no part of the store, and nobody reads it", "move it away"));
+        told(
+            path,
+            &Error::input(Place::file(path), "this is no part of the store, and nobody reads it", "move it away"),
+        );
     }
     let steps = ctx.steps("files", verified.files as u64);
     let (damaged, misplaced) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let look = |file: &DataFile| -> Result<Option<(Vec<u128>, BTreeMap<&'static str, usize>)>> {
+    let look = |file: &DataFile| -> Result<Option<Whole>> {
         ctx.check()?;
         let rows = files::rows::<Recordings>(&file.path);
         steps.next();

@@ -30,10 +30,9 @@ pub struct Args {
 /// A folder that is no store.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let store = Store::open(&args.store)?;
-    let found =
-        terminal.watching_with("store check", |ctx, bar| {
-            verify(&store, ctx, &|path, error| bar.suspend(|| tell(path, error)))
-        })?;
+    let found = terminal.watching_with("store check", |ctx, bar| {
+        verify(&store, ctx, &|path, error| bar.suspend(|| tell(path, error)))
+    })?;
     if args.json {
         let mut body = json!(found);
         body["store"] = json!(args.store);

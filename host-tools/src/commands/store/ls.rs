@@ -1,5 +1,6 @@
 //! `greyrig store ls`: what the store holds.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -11,7 +12,7 @@ use super::super::{stdout, words};
 use super::{counted, tell};
 use crate::error::Result;
 use crate::numbers::NONE;
-use crate::store::listing::{About, Share, each, shares};
+use crate::store::listing::{About, ResultShare, Share, each, results, shares};
 use crate::store::partition::Partition;
 use crate::store::{Filter, Store};
 
@@ -41,6 +42,7 @@ pub struct Args {
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let store = Store::open(&args.store)?;
     let shares = terminal.watching("store", |ctx| shares(&store, &args.filter, ctx, &tell))?;
+    let results = terminal.watching("store", |ctx| results(&store, &args.filter, ctx, &tell))?;
     let mut all: Vec<About> = Vec::new();
     if args.each {
         terminal.watching("store", |ctx| each(&store, &args.filter, ctx, &|_, _| (), &mut |about| all.push(about)))?;
@@ -48,6 +50,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.json {
         let recordings: usize = shares.iter().map(|share| share.recordings).sum();
         let mut body = json!({ "store": args.store, "count": recordings, "folders": shares });
+        let counted = |(share, count): (&ResultShare, &usize)| {
+            let mut share = json!(share);
+            share["count"] = json!(count);
+            share
+        };
+        body["results"] = results.iter().map(counted).collect();
         if args.each {
             body["entries"] = json!(all);
         }
@@ -62,7 +70,25 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let (number, seconds) = (shares.iter().map(|s| s.recordings).sum(), shares.iter().map(|s| s.seconds).sum::<f64>());
     let bytes: u64 = shares.iter().map(|s| s.bytes).sum();
     stdout::print_line(&format!("{}, {seconds:.0} s, {}", counted(number, "recording"), size(bytes)))?;
+    if !args.each && !results.is_empty() {
+        stdout::print_line(&format!("\n{}", outcomes(&results)))?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+fn outcomes(results: &BTreeMap<ResultShare, usize>) -> String {
+    let mut table = words::table(&["question", "model", "version", "outcome", "results"]);
+    for (share, count) in results {
+        let digest = share.model.get(..8).unwrap_or(&share.model);
+        let model = match &share.model_name {
+            Some(name) => format!("{name} ({digest})"),
+            None => share.model.clone(),
+        };
+        let mut row: Vec<Cell> = [&share.job, &model, &share.code, &share.outcome].into_iter().map(Cell::new).collect();
+        row.push(right(count));
+        table.add_row(row);
+    }
+    table.to_string()
 }
 
 fn known(value: Option<&str>) -> String {

@@ -1,8 +1,10 @@
 //! `greyrig store`: many recordings, and what came of them.
 
 mod add;
+mod check;
 mod get;
 mod ls;
+mod run;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -28,6 +30,10 @@ enum Command {
     Add(add::Args),
     /// What the store holds.
     Ls(ls::Args),
+    /// Ask all recordings that are meant, on all cores.
+    Run(run::Args),
+    /// Whether the store holds what it says.
+    Check(check::Args),
     /// One recording out of the store, to a file.
     Get(get::Args),
 }
@@ -40,6 +46,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     match &args.command {
         Command::Add(args) => add::run(args, terminal),
         Command::Ls(args) => ls::run(args, terminal),
+        Command::Run(args) => run::run(args, terminal),
+        Command::Check(args) => check::run(args, terminal),
         Command::Get(args) => get::run(args, terminal),
     }
 }

@@ -16,10 +16,12 @@ use crate::store::{Filter, Store};
 
 /// Ask all recordings that are meant, on all cores, and keep what comes of it in the store.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  greyrig store run motors identify --where line=A3,from=2026-11-01,to=2026-11-30\n  \
+#[command(
+    after_help = "Examples:\n  greyrig store run motors identify --where line=A3,from=2026-11-01,to=2026-11-30\n  \
     greyrig store run motors monitor --model model.toml\n\n\
     A result is known by its recording, the model and the version of greyrig: what is there is not asked again, and\n\
-    work that was cut off goes on. RAYON_NUM_THREADS sets the number of cores.")]
+    work that was cut off goes on. RAYON_NUM_THREADS sets the number of cores."
+)]
 pub struct Args {
     /// Folder of the store
     #[arg(value_name = "STORE")]
