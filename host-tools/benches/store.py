@@ -8,6 +8,7 @@ a plant asks. Fails where a number is not the same.
 """
 
 import csv
+import datetime
 import pathlib
 import struct
 import subprocess
@@ -36,14 +37,14 @@ def made(greyrig, folder, weeks=6, each=8):
         for n in range(each):
             run = folder / f"w{week}n{n}.csv"
             line = "A3" if n % 2 else "B1"
-            drift = ["--effect", f"series_resistance={0.02 * week}"] if False else []
             seed = str(100 * week + n)
-            command = [greyrig, "simulate", "--seconds", "2", "--seed", seed, "--spread", "0.01", *drift, "--out", run]
+            command = [greyrig, "simulate", "--seconds", "2", "--seed", seed, "--spread", "0.01", "--out", run]
             subprocess.run(command, check=True, capture_output=True)
             text = run.read_text()
             if line == "A3":
                 text = warmer(text, 1 + 0.02 * week)
-            head = f"# serial: {line}-{week}{n:02d}\n# line: {line}\n# date: 2026-0{1 + (5 + 7 * week) // 31}-{1 + (5 + 7 * week) % 28:02d}T0{n}:00:00\n"
+            day = datetime.date(2026, 1, 5) + datetime.timedelta(weeks=week, days=n // 2)
+            head = f"# serial: {line}-{week}{n:02d}\n# line: {line}\n# date: {day}T0{n}:00:00\n"
             run.write_text(head + text)
             files.append(run)
     return files
@@ -120,7 +121,6 @@ def questions(greyrig, store, runs):
 
     run("identify")
     healthy = sorted(runs.glob("w0n*.csv"))
-    model = runs.parent / "old.toml"
     for name, some in [("old", healthy), ("new", healthy[:4])]:
         model = runs.parent / f"{name}.toml"
         words = [greyrig, "identify", healthy[0], "--out", runs.parent / "base.toml", "--force"]

@@ -22,7 +22,7 @@ use crate::output;
 use crate::recording;
 
 /// What files that are being written are called; the temporary ones of [`output::write_file`] begin so, too.
-const HIDDEN: &str = ".greyrig-";
+pub const HIDDEN: &str = ".greyrig-";
 const EXTENSION: &str = "parquet";
 /// Bytes of samples after which a row group is full, whatever its number of rows: a bound of the memory, some hundred
 /// recordings of the shop floor.
@@ -420,6 +420,7 @@ pub fn make_good<T: Table>(root: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::super::entry::Entry;
+    use super::super::exact::Samples;
     use super::super::recordings::Recordings;
     use super::*;
     use crate::recording::{Channel, Recording};
@@ -540,7 +541,11 @@ mod tests {
             damaged[at] ^= 0x10;
             std::fs::write(&path, &damaged).unwrap();
             let taken = rows::<Recordings>(&path).unwrap_or_default();
-            let samples = |entry: &Entry| (entry.content, entry.channels.clone(), entry.sample_time_s);
+            // An offset below the last bit is none.
+            let samples = |entry: &Entry| {
+                let values: Vec<Vec<f64>> = entry.channels.values().map(Samples::values).collect();
+                (entry.content, values, entry.sample_time_s)
+            };
             for row in taken.into_iter().flatten() {
                 assert!(entries.iter().any(|entry| samples(entry) == samples(&row)), "byte {at}");
                 wrong += 1;

@@ -1,6 +1,7 @@
 //! What a store holds, and single recordings out of it.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use parquet::data_type::ByteArray;
@@ -70,6 +71,9 @@ pub fn files(store: &Store, filter: &Filter) -> Result<Vec<(Partition, DataFile)
     Ok(placed.filter(|(partition, _)| filter.admits(partition)).collect())
 }
 
+/// Times that a folder is read anew whose files are put together meanwhile.
+const AGAIN: usize = 10;
+
 /// Calls for each recording that is meant. `told` hears of files that cannot be used.
 ///
 /// # Errors
@@ -81,17 +85,43 @@ pub fn each(
     told: &dyn Fn(&Path, &Error),
     take: &mut dyn FnMut(About),
 ) -> Result<()> {
-    let files = files(store, filter)?;
-    let steps = ctx.steps("files", files.len() as u64);
-    for (partition, file) in files {
-        ctx.check()?;
-        match files::about::<Recordings, _>(&file.path, &is_about, &|columns| abouts(columns, &partition, &file.path)) {
-            Ok(rows) => rows.into_iter().filter(|row| filter.admits_serial(row.serial.as_deref())).for_each(&mut *take),
-            Err(error) => told(&file.path, &error),
-        }
+    let mut folders: BTreeMap<PathBuf, Partition> = BTreeMap::new();
+    folders.extend(files(store, filter)?.into_iter().map(|(partition, file)| (file.folder, partition)));
+    let steps = ctx.steps("folders", folders.len() as u64);
+    for (folder, partition) in folders {
+        let mut again = 0;
+        let rows = loop {
+            match in_folder(store, &folder, &partition, ctx, told) {
+                Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound && again < AGAIN => again += 1,
+                other => break other?,
+            }
+        };
+        rows.into_iter().filter(|row| filter.admits_serial(row.serial.as_deref())).for_each(&mut *take);
         steps.next();
     }
     Ok(())
+}
+
+/// The recordings of one folder, each once: while files are put together a row may be in two.
+fn in_folder(
+    store: &Store,
+    folder: &Path,
+    partition: &Partition,
+    ctx: &Context,
+    told: &dyn Fn(&Path, &Error),
+) -> Result<Vec<About>> {
+    let mut rows = BTreeMap::new();
+    for path in files::in_folder::<Recordings>(store.root(), folder)? {
+        ctx.check()?;
+        match files::about::<Recordings, _>(&path, &is_about, &|columns| abouts(columns, partition, &path)) {
+            Ok(some) => rows.extend(some.into_iter().map(|about| (about.sha256.clone(), about))),
+            Err(Error::Io { path, source, remedy }) if source.kind() == ErrorKind::NotFound => {
+                return Err(Error::Io { path, source, remedy });
+            }
+            Err(error) => told(&path, &error),
+        }
+    }
+    Ok(rows.into_values().collect())
 }
 
 /// What the store holds of recordings that are meant, folder by folder.

@@ -120,13 +120,20 @@ impl Store {
     /// # Errors
     /// As [`Self::open`]; a folder that holds something else.
     pub fn open_or_begin(root: &Path) -> Result<Self> {
-        let entries = std::fs::read_dir(root).map(|mut entries| entries.next().is_none());
+        // What another program has not finished yet, which begins the same store, is nothing.
+        let hidden = |entry: std::io::Result<std::fs::DirEntry>| {
+            entry.is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(files::HIDDEN))
+        };
+        let entries = std::fs::read_dir(root).map(|mut entries| entries.all(hidden));
         match entries {
             Ok(false) => return Self::open(root),
             Ok(true) => {}
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
                 output::check_folder(root)?;
-                std::fs::create_dir(root).map_err(|e| Error::io(root, e))?;
+                match std::fs::create_dir(root) {
+                    Err(e) if e.kind() != std::io::ErrorKind::AlreadyExists => return Err(Error::io(root, e)),
+                    _ => {}
+                }
             }
             Err(e) => return Err(Error::io(root, e)),
         }
@@ -143,16 +150,25 @@ impl Store {
         &self.root
     }
 
+    /// Waits until nobody writes to a table, and keeps others from it.
+    ///
+    /// # Errors
+    /// As [`Self::lock`].
+    pub fn hold<T: Table>(&self, ctx: &Context) -> Result<Lock> {
+        let path = self.root.join(format!("{}.lock", T::FOLDER));
+        let file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| Error::io(&path, e))?;
+        journal::lock(&file, &path, ctx)?;
+        Ok(Lock { _file: file })
+    }
+
     /// Waits for the right to write to a table, and makes good what a writer left that was killed.
     ///
     /// # Errors
     /// Whatever the system refuses; an interrupt.
     pub fn lock<T: Table>(&self, ctx: &Context) -> Result<Lock> {
-        let path = self.root.join(format!("{}.lock", T::FOLDER));
-        let file = OpenOptions::new().create(true).append(true).open(&path).map_err(|e| Error::io(&path, e))?;
-        journal::lock(&file, &path, ctx)?;
+        let lock = self.hold::<T>(ctx)?;
         files::make_good::<T>(&self.root)?;
-        Ok(Lock { _file: file })
+        Ok(lock)
     }
 }
 

@@ -5,6 +5,7 @@
 //! that are not written yet, and the keys of one folder's: nothing that grows with the store.
 
 use std::collections::{BTreeMap, HashSet, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -37,6 +38,8 @@ pub struct Ran {
     pub other_type: usize,
     /// Rows of the store that are damaged, which were left out.
     pub damaged: usize,
+    /// Recordings that have no result though they were asked, which is told.
+    pub failed: usize,
     /// Whether the work was to stop.
     pub interrupted: bool,
 }
@@ -90,12 +93,24 @@ pub fn run(store: &Store, task: &Task, filter: &Filter, ctx: &Context, told: Tol
                 };
                 (0..skipped).for_each(|_| steps.next());
                 let Some((folder, entry)) = next else { return Ok(()) };
-                match ask(task, &entry, ctx) {
-                    Ok(Some(outcome)) => {
+                let asked = catch_unwind(AssertUnwindSafe(|| ask(task, &entry, ctx)));
+                match asked
+                    .unwrap_or_else(|_| Ok(Asked::Failed("the program failed on it: report this as a bug".into())))
+                {
+                    Ok(Asked::Answered(outcome)) => {
                         *held(&ran_now).outcomes.entry(outcome.outcome.clone()).or_default() += 1;
-                        held(&sink).put(&folder, outcome)?;
+                        held(&sink).put(&folder, *outcome)?;
                     }
-                    Ok(None) => held(&ran_now).other_type += 1,
+                    Ok(Asked::OtherType) => held(&ran_now).other_type += 1,
+                    Ok(Asked::Failed(what)) => {
+                        held(&ran_now).failed += 1;
+                        let name = entry.serial.clone().unwrap_or_else(|| entry.content.to_string());
+                        let what = format!("recording {name} is left out: {what}");
+                        told(
+                            store.root(),
+                            &Error::input(Place::file(store.root()), what, "get it with greyrig store get"),
+                        );
+                    }
                     Err(Error::Interrupted) => return Ok(()),
                     Err(error) => return Err(error),
                 }
@@ -118,7 +133,7 @@ pub fn run(store: &Store, task: &Task, filter: &Filter, ctx: &Context, told: Tol
         for (outcome, number) in now.outcomes {
             *ran.outcomes.entry(outcome).or_default() += number;
         }
-        (ran.other_type, ran.damaged) = (now.other_type, stream.damaged);
+        (ran.other_type, ran.damaged, ran.failed) = (now.other_type, stream.damaged, now.failed);
         ran.interrupted = ctx.check().is_err();
         if let Some(error) = own(failed) {
             return Err(error);
@@ -140,16 +155,26 @@ fn own<T>(shared: Mutex<T>) -> T {
     shared.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Asks one recording; none: the model is of another type of motor.
-fn ask(task: &Task, entry: &Entry, ctx: &Context) -> Result<Option<Outcome>> {
-    let recording = entry.recording().map_err(|e| {
-        Error::input(Place::file(&entry.name), format!("the row of the store is no recording: {e}"), "add it again")
-    })?;
+/// What came of asking one recording.
+enum Asked {
+    Answered(Box<Outcome>),
+    /// The model is of another type of motor.
+    OtherType,
+    /// It has no answer, for this reason.
+    Failed(String),
+}
+
+/// Asks one recording.
+fn ask(task: &Task, entry: &Entry, ctx: &Context) -> Result<Asked> {
+    let recording = match entry.recording() {
+        Ok(recording) => recording,
+        Err(e) => return Ok(Asked::Failed(format!("its row is no recording: {e}"))),
+    };
     if task.is_of_another_type(&recording) {
-        return Ok(None);
+        return Ok(Asked::OtherType);
     }
     let answer = task.ask(recording, &ctx.quietly())?;
-    Ok(Some(Outcome {
+    Ok(Asked::Answered(Box::new(Outcome {
         recording: entry.content,
         serial: entry.serial.clone(),
         time_us: entry.time_us,
@@ -162,7 +187,7 @@ fn ask(task: &Task, entry: &Entry, ctx: &Context) -> Result<Option<Outcome>> {
         esr_speed: answer.esr.speed,
         parameters: answer.parameters,
         answer: answer.json.to_string(),
-    }))
+    })))
 }
 
 /// Where the results of a folder of recordings lie, relative to the folder of results.

@@ -58,6 +58,8 @@ type Whole = (Vec<u128>, BTreeMap<&'static str, usize>);
 /// # Errors
 /// Whatever the system refuses about the store's folders; an interrupt.
 pub fn verify(store: &Store, ctx: &Context, told: &(dyn Fn(&Path, &Error) + Sync)) -> Result<Verified> {
+    // What is being put together would be there twice.
+    let _locks = (store.hold::<Recordings>(ctx)?, store.hold::<Results>(ctx)?);
     let (recordings, results) = (files::find::<Recordings>(store.root())?, files::find::<Results>(store.root())?);
     let mut verified = Verified {
         files: recordings.files.len() + results.files.len(),

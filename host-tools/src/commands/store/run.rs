@@ -57,7 +57,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         let body = json!({
             "store": args.store, "question": args.job.name(), "model": args.model, "model_key": task.model_key,
             "asked": ran.asked(), "done_before": ran.done_before, "outcomes": ran.outcomes,
-            "other_type": ran.other_type, "damaged": ran.damaged, "interrupted": ran.interrupted,
+            "other_type": ran.other_type, "damaged": ran.damaged, "failed": ran.failed, "interrupted": ran.interrupted,
         });
         stdout::print_json("store run", &[], body)?;
     } else {
@@ -75,11 +75,14 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         if ran.damaged > 0 {
             stdout::print_line(&format!("  {} left out", counted(ran.damaged, "damaged row")))?;
         }
+        if ran.failed > 0 {
+            stdout::print_line(&format!("  {} without an answer", counted(ran.failed, "recording")))?;
+        }
         if ran.interrupted {
             stdout::print_line("interrupted; the same command goes on from there")?;
         }
     }
-    Ok(match (ran.interrupted, ran.damaged) {
+    Ok(match (ran.interrupted, ran.damaged + ran.failed) {
         (true, _) => ExitCode::from(INTERRUPTED),
         (false, 0) => ExitCode::SUCCESS,
         (false, _) => ExitCode::from(EXIT_BAD_INPUT),
