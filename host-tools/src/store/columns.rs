@@ -8,7 +8,7 @@
 use std::fs::File;
 use std::sync::Arc;
 
-use parquet::basic::{Compression, ZstdLevel};
+use parquet::basic::{Compression, Encoding, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::{ByteArray, DataType};
@@ -18,7 +18,10 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
-use parquet::schema::types::{SchemaDescriptor, Type};
+use parquet::schema::types::{ColumnPath, SchemaDescriptor, Type};
+
+/// Columns of counts: a signal's differences take half of the room of its distinct values.
+const COUNTS: &str = "int16.list.element";
 
 type Result<T> = std::result::Result<T, ParquetError>;
 
@@ -239,10 +242,16 @@ impl Columns {
     /// Columns of different length.
     pub fn encode(&self, metadata: &[(&str, String)]) -> Result<Vec<u8>> {
         let entries = metadata.iter().map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone())).collect();
-        let properties = WriterProperties::builder()
+        let mut properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
-            .set_key_value_metadata(Some(entries))
-            .build();
+            .set_key_value_metadata(Some(entries));
+        for path in self.paths.iter().filter(|path| path.ends_with(COUNTS)) {
+            let path = ColumnPath::new(path.split('.').map(str::to_owned).collect());
+            properties = properties
+                .set_column_dictionary_enabled(path.clone(), false)
+                .set_column_encoding(path, Encoding::DELTA_BINARY_PACKED);
+        }
+        let properties = properties.build();
         let mut writer = SerializedFileWriter::new(Vec::new(), self.schema.clone(), Arc::new(properties))?;
         let mut group = writer.next_row_group()?;
         for column in &self.columns {
