@@ -354,8 +354,8 @@ fn no_name_leads_out_of_the_store() {
     );
 }
 
-/// A file may not grow beyond some kilobytes, as on a full disk: what was in the store still is, and what is given again
-/// goes in once there is room.
+/// A file may not grow beyond some kilobytes, as on a full disk: what was in the store still is, and what is given
+/// again goes in once there is room.
 #[test]
 #[cfg(unix)]
 fn a_full_disk_leaves_what_was_there() {

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -29,6 +30,8 @@ const EXTENSION: &str = "parquet";
 const GROUP_BYTES: usize = 64 << 20;
 /// A file of this size is left as it is, though it has few rows.
 const LARGE: u64 = 8 << 20;
+/// Rows wait for the disk at most as long: what a kill costs.
+const WAIT: Duration = Duration::from_secs(5);
 /// Small files of a folder that may lie side by side. Each addition makes one; a row is then written a few times in
 /// all, and a reader opens few files more than there have to be.
 const SIDE_BY_SIDE: usize = 8;
@@ -228,15 +231,17 @@ pub struct Incoming<'a, T: Table> {
     bytes: usize,
     /// Folders that were written to.
     touched: Vec<PathBuf>,
+    /// When nothing waited for the disk.
+    since: Instant,
 }
 
 impl<'a, T: Table> Incoming<'a, T> {
     /// None yet.
     pub fn new(root: &'a Path) -> Self {
-        Self { root, folders: BTreeMap::new(), bytes: 0, touched: Vec::new() }
+        Self { root, folders: BTreeMap::new(), bytes: 0, touched: Vec::new(), since: Instant::now() }
     }
 
-    /// Takes a row in, and writes a row group that is full.
+    /// Takes a row in, and writes a row group that is full, or all where some have waited for long.
     ///
     /// # Errors
     /// Whatever the system refuses.
@@ -245,7 +250,10 @@ impl<'a, T: Table> Incoming<'a, T> {
         let rows = self.folders.entry(folder.to_owned()).or_default();
         rows.push(row);
         if rows.len() >= T::FULL {
-            return self.write(folder);
+            self.write(folder)?;
+        }
+        if self.since.elapsed() > WAIT {
+            return self.settle();
         }
         if self.bytes >= GROUP_BYTES {
             // The largest makes most room.
@@ -282,6 +290,7 @@ impl<'a, T: Table> Incoming<'a, T> {
     /// Whatever the system refuses.
     pub fn settle(&mut self) -> Result<()> {
         self.flush()?;
+        self.since = Instant::now();
         let touched = std::mem::take(&mut self.touched);
         touched.iter().try_for_each(|folder| put_together::<T>(self.root, folder))
     }

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
-use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -23,9 +22,6 @@ use super::table::Key;
 use super::{Store, listing, partition};
 use crate::context::Context;
 use crate::error::{Error, Place, Result};
-
-/// Results wait for the disk at most as long: what a kill costs.
-const WAIT: Duration = Duration::from_secs(5);
 
 /// What has come of a run. Each recording that is meant is counted once.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -80,7 +76,7 @@ pub fn run(store: &Store, task: &Task, filter: &Filter, ctx: &Context, told: Tol
             vanished: false,
         };
         let (stream, ran_now) = (Mutex::new(stream), Mutex::new(Ran::default()));
-        let sink = Mutex::new(Sink { incoming: Incoming::new(store.root()), since: Instant::now() });
+        let sink = Mutex::new(Incoming::<Results>::new(store.root()));
         let failed: Mutex<Option<Error>> = Mutex::new(None);
         let work = || -> Result<()> {
             loop {
@@ -126,7 +122,7 @@ pub fn run(store: &Store, task: &Task, filter: &Filter, ctx: &Context, told: Tol
                 });
             }
         });
-        let kept = own(sink).incoming.settle();
+        let kept = own(sink).settle();
         let (stream, now) = (own(stream), own(ran_now));
         // Once more round, what was asked in the round before has a result.
         ran.done_before = stream.done_before - ran.asked().min(stream.done_before);
@@ -289,21 +285,4 @@ fn done(store: &Store, folder: &Path, told: Told<'_>) -> Result<HashSet<Key>> {
         }
     }
     Ok(keys)
-}
-
-/// Where results wait until some seconds have gone by.
-struct Sink<'a> {
-    incoming: Incoming<'a, Results>,
-    since: Instant,
-}
-
-impl Sink<'_> {
-    fn put(&mut self, folder: &Path, outcome: Outcome) -> Result<()> {
-        self.incoming.put(folder, outcome)?;
-        if self.since.elapsed() > WAIT {
-            self.incoming.settle()?;
-            self.since = Instant::now();
-        }
-        Ok(())
-    }
 }
