@@ -10,7 +10,7 @@
 //! are on such a grid, and so are numbers that were printed with a fixed number of decimals: 12.34 is 1234 / 100 to the
 //! last bit, and not 1234 · 0.01.
 
-use super::grid::{self, Grid};
+use super::grid::{self, Grid, same};
 use crate::recording::SourceColumn;
 
 /// Samples of a channel; none: there is no value (masked, or in a gap).
@@ -85,11 +85,6 @@ impl Samples {
             Self::Float64(_) => "float64",
         }
     }
-}
-
-/// Whether two numbers have the same bits: minus zero is not zero.
-pub fn same(a: f64, b: f64) -> bool {
-    a.to_bits() == b.to_bits()
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Grids of equally spaced values, and how one is found.
 
-use super::exact::same;
 use crate::recording::SourceColumn;
 
 /// Counts from −32,768 to 32,767.
@@ -60,6 +59,11 @@ impl Grid {
         let grid = Self { zero: if fits { 0.0 } else { low - f64::from(i16::MIN) }, ..grid };
         sorted.iter().all(|x| grid.count(*x).is_some()).then_some(grid)
     }
+}
+
+/// Whether two numbers have the same bits: minus zero is not zero.
+pub fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits()
 }
 
 /// A grid with all values on it. The values are distinct and rise.
