@@ -180,7 +180,7 @@ fn check_header(path: &Path, bytes: &[u8], header: &str) -> Result<()> {
 struct Locked(PathBuf);
 
 /// Waits for the lock. Where the file system knows none, nobody can be waited for.
-fn lock(file: &File, path: &Path, ctx: &Context) -> Result<()> {
+pub(crate) fn lock(file: &File, path: &Path, ctx: &Context) -> Result<()> {
     let begin = Instant::now();
     let mut told = false;
     loop {

@@ -40,4 +40,6 @@ pub mod rig;
 pub mod segments;
 pub mod serve;
 pub mod speed_sensor;
+#[cfg(feature = "parquet")]
+pub mod store;
 pub mod term;

@@ -31,6 +31,8 @@ mod report;
 mod rig;
 mod serve;
 mod stamps;
+#[cfg(feature = "parquet")]
+mod store;
 mod swallowed;
 mod synthetic_comparison;
 mod train;

@@ -26,6 +26,8 @@ pub mod record;
 pub mod serve;
 pub mod simulate;
 mod stdout;
+#[cfg(feature = "parquet")]
+pub mod store;
 pub mod terminal;
 pub mod train;
 pub mod trouble;
@@ -85,6 +87,9 @@ pub enum Command {
     Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
+    /// A store of many recordings, and what came of them.
+    #[cfg(feature = "parquet")]
+    Store(store::Args),
     /// Completion script for a shell.
     Completions(completions::Args),
     /// Run a virtual rig and write what it records.
@@ -122,6 +127,8 @@ impl Command {
             Self::Effects(args) => effects::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args, terminal),
+            #[cfg(feature = "parquet")]
+            Self::Store(args) => store::run(args, terminal),
             Self::Simulate(args) => simulate::run(args, terminal),
             Self::Flash(args) => flash::run(args, terminal),
             Self::Record(args) => record::run(args, terminal),

@@ -23,7 +23,8 @@ impl Asked {
     pub fn of(arguments: &[OsString]) -> Self {
         let words: Vec<&str> =
             arguments.iter().skip(1).map_while(|word| word.to_str().filter(|word| *word != "--")).collect();
-        let depth = if words.first() == Some(&"anfis") { 2 } else { 1 };
+        let has_parts = words.first().is_some_and(|word| ["anfis", "store"].contains(word));
+        let depth = if has_parts { 2 } else { 1 };
         let named = words.iter().take_while(|word| !word.starts_with('-')).take(depth);
         Self { command: named.copied().collect::<Vec<_>>().join(" "), json: words.contains(&"--json") }
     }

@@ -13,15 +13,17 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use serde::{Serialize, Serializer};
+use serde::de::{Deserializer, Error as _};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::Channel;
 
 /// What kind of thing was found. The names in JSON are those of the interface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Code {
     /// A channel's sign contradicts the others.
@@ -113,7 +115,7 @@ impl fmt::Display for Code {
 }
 
 /// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// Good to know; results stand.
@@ -125,7 +127,7 @@ pub enum Severity {
 }
 
 /// What is done about a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Handled {
     /// Nothing.
@@ -144,7 +146,7 @@ pub enum Handled {
 }
 
 /// A finding about the data of a recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DataFinding {
     /// The kind.
     pub code: Code,
@@ -153,7 +155,7 @@ pub struct DataFinding {
     /// The file, as the user named it.
     pub recording: PathBuf,
     /// The channel, where it is one.
-    #[serde(serialize_with = "by_column")]
+    #[serde(serialize_with = "by_column", deserialize_with = "of_column")]
     pub channel: Option<Channel>,
     /// Where it begins, s; none: it holds throughout.
     pub from_s: Option<f64>,
@@ -162,7 +164,7 @@ pub struct DataFinding {
     /// The figure.
     pub value: Option<f64>,
     /// The figure's unit; none: a pure number.
-    pub unit: Option<&'static str>,
+    pub unit: Option<Cow<'static, str>>,
     /// What is done about it.
     pub handled: Handled,
     /// One sentence.
@@ -173,6 +175,12 @@ pub struct DataFinding {
 
 fn by_column<S: Serializer>(channel: &Option<Channel>, to: S) -> Result<S::Ok, S::Error> {
     channel.map(Channel::column).serialize(to)
+}
+
+fn of_column<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Channel>, D::Error> {
+    let Some(column) = Option::<String>::deserialize(from)? else { return Ok(None) };
+    let channel = Channel::ALL.into_iter().find(|channel| channel.column() == column);
+    channel.map(Some).ok_or_else(|| D::Error::custom(format!("{column} is no channel")))
 }
 
 impl DataFinding {
@@ -211,7 +219,7 @@ impl DataFinding {
     #[must_use]
     pub fn value(mut self, value: f64, unit: &'static str) -> Self {
         self.value = Some(value).filter(|x| x.is_finite());
-        self.unit = Some(unit).filter(|unit| !unit.is_empty());
+        self.unit = Some(Cow::Borrowed(unit)).filter(|unit| !unit.is_empty());
         self
     }
 

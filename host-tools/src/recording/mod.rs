@@ -48,6 +48,8 @@ pub use build::{Builder, InvalidRecording};
 pub use channel::{Channel, Motion};
 pub use mapping::{MapArgs, Mapping};
 pub use part::Part;
+#[cfg(feature = "parquet")]
+pub(crate) use read::fence;
 pub use read::{is_decoding, load, load_all};
 pub use source::SourceColumn;
 pub use write::{check_extension, write};
@@ -263,6 +265,11 @@ impl Recording {
         let begins = [0].into_iter().chain(self.gaps.iter().map(|gap| gap.end));
         let ends = self.gaps.iter().map(|gap| gap.start).chain([self.len()]);
         begins.zip(ends).map(|(from, to)| from..to).filter(|range| !range.is_empty()).collect()
+    }
+
+    /// The columns that targets of `--map` were taken from, where that is known.
+    pub fn sources(&self) -> &BTreeMap<&'static str, SourceColumn> {
+        &self.sources
     }
 
     /// The column that a target of `--map` was taken from; one of its own name where none is known.

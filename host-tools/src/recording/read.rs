@@ -190,7 +190,7 @@ pub fn is_decoding() -> bool {
 
 /// Turns a panic of a decoder into an error. The decoders of binary formats are other people's crates; a damaged file
 /// must not take the program down with them, whatever they assume.
-fn fence<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
+pub(crate) fn fence<T>(path: &Path, work: impl FnOnce() -> Result<T>) -> Result<T> {
     FENCED.set(true);
     let result = catch_unwind(AssertUnwindSafe(work));
     FENCED.set(false);

@@ -1,7 +1,7 @@
 //! Where a channel came from, and the `--map` that would take it otherwise.
 
 /// A column of a file, and what was done to its numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SourceColumn {
     /// Its name in the file.
     pub name: String,

@@ -71,6 +71,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "plan",
             "challenge",
             "addition",
+            "store",
             "demo",
             "serve",
             "commands",
