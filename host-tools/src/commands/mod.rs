@@ -21,6 +21,7 @@ pub mod master;
 pub mod monitor;
 mod next;
 pub mod plan;
+pub mod ports;
 pub mod record;
 pub mod serve;
 pub mod simulate;
@@ -90,6 +91,8 @@ pub enum Command {
     Flash(flash::Args),
     /// Record raw samples from the microcontroller.
     Record(record::Args),
+    /// Boards that are connected.
+    Ports(ports::Args),
     /// A virtual board that runs the flashed image, behind a pseudo-terminal.
     Board(board::Args),
 }
@@ -121,6 +124,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(args, terminal),
             Self::Flash(args) => flash::run(args, terminal),
             Self::Record(args) => record::run(args, terminal),
+            Self::Ports(args) => ports::run(args, terminal),
             Self::Board(args) => board::run(args),
         }
     }
