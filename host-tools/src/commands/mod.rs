@@ -13,6 +13,7 @@ pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
+pub mod export;
 pub mod flash;
 pub mod identify;
 mod input;
@@ -83,6 +84,8 @@ pub enum Command {
     Effects(effects::Args),
     /// Any supported recording to CSV or Parquet, in SI units.
     Convert(convert::Args),
+    /// The model for other simulators.
+    Export(export::Args),
     /// Completion script for a shell.
     Completions(completions::Args),
     /// Run a virtual rig and write what it records.
@@ -119,6 +122,7 @@ impl Command {
             Self::Master(args) => master::run(args, terminal),
             Self::Anfis(args) => anfis::run(args, terminal),
             Self::Effects(args) => effects::run(args),
+            Self::Export(args) => export::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args, terminal),
             Self::Simulate(args) => simulate::run(args, terminal),

@@ -26,10 +26,12 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "detector",
             "faults",
             "parameters",
+            "exchange",
             "link",
             "app",
         ],
     ),
+    ("greyrig_fmi", &["instance", "resources", "importer", "fmi2", "fmi3"]),
     (
         "greyrig_host",
         &[
@@ -59,6 +61,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "prediction",
             "rig",
             "device",
+            "export",
             "compare",
             "identify",
             "anfis",
