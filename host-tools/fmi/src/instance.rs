@@ -297,7 +297,8 @@ impl Instance {
         }
         let course = &mut self.course;
         let rounded = ROUNDED * interval + 4.0 * f64::EPSILON * (course.time.abs() + step);
-        if (time - course.time).abs() > rounded.max(0.5 * interval.min(step)) {
+        let goes_on = (time - course.time).abs() <= rounded.max(0.5 * interval.min(step));
+        if !goes_on {
             return Err(format!("a step from {time} s does not go on from the present time, {} s", course.time));
         }
         let multiple = (step / interval).round();

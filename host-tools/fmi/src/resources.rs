@@ -17,7 +17,7 @@ pub const TOKEN: &str = "token.txt";
 #[unsafe(no_mangle)]
 pub static GREYRIG_FMI: [u8; TEXT.len() + 5] = {
     // What the first processors of the kind lack is a sign that a certain one was built for.
-    let is_bound = cfg!(any(target_feature = "sse3", target_feature = "lse"));
+    let is_bound = cfg!(any(target_feature = "avx", all(target_os = "linux", target_feature = "lse")));
     let mut mark = [if is_bound { b'n' } else { b'p' }; TEXT.len() + 5];
     let (text, number) = (TEXT.as_bytes(), FINGERPRINT.to_le_bytes());
     let mut n = 0;

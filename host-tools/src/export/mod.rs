@@ -1,4 +1,5 @@
-//! The model for other simulators: a functional mock-up unit (FMU) for co-simulation, FMI 3.0 or 2.0.
+//! The model for other simulators: a functional mock-up unit (FMU) for co-simulation, FMI 3.0 or 2.0, or its equations
+//! as Modelica text ([`modelica`]).
 //!
 //! A unit is a zip file. It holds a description ([`description`]), the libraries that a simulator loads ([`library`]),
 //! and as resources the block of parameters that the microcontroller gets, too, and the model file. What a library makes
@@ -6,12 +7,14 @@
 
 pub mod description;
 pub mod library;
+pub mod modelica;
 mod units;
 mod variables;
 
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use greyrig::motor::BaseParameter;
 use greyrig::parameters::block::Header;
 use greyrig::parameters::{MAX_TEXT, Settings, Text};
 use greyrig::units::CalibrationSettings;
@@ -22,7 +25,6 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use crate::device::{RIG, parameters};
 use crate::error::{Error, Place, Result};
 use crate::model::Model;
-use greyrig::motor::BaseParameter;
 use library::Library;
 pub use variables::{Causality, Described};
 
