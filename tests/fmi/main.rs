@@ -13,8 +13,9 @@ use importer::{Folder, Three, Two, messages};
 /// The interval of the units, s.
 const INTERVAL: f64 = 1e-4;
 
-/// R, L, K, J of a magnet motor without dry friction, and its viscous friction. A step of the interval is a twentieth of
-/// L/R: the error of a third-order step, some hundredths of its fourth power, is below the rounding of single precision.
+/// R, L, K, J of a magnet motor without dry friction, and its viscous friction. A step of the interval is a twentieth
+/// of L/R: the error of a third-order step, some hundredths of its fourth power, is below the rounding of single
+/// precision.
 const MAGNET: [f64; 7] = [2.0, 4e-3, 0.05, 2e-5, 0.0, 8e-6, 0.0];
 
 fn settings(law: FluxLaw, values: [f64; 7]) -> Settings {

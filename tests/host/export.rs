@@ -52,7 +52,7 @@ fn files(unit: Vec<u8>) -> BTreeMap<String, Vec<u8>> {
             let mut file = zip.by_index(n).expect("a file");
             let mut bytes = Vec::new();
             file.read_to_end(&mut bytes).expect("its bytes");
-            (file.name().to_owned(), bytes)
+            (file.name().expect("UTF-8").into_owned(), bytes)
         })
         .collect()
 }
@@ -280,4 +280,47 @@ fn what_cannot_be_exported_is_told() {
     lacking.parameters.remove(BaseParameter::L.name());
     lacking.save(&here.join("model.toml"), true).unwrap();
     refused(&with_model, &["the model has no L", "--fix"]);
+}
+
+/// All that the equations name is declared, once, and the model's values stand there.
+#[test]
+fn the_command_writes_equations() {
+    let folder = folder(2.2);
+    let here = folder.path();
+    let told = json(here, &["export", "--model", "model.toml", "--modelica", "motor.mo"]);
+    assert_eq!(told["modelica"], "motor.mo");
+    let text = std::fs::read_to_string(here.join("motor.mo")).unwrap();
+    assert!(text.starts_with("model VC_1400 ") && text.trim_end().ends_with("end VC_1400;"), "{text}");
+    for line in ["R(unit = \"Ohm\") = 2.2e0 ", "J(unit = \"kg.m2\") = 1.8e-4 ", "brush_drop(unit = \"V\") = 2.5e0 "] {
+        assert!(text.contains(line), "{line} is not in: {text}");
+    }
+    let (head, body) = text.split_once("equation\n").unwrap();
+    let words = |text: &str| -> Vec<String> {
+        let word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        let words = text.split(|c| !word(c)).filter(|word| word.starts_with(|c: char| c.is_ascii_alphabetic()));
+        words.map(str::to_owned).collect()
+    };
+    let code: String = head.split('"').step_by(2).collect();
+    let declared = words(&code);
+    let language = ["abs", "sign", "exp", "der", "noEvent", "if", "then", "else", "end", "VC_1400"];
+    for word in words(body) {
+        let times = declared.iter().filter(|name| **name == word).count();
+        assert!(times == 1 || language.contains(&word.as_str()), "{word}: declared {times} times in {text}");
+    }
+}
+
+#[test]
+fn what_is_no_equation_is_told() {
+    let folder = folder(2.2);
+    let here = folder.path();
+    let path = here.join("model.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let lag = "[[effects]]\nid = \"speed_lag\"\n[effects.parameters.speed_lag]\nvalue = 0.01\nunit = \"s\"\n";
+    std::fs::write(&path, format!("{text}{lag}")).unwrap();
+    let export = |more: &[&str]| greyrig(here, &[&["export", "--model", "model.toml"], more].concat());
+    bad_input::refused(&export(&["--modelica", "motor.mo"]), &["model.toml", "speed_lag", "--fmu"]);
+    assert!(!here.join("motor.mo").exists());
+    for nothing in [&[][..], &["--fmu", "a", "--modelica", "b"], &["--modelica", "b", "--fmi", "2"]] {
+        assert_eq!(export(nothing).status.code(), Some(2), "{nothing:?}");
+    }
 }

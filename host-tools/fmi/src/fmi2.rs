@@ -8,8 +8,9 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
-use crate::fmi3::{free_state, get_state, set_state};
-use crate::importer::{Component, Log, Log2, Status, free, put, read, text, with, write};
+use crate::importer::{
+    Component, Log, Log2, Status, free, free_state, get_state, put, read, set_state, text, with, write,
+};
 use crate::instance::{Instance, Phase, Saved};
 use crate::resources;
 

@@ -10,7 +10,9 @@
 use std::ffi::{c_char, c_void};
 use std::path::Path;
 
-use crate::importer::{Component, Log, Log3, Status, free, put, read, text, with, write};
+use crate::importer::{
+    Component, Log, Log3, Status, free, free_state, get_state, put, read, set_state, text, with, write,
+};
 use crate::instance::{Instance, Saved};
 use crate::resources;
 
@@ -147,55 +149,6 @@ pub unsafe extern "C" fn fmi3SetFMUState(instance: Fmi, state: *mut Saved) -> St
 pub unsafe extern "C" fn fmi3FreeFMUState(_instance: Fmi, state: *mut *mut Saved) -> Status {
     // SAFETY: a state that is null or that this library has given out.
     unsafe { free_state(state) }
-}
-
-/// Saves the state of an instance, into a place that holds null or an earlier one.
-///
-/// # Safety
-/// An instance of the simulator, and a state that is null or that this library has given out.
-pub(crate) unsafe fn get_state(instance: Fmi, state: *mut *mut Saved) -> Status {
-    // SAFETY: the caller's.
-    unsafe {
-        with(instance, |instance| {
-            let place = state.as_mut().ok_or("there is no place for the state")?;
-            match place.as_mut() {
-                Some(earlier) => *earlier = instance.saved(),
-                None => *place = Box::into_raw(Box::new(instance.saved())),
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Goes back to a state.
-///
-/// # Safety
-/// As [`get_state`].
-pub(crate) unsafe fn set_state(instance: Fmi, state: *const Saved) -> Status {
-    // SAFETY: the caller's.
-    unsafe {
-        with(instance, |instance| {
-            instance.restore(state.as_ref().ok_or("there is no state to go back to")?);
-            Ok(())
-        })
-    }
-}
-
-/// Frees a state.
-///
-/// # Safety
-/// As [`get_state`].
-pub(crate) unsafe fn free_state(state: *mut *mut Saved) -> Status {
-    // SAFETY: the caller's; what is not null comes from `Box::into_raw`.
-    unsafe {
-        if let Some(place) = state.as_mut()
-            && !place.is_null()
-        {
-            drop(Box::from_raw(*place));
-            *place = std::ptr::null_mut();
-        }
-    }
-    Status::Ok
 }
 
 /// Functions that take the instance alone.

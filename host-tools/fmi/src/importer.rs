@@ -15,7 +15,7 @@
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::instance::{Instance, Refusal};
+use crate::instance::{Instance, Refusal, Saved};
 
 /// What a function answers, in both versions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -221,6 +221,55 @@ pub unsafe fn write(
             Ok(())
         })
     }
+}
+
+/// Saves the state of an instance, into a place that holds null or an earlier one.
+///
+/// # Safety
+/// An instance of the simulator, and a state that is null or that this library has given out.
+pub unsafe fn get_state(component: *mut Component, state: *mut *mut Saved) -> Status {
+    // SAFETY: the caller's.
+    unsafe {
+        with(component, |instance| {
+            let place = state.as_mut().ok_or("there is no place for the state")?;
+            match place.as_mut() {
+                Some(earlier) => *earlier = instance.saved(),
+                None => *place = Box::into_raw(Box::new(instance.saved())),
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Goes back to a state.
+///
+/// # Safety
+/// As [`get_state`].
+pub unsafe fn set_state(component: *mut Component, state: *const Saved) -> Status {
+    // SAFETY: the caller's.
+    unsafe {
+        with(component, |instance| {
+            instance.restore(state.as_ref().ok_or("there is no state to go back to")?);
+            Ok(())
+        })
+    }
+}
+
+/// Frees a state.
+///
+/// # Safety
+/// As [`get_state`].
+pub unsafe fn free_state(state: *mut *mut Saved) -> Status {
+    // SAFETY: the caller's; what is not null comes from `Box::into_raw`.
+    unsafe {
+        if let Some(place) = state.as_mut()
+            && !place.is_null()
+        {
+            drop(Box::from_raw(*place));
+            *place = std::ptr::null_mut();
+        }
+    }
+    Status::Ok
 }
 
 fn same(numbers: usize, values: usize) -> Result<(), Refusal> {

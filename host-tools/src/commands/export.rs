@@ -17,8 +17,8 @@ use crate::output;
 #[command(group = clap::ArgGroup::new("to").required(true).args(["fmu", "modelica"]))]
 #[command(after_help = "Example:\n  greyrig export --model model.toml --fmu motor.fmu\n  \
     greyrig export --model model.toml --modelica motor.mo\n\n\
-    The unit is for co-simulation. It holds a library that `cargo build --release -p greyrig-fmi` builds. Voltage and\n\
-    load are held within a communication step; docs/fmi.md says what a step computes.")]
+    The unit is for co-simulation. It holds a library that `cargo build --release -p greyrig-fmi` builds.\n\
+    Voltage and load are held within a communication step; docs/fmi.md says what a step computes.")]
 pub struct Args {
     /// The model
     #[arg(long, value_name = "MODEL.toml")]
@@ -88,7 +88,7 @@ fn export_unit(args: &Args, model: &Model, out: &Path) -> Result<()> {
     for library in bound.clone() {
         eprintln!(
             "greyrig: {} runs on processors like the one that built it alone; for others: \
-             RUSTFLAGS=-Ctarget-cpu=x86-64 cargo build --release -p greyrig-fmi",
+             RUSTFLAGS=-Ctarget-cpu=generic cargo build --release -p greyrig-fmi",
             library.path.display()
         );
     }

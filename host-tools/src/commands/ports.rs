@@ -64,7 +64,7 @@ fn print(ports: &[Listed]) -> Result<()> {
         let mut cells = vec![port.name.clone(), way(&port.way)];
         cells.extend(match &port.answer {
             Answer::NotAsked => ["not asked".into(), String::new(), String::new(), String::new()],
-            Answer::Nobody(_) => ["none".into(), String::new(), String::new(), String::new()],
+            Answer::Nobody(_) => ["no answer".into(), String::new(), String::new(), String::new()],
             Answer::Board(board) => {
                 let or_dash = |name: &Option<String>| name.clone().unwrap_or_else(|| "–".into());
                 [board.device.board.clone(), board.device.firmware.clone(), or_dash(&board.rig), or_dash(&board.motor)]

@@ -31,7 +31,8 @@ impl Patience {
     pub const SHORT: Self = Self { answer: Duration::from_millis(200), attempts: 2 };
 }
 
-/// Messages that are kept while an answer is waited for: those of four attempts of half a second, 156 frames of samples a second.
+/// Messages that are kept while an answer is waited for: those of four attempts of half a second, 156 frames of samples
+/// a second.
 const UNHEARD: usize = 512;
 
 /// Where a device is.

@@ -2,8 +2,8 @@
 //! as Modelica text ([`modelica`]).
 //!
 //! A unit is a zip file. It holds a description ([`description`]), the libraries that a simulator loads ([`library`]),
-//! and as resources the block of parameters that the microcontroller gets, too, and the model file. What a library makes
-//! of that is in the crate `greyrig-fmi`.
+//! and as resources the block of parameters that the microcontroller gets, too, and the model file. What a library
+//! makes of that is in the crate `greyrig-fmi`.
 
 pub mod description;
 pub mod library;

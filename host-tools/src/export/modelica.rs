@@ -20,8 +20,8 @@ use crate::error::{Error, Place, Result};
 use crate::model::Model;
 use crate::recording::Motion;
 
-/// Speed below which dry friction rises in proportion, as a share of the least speed that matters to a motor, 1 rad/s.
-/// Judgement: a rotor that creeps at it takes a minute for a hundredth of a turn.
+/// Speed below which dry friction rises in proportion, rad/s or m/s. Judgement: a rotor that creeps at it takes a minute
+/// for a hundredth of a turn.
 const REST: &str = "1e-3";
 
 /// What the balances of voltage and torque are made of, as formulas of `i`, `omega` and `u`.
@@ -233,6 +233,7 @@ pub fn text(model: &Model, path: &Path) -> Result<String> {
     );
     text += "protected\n  Real magnetising, flux, linkage, supply, resistance, inductance, voltage, torque;\n  Real \
              dry_friction, friction;\nequation\n";
+    let by_speed = format!("({} + {}*abs(omega))*omega", f.viscous_friction, f.turbulent_friction);
     for (name, formula) in [
         ("magnetising", &f.magnetising),
         ("flux", &f.flux),
