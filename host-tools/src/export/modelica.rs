@@ -233,7 +233,8 @@ pub fn text(model: &Model, path: &Path) -> Result<String> {
     );
     text += "protected\n  Real magnetising, flux, linkage, supply, resistance, inductance, voltage, torque;\n  Real \
              dry_friction, friction;\nequation\n";
-    let by_speed = format!("({} + {}*abs(omega))*omega", f.viscous_friction, f.turbulent_friction);
+    let mut friction = f.friction.clone();
+    add(&mut friction, &format!("({} + {}*abs(omega))*omega", f.viscous_friction, f.turbulent_friction));
     for (name, formula) in [
         ("magnetising", &f.magnetising),
         ("flux", &f.flux),
@@ -244,7 +245,7 @@ pub fn text(model: &Model, path: &Path) -> Result<String> {
         ("voltage", &f.voltage),
         ("torque", &f.torque),
         ("dry_friction", &f.dry_friction),
-        ("friction", &format!("({} + {}*abs(omega))*omega + {}", f.viscous_friction, f.turbulent_friction, f.friction)),
+        ("friction", &friction),
         ("i_a", &f.shown_current),
         ("omega_rad_s", &f.shown_speed),
     ] {
