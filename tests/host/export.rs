@@ -300,7 +300,8 @@ fn the_command_writes_equations() {
         let words = text.split(|c| !word(c)).filter(|word| word.starts_with(|c: char| c.is_ascii_alphabetic()));
         words.map(str::to_owned).collect()
     };
-    let code: String = head.split('"').step_by(2).collect();
+    let lines = head.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let code: String = lines.flat_map(|line| line.split('"').step_by(2).chain(["\n"])).collect();
     let declared = words(&code);
     let language = ["abs", "sign", "exp", "der", "noEvent", "if", "then", "else", "end", "VC_1400"];
     for word in words(body) {

@@ -11,10 +11,10 @@ use crate::context::Context;
 /// STMicroelectronics, as the vendor of a USB device.
 const ST: u16 = 0x0483;
 
-/// Products of that vendor that are debug probes with a serial port: ST-LINK/V2-1 with a drive and without, and the
-/// variants of STLINK-V3 and of STLINK-V3PWR. Such a probe is on every NUCLEO board. Source: STMicroelectronics,
-/// TN1235, overview of ST-LINK derivatives.
-const ST_LINKS: [u16; 8] = [0x374a, 0x374b, 0x374d, 0x374e, 0x374f, 0x3752, 0x3753, 0x3757];
+/// Products of that vendor that are debug probes with a serial port: ST-LINK/V2-1 in four forms,
+/// STLINK-V3 in four, and STLINK-V3PWR. Such a probe is on every NUCLEO board. Source: the table of probes of the crate
+/// probe-rs 0.32.
+const ST_LINKS: [u16; 9] = [0x3742, 0x374a, 0x374b, 0x3752, 0x374e, 0x374f, 0x3753, 0x3754, 0x3757];
 
 /// How a port is connected.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -20,8 +20,8 @@ use crate::error::{Error, Place, Result};
 use crate::model::Model;
 use crate::recording::Motion;
 
-/// Speed below which dry friction rises in proportion, rad/s or m/s. Judgement: a rotor that creeps at it takes a minute
-/// for a hundredth of a turn.
+/// Speed below which dry friction rises in proportion, rad/s or m/s. Judgement: a rotor that creeps at it takes a
+/// minute for a hundredth of a turn.
 const REST: &str = "1e-3";
 
 /// What the balances of voltage and torque are made of, as formulas of `i`, `omega` and `u`.
