@@ -13,7 +13,7 @@
 //! | feature | brings |
 //! |---|---|
 //! | `serde` | text and binary forms of settings and names |
-//! | `parameters` | the parameter block, `serde` |
+//! | `parameters` | the parameter block, the variables for other simulators, `serde` |
 //! | `link` | the link and the application, `parameters` |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -44,6 +44,9 @@ pub mod faults;
 
 #[cfg(feature = "parameters")]
 pub mod parameters;
+
+#[cfg(feature = "parameters")]
+pub mod exchange;
 
 #[cfg(feature = "link")]
 pub mod link;

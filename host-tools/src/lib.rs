@@ -16,6 +16,7 @@ pub mod diagnose;
 pub mod edges;
 pub mod error;
 pub mod experiment;
+pub mod export;
 pub mod filtering;
 pub mod forecast;
 pub mod free_run;

@@ -66,6 +66,7 @@ impl Features {
     }
 
     /// From all of them, in order of declaration.
+    #[cfg(feature = "link")]
     pub(crate) fn of(values: [f32; FEATURES]) -> Self {
         let mut features = Self::default();
         for (place, value) in features.each_mut().into_iter().zip(values) {

@@ -443,6 +443,41 @@ fn nobody_there_is_trouble_with_the_link() {
     }
 }
 
+/// A board that is named is asked, and tells whose it is; one that is not there is told beside it.
+#[test]
+fn ports_are_listed_with_the_boards_that_answer() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let here = folder.path();
+    let port = board.port.as_str();
+    let listed = |more: &[&str]| {
+        let output = greyrig(here, &[&["ports", "--json", "--port", port], more].concat());
+        let told: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let of = |name: &str| told["ports"].as_array().unwrap().iter().find(|p| p["port"] == name).unwrap().clone();
+        (output.status.code(), of(port), more.last().map(|name| of(name)))
+    };
+    let (code, found, _) = listed(&[]);
+    assert_eq!((code, &found["asked"], &found["rig"]), (Some(0), &true.into(), &Value::Null));
+    assert_eq!((&found["device"]["board"], &found["error"]), (&"mps2-an386 (QEMU)".into(), &Value::Null));
+
+    json(here, &["flash", "--model", "model.toml", "--port", port, "--rig", "rig 1"]);
+    let (code, found, other) = listed(&["--port", "/dev/no-such-port"]);
+    assert_eq!((code, &found["rig"], &found["motor"]), (Some(3), &"rig 1".into(), &"VC-1400".into()));
+    let error = &other.unwrap()["error"];
+    assert!(error["what"].as_str().unwrap().contains("cannot be opened") && error["remedy"] != "", "{error}");
+
+    let output = greyrig(here, &["ports", "--port", port]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.contains("rig 1") && text.contains("VC-1400"), "{text}");
+}
+
+/// Without a named port nothing but a probe is asked, and that there is none is no trouble.
+#[test]
+fn a_machine_without_boards_is_no_trouble() {
+    let output = greyrig(Path::new("."), &["ports"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(!output.stdout.is_empty());
+}
+
 /// A virtual board that has stopped: nobody waits for ever.
 #[test]
 fn a_clock_that_stands_still_is_told() {

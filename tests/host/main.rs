@@ -11,6 +11,7 @@ mod context;
 mod diagnose;
 mod effects_by_data;
 mod examples;
+mod export;
 mod firmware;
 mod foreign;
 mod identify;

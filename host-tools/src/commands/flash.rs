@@ -13,7 +13,7 @@ use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::connection::check_layout;
 use crate::device::{Connection, Port, image, parameters, update};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Result};
 use crate::model::Model;
 
 /// Write a model to the microcontroller, verified by reading back.
@@ -63,12 +63,8 @@ pub struct Args {
 /// A model that cannot be used, trouble with the link.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
-    if model.accepted == Some(false) && !args.unaccepted {
-        return Err(Error::input(
-            Place::file(&args.model),
-            "this model was not accepted: what was added last does not lower the error on data that the fit has not seen",
-            "flash the model from before, or give --unaccepted",
-        ));
+    if !args.unaccepted {
+        model.require_accepted(&args.model)?;
     }
     let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });

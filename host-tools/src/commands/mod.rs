@@ -13,6 +13,7 @@ pub mod convert;
 pub mod demo;
 pub mod diagnose;
 pub mod effects;
+pub mod export;
 pub mod flash;
 pub mod identify;
 mod input;
@@ -21,6 +22,7 @@ pub mod master;
 pub mod monitor;
 mod next;
 pub mod plan;
+pub mod ports;
 pub mod predict;
 pub mod record;
 pub mod serve;
@@ -90,6 +92,8 @@ pub enum Command {
     /// A store of many recordings, and what came of them.
     #[cfg(feature = "parquet")]
     Store(store::Args),
+    /// The model for other simulators.
+    Export(export::Args),
     /// Completion script for a shell.
     Completions(completions::Args),
     /// Run a virtual rig and write what it records.
@@ -98,6 +102,8 @@ pub enum Command {
     Flash(flash::Args),
     /// Record raw samples from the microcontroller.
     Record(record::Args),
+    /// Boards that are connected.
+    Ports(ports::Args),
     /// A virtual board that runs the flashed image, behind a pseudo-terminal.
     Board(board::Args),
 }
@@ -125,6 +131,7 @@ impl Command {
             Self::Master(args) => master::run(args, terminal),
             Self::Anfis(args) => anfis::run(args, terminal),
             Self::Effects(args) => effects::run(args),
+            Self::Export(args) => export::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args, terminal),
             #[cfg(feature = "parquet")]
@@ -132,6 +139,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(args, terminal),
             Self::Flash(args) => flash::run(args, terminal),
             Self::Record(args) => record::run(args, terminal),
+            Self::Ports(args) => ports::run(args, terminal),
             Self::Board(args) => board::run(args),
         }
     }

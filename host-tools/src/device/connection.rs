@@ -14,11 +14,25 @@ use super::error::{Error, Result};
 use super::line::{self, Line};
 use crate::context::Context;
 
-/// An answer that has not come after this time is asked for again. The longest takes two pages' erasure, 50 ms.
-const ANSWER: Duration = Duration::from_millis(500);
-/// So often.
-const ATTEMPTS: usize = 4;
-/// Messages that are kept while an answer is waited for: those of the four attempts, 156 frames of samples a second.
+/// How long an answer is waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Patience {
+    /// An answer that has not come after this time is asked for again.
+    pub answer: Duration,
+    /// How often it is asked for in all.
+    pub attempts: usize,
+}
+
+impl Patience {
+    /// With a board that ought to be there. The longest answer takes two pages' erasure, 50 ms.
+    pub const USUAL: Self = Self { answer: Duration::from_millis(500), attempts: 4 };
+    /// With a port where nobody may be. A greeting takes no erasure; it is given a second chance, since the end of what
+    /// the line has carried before may swallow the first.
+    pub const SHORT: Self = Self { answer: Duration::from_millis(200), attempts: 2 };
+}
+
+/// Messages that are kept while an answer is waited for: those of four attempts of half a second, 156 frames of samples
+/// a second.
 const UNHEARD: usize = 512;
 
 /// Where a device is.
@@ -55,6 +69,7 @@ pub struct Connection {
     number: u8,
     /// What came unasked while an answer was waited for.
     unheard: VecDeque<Vec<u8>>,
+    patience: Patience,
     ctx: Context,
 }
 
@@ -64,6 +79,14 @@ impl Connection {
     /// # Errors
     /// A port that cannot be opened, nobody there, or firmware that speaks another version.
     pub fn open(port: &Port, ctx: &Context) -> Result<(Self, Device)> {
+        Self::open_with(port, Patience::USUAL, ctx)
+    }
+
+    /// The same with a patience of one's own.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn open_with(port: &Port, patience: Patience, ctx: &Context) -> Result<(Self, Device)> {
         let name = &port.name;
         let line = line::open(name).map_err(|source| Error::Closed { port: name.clone(), source })?;
         let mut connection = Self {
@@ -72,6 +95,7 @@ impl Connection {
             receiver: Receiver::new(),
             number: 0,
             unheard: VecDeque::new(),
+            patience,
             ctx: ctx.clone(),
         };
         // Ends whatever the line has carried before.
@@ -101,7 +125,7 @@ impl Connection {
     /// # Errors
     /// No answer, a refusal, an answer to another question, or a link that has gone.
     pub fn ask<T>(&mut self, request: Request, mut take: impl FnMut(&Reply) -> Option<T>) -> Result<T> {
-        for attempt in 0..ATTEMPTS {
+        for attempt in 0..self.patience.attempts {
             if attempt > 0 {
                 // Ends what may have arrived of the last one.
                 self.write(&[0])?;
@@ -110,7 +134,7 @@ impl Connection {
             let number = self.number;
             self.send(&Asked { number, request })?;
             let mut unheard = std::mem::take(&mut self.unheard);
-            let answer = self.hear(ANSWER, |body, message| match message {
+            let answer = self.hear(self.patience.answer, |body, message| match message {
                 Message::Reply { number: of, reply } if *of == number => Some(match reply {
                     Reply::Refused(why) => Err(Error::Refused(*why)),
                     reply => take(reply).ok_or(Error::OtherQuestion),

@@ -23,6 +23,9 @@ pub enum Error {
         /// The system's own words.
         source: io::Error,
     },
+    /// The system does not tell which ports there are.
+    #[error("the system does not list its serial ports: {0}")]
+    NoList(io::Error),
     /// The port was open, and is no longer.
     #[error("the link over {port} has broken: {source}")]
     Broken {
@@ -151,6 +154,7 @@ impl Error {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Closed { port, source } | Self::Broken { port, source } => line::remedy(port, source),
+            Self::NoList(_) => "name the port with --port",
             Self::Silent(_) => {
                 "check that the board has power and runs greyrig's firmware, and that no other program uses the port"
             }

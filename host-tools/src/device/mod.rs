@@ -7,6 +7,7 @@ mod error;
 pub mod image;
 pub mod line;
 pub mod parameters;
+pub mod ports;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod recorded;
@@ -14,7 +15,7 @@ pub mod update;
 
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 
-pub use connection::{Connection, Device, Port};
+pub use connection::{Connection, Device, Patience, Port};
 pub use error::{Error, Result, Work};
 
 /// The hardware of the rigs that this program makes parameters for and records from.

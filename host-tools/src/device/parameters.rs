@@ -60,6 +60,25 @@ pub fn calibration(path: &Path) -> Result<CalibrationSettings> {
 /// # Errors
 /// A name that is too long, a value that the microcontroller would refuse.
 pub fn settings(model: &Model, path: &Path, calibration: CalibrationSettings, rig: &str) -> Result<Settings> {
+    let filter = butterworth::Settings {
+        order: model.filter.order,
+        cutoff_hz: model.filter.cutoff_hz,
+        sample_rate_hz: RIG.sample_rate_hz.into(),
+    };
+    settings_at(model, path, calibration, rig, filter)
+}
+
+/// The same at the sampling rate of another filter than the rig's.
+///
+/// # Errors
+/// As there.
+pub fn settings_at(
+    model: &Model,
+    path: &Path,
+    calibration: CalibrationSettings,
+    rig: &str,
+    filter: butterworth::Settings,
+) -> Result<Settings> {
     let refuse = |what: String| Error::input(Place::file(path), what, "correct the model, or identify it again");
     let motor = model.motor::<f32>().map_err(|e| refuse(e.to_string()))?;
     let motor_type = model.motor.as_deref().unwrap_or_default();
@@ -70,16 +89,12 @@ pub fn settings(model: &Model, path: &Path, calibration: CalibrationSettings, ri
             Error::usage(format!("the rig's name is longer than {MAX_TEXT} bytes"), "choose a shorter one")
         })?,
         calibration,
-        filter: butterworth::Settings {
-            order: model.filter.order,
-            cutoff_hz: model.filter.cutoff_hz,
-            sample_rate_hz: RIG.sample_rate_hz.into(),
-        },
+        filter,
         motor: *motor.parameters(),
         effects: motor.effects().iter().copied().collect(),
         terms: motor.terms().iter().copied().collect(),
         correction: model.correction_settings()?,
-        detector: model.detector.as_ref().map(|d| d.settings(1.0 / f64::from(RIG.sample_rate_hz))),
+        detector: model.detector.as_ref().map(|d| d.settings(1.0 / filter.sample_rate_hz)),
     };
     settings.build().map_err(|e| refuse(e.to_string()))?;
     Ok(settings)

@@ -26,7 +26,7 @@ use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{BaseParameter, Motor, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::network;
 use crate::recording::{Motion, Recording};
 use crate::speed_sensor::Chain;
@@ -235,6 +235,22 @@ impl Model {
     /// Marks a model by what the data held out say of what was added last.
     pub fn judged(&mut self, accepted: bool) {
         self.accepted = (!accepted).then_some(false);
+    }
+
+    /// Fails where the data held out said that what was added last does not belong to the model; `path` is where it
+    /// comes from.
+    ///
+    /// # Errors
+    /// A model that was not accepted.
+    pub fn require_accepted(&self, path: &Path) -> Result<()> {
+        if self.accepted != Some(false) {
+            return Ok(());
+        }
+        Err(Error::input(
+            Place::file(path),
+            "this model was not accepted: what was added last does not lower the error on data that the fit has not seen",
+            "take the model from before, or give --unaccepted",
+        ))
     }
 
     /// The detector's limits; `path` is where the model comes from.

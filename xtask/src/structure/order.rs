@@ -26,10 +26,12 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "detector",
             "faults",
             "parameters",
+            "exchange",
             "link",
             "app",
         ],
     ),
+    ("greyrig_fmi", &["instance", "resources", "importer", "fmi2", "fmi3"]),
     (
         "greyrig_host",
         &[
@@ -60,6 +62,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "free_run",
             "rig",
             "device",
+            "export",
             "compare",
             "forecast",
             "identify",
