@@ -26,6 +26,8 @@ const SAME_VOLTAGE: f64 = 0.15;
 const OTHER_BLOCKS: f64 = 0.1;
 /// Blocks that a test has at least: a second.
 const FEWEST_BLOCKS: usize = 10;
+/// Into how many parts a lot is divided at most, each judged by what the others say is usual.
+const FOLDS: usize = 20;
 /// Share of the best Z from which a fault is as likely: where the columns differ by less than the laws of a motor from
 /// those of its model. By judgement.
 const AS_LIKELY: f64 = 0.95;
@@ -99,11 +101,15 @@ pub fn learn(
         return Ok(Err(format!("{} follows a profile of its own", recordings[k].path().display())));
     }
     let mut shown = Vec::new();
-    for left_out in motors {
+    for left_out in motors.chunks(motors.len().div_ceil(FOLDS)) {
         ctx.check()?;
-        let others: Vec<&Run> = (0..runs.len()).filter(|k| !left_out.contains(k)).map(|k| &runs[k]).collect();
-        let usual = Population::learn(&cut, &others, motors.len() - 1);
-        shown.push(left_out.iter().map(|k| scan(&usual.whitened(&runs[*k]), cut.block_s)).collect());
+        let is_left_out = |k: &usize| left_out.iter().any(|motor| motor.contains(k));
+        let others: Vec<&Run> = (0..runs.len()).filter(|k| !is_left_out(k)).map(|k| &runs[k]).collect();
+        let usual = Population::learn(&cut, &others, motors.len() - left_out.len());
+        let of_motor = |motor: &Vec<usize>| {
+            motor.iter().map(|k| scan(&usual.whitened(&runs[*k]), cut.block_s)).collect::<Vec<_>>()
+        };
+        shown.extend(left_out.iter().map(of_motor));
     }
     population.limits = limits(&shown);
     Ok(Ok(population))
@@ -131,14 +137,14 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         .filter_map(|h| Some((limit(&h)?, h)))
         .filter(|(limit, h)| h.z.abs() > limit.z)
         .collect();
-    // What has a row of its own speaks first, and what is too large for its column last.
-    let rank = |h: &Hypothesis| (h.fault.own_row().is_some(), h.fault.holds(h.size), h.z.abs());
+    // What a fault explains, as Z: arcs take voltage, as a contact does. What is too large for its column comes last.
+    let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
+    let explains = |h: &Hypothesis| if h.fault == Fault::Sparking { h.z.hypot(contact) } else { h.z.abs() };
+    let rank = |h: &Hypothesis| (h.fault.holds(h.size), explains(h));
     found.sort_by(|(_, a), (_, b)| rank(b).partial_cmp(&rank(a)).unwrap_or(std::cmp::Ordering::Equal));
     let best = found.first().map(|(_, h)| *h);
     let finding = |(limit, h): (&Limit, Hypothesis)| {
-        let as_likely = best.is_some_and(|best| {
-            best.fault.own_row().is_none() && h.fault.holds(h.size) && h.z.abs() >= AS_LIKELY * best.z.abs()
-        });
+        let as_likely = best.is_some_and(|best| h.fault.holds(h.size) && explains(&h) >= AS_LIKELY * explains(&best));
         finding(limit, &h, as_likely, &run)
     };
     Ok(Judged::Found(found.into_iter().map(finding).collect()))

@@ -17,7 +17,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::blocks::{Block, Cut, Run};
+use super::blocks::{Block, Cut, Run, SPARKS};
 use crate::model::lot::{BALANCES, Fault, OWN, Population, ROWS};
 
 /// Most shapes.
@@ -33,8 +33,10 @@ const BELIEVED: f64 = 0.9;
 const LEAST_POWER: f64 = 0.01;
 /// Least variance: what rounding leaves.
 const LEAST_VARIANCE: f64 = 1e-18;
-/// Scatter of a parameter that is assumed first.
+/// Scatter of a parameter that is assumed first, and the least: no lot scatters by less, and of parameters that a test
+/// hardly tells apart a few motors would have one scatter for all. By judgement.
 const FIRST: f64 = 0.05;
+const LEAST_SCATTER: f64 = 0.01;
 
 /// A run in units of what is usual: rows of variance 1.
 #[derive(Debug, Clone)]
@@ -65,18 +67,19 @@ impl Population {
         let most = |of: &[f64]| of.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(*x));
         let (highest, largest) = (most(&voltage), most(&power));
         let torque = largest / cut.top_speed.max(f64::MIN_POSITIVE);
-        let first = OWN.map(|fault| match fault.unit() {
-            Some("N m") => FIRST * torque,
-            Some("V") => FIRST * highest,
-            Some(_) => FIRST * largest / highest,
-            None => FIRST,
+        let unit = OWN.map(|fault| match fault.unit() {
+            Some("N m") => torque,
+            Some("V") => 0.1 * highest,
+            Some(_) => 0.1 * largest / highest,
+            None => 1.0,
         });
+        let least = unit.map(|unit| LEAST_SCATTER * unit);
         let mut population = Self {
             block_s: cut.block_s,
             alternating: cut.alternating,
             top_speed: cut.top_speed,
             motors,
-            scatter: first,
+            scatter: unit.map(|unit| FIRST * unit),
             voltage,
             power: power.iter().map(|p| p.max(LEAST_POWER * largest)).collect(),
             usual: vec![[0.0; ROWS]; count],
@@ -88,13 +91,13 @@ impl Population {
         population.take_means(&population.left(runs, &[]), runs);
         population.take_covariances(&population.left(runs, &[]), runs);
         for round in 0..ROUNDS {
-            population.improve(runs, round >= WITHOUT_SHAPES, motors);
+            population.improve(runs, round >= WITHOUT_SHAPES, motors, &least);
         }
         population
     }
 
     /// A round of expectation and maximisation.
-    fn improve(&mut self, runs: &[&Run], with_shapes: bool, motors: usize) {
+    fn improve(&mut self, runs: &[&Run], with_shapes: bool, motors: usize, least: &[f64]) {
         let told: Vec<(DVector<f64>, DMatrix<f64>)> =
             runs.iter().map(|run| self.whitened(run).own_of_motor()).collect();
         let mut amplitudes: Vec<DVector<f64>> = told.iter().map(|(a, _)| a.clone()).collect();
@@ -115,7 +118,7 @@ impl Population {
         self.take_covariances(&self.left(runs, &amplitudes), runs);
         for (p, scatter) in self.scatter.iter_mut().enumerate() {
             let square = told.iter().map(|(a, c)| a[p] * a[p] + c[(p, p)]).sum::<f64>() / runs.len() as f64;
-            *scatter *= square.sqrt();
+            *scatter = (*scatter * square.sqrt()).max(least[p]);
         }
     }
 
@@ -175,7 +178,9 @@ impl Population {
         for (m, run) in runs.iter().enumerate() {
             for (k, factor) in factors.iter().enumerate() {
                 let counts = &run.blocks[k].counts;
-                let counted = DVector::from_fn(ROWS, |row, _| if counts[row] { left[m][k][row] } else { 0.0 });
+                // Sparks and ripple have no part in the shapes, or a fault of the balances would show in them.
+                let counted =
+                    DVector::from_fn(ROWS, |row, _| if counts[row] && row < SPARKS { left[m][k][row] } else { 0.0 });
                 if let Some(solved) = factor.solve_lower_triangular(&counted) {
                     white.view_mut((m, k * ROWS), (1, ROWS)).copy_from(&solved.transpose());
                 }
