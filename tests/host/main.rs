@@ -17,6 +17,7 @@ mod identify;
 #[path = "../image.rs"]
 mod image;
 mod lockstep;
+mod lot;
 mod master;
 mod monitor;
 mod monitor_live;
