@@ -43,11 +43,15 @@ NAMES = [
     "iron", "warm", "warm_time", "heat", "heat_time", "dead_zone", "asymmetry", "torque",
     "change", "other_R", "other_K", "other_J", "other_mu0",  # share of the time; factors from then on
     "brush_speed", "cam",  # the drop's growth at the nominal speed; N m, three times a turn
+    "other_L", "other_mu2", "other_brush", "other_load",  # further of what is another from a time on: factors; V; N m
+    "bars", "arcs", "other_arcs", "arc",  # bars a turn; share of their passages with an arc; V
+    "other_imbalance",  # N m, once a turn
 ]
 AT = {name: k for k, name in enumerate(NAMES)}
 (R, L, K, J, MU0, MU1, MU2, UNIVERSAL, KNEE, SHARPNESS, LAW, IND_KNEE, IND_LOST, LAG_I, EDDY, LINKED, REMANENCE, BRUSH, BRUSH_WIDTH,
  DEMAG, NOMINAL, STRIBECK, STRIBECK_W, EXPONENT, EXPONENT_W, IRON, WARM, WARM_S, HEAT, HEAT_S, DEAD, ASYMMETRY, TORQUE,
- CHANGE, OTHER_R, OTHER_K, OTHER_J, OTHER_MU0, BRUSH_SPEED, CAM) = range(len(NAMES))
+ CHANGE, OTHER_R, OTHER_K, OTHER_J, OTHER_MU0, BRUSH_SPEED, CAM, OTHER_L, OTHER_MU2, OTHER_BRUSH, OTHER_LOAD,
+ BARS, ARCS, OTHER_ARCS, ARC, OTHER_IMBALANCE) = range(len(NAMES))
 
 MOTORS = {
     "vacuum": dict(R=2.9, L=0.026, K=0.0115, J=2.6e-4, mu0=0.02, mu1=1.2e-5, mu2=3.5e-8, universal=1),
@@ -131,9 +135,12 @@ def run(samples, steps, h, supply, is_open, locked, p, gusts):
     voltage, current, speed = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     p, load, t = p.copy(), p[MU2], 0.0
     steady, angle, changed = p[TORQUE], 0.0, False
+    bar, burns, imbalance, extinguished = 0.0, 0.0, 0.0, 0.0
     for n in range(samples):
         if p[CHANGE] > 0 and not changed and n > p[CHANGE] * samples:
             p[R], p[K], p[J], p[MU0] = p[R] * p[OTHER_R], p[K] * p[OTHER_K], p[J] * p[OTHER_J], p[MU0] * p[OTHER_MU0]
+            p[L], load, p[ARCS] = p[L] * p[OTHER_L], load * p[OTHER_MU2], p[ARCS] + p[OTHER_ARCS]
+            p[BRUSH], p[MU0], imbalance = p[BRUSH] + p[OTHER_BRUSH], p[MU0] + p[OTHER_LOAD], p[OTHER_IMBALANCE]
             changed = True
         if is_open[n]:
             y[0] = 0.0
@@ -144,7 +151,15 @@ def run(samples, steps, h, supply, is_open, locked, p, gusts):
         for q in range(steps):
             a, b = supply[n * steps + q], supply[n * steps + q + 1]
             before = y[1]
-            p[TORQUE] = steady + p[CAM] * np.sin(3 * angle)
+            p[TORQUE] = steady + p[CAM] * np.sin(3 * angle) + imbalance * np.sin(angle)
+            if p[ARC] > 0:  # a bar that leaves the brush draws an arc that takes voltage for some of its width
+                if angle * p[BARS] / (2 * np.pi) > bar:
+                    bar += 1
+                    burns = np.random.exponential(1.0) if np.random.random() < p[ARCS] else 0.0
+                    extinguished = t + 2 * np.pi / (p[BARS] * abs(y[1]) + 1) * min(burns, 1.0)
+                if t < extinguished:
+                    arc = p[ARC] * min(abs(y[0]) / 1.0, 1.0) * (1.0 if y[0] > 0 else -1.0)
+                    a, b = a - arc, b - arc
             slopes(t, y, a, locked, is_open[n], p, k1)
             slopes(t + h / 2, y + h / 2 * k1, (a + b) / 2, locked, is_open[n], p, k2)
             slopes(t + h / 2, y + h / 2 * k2, (a + b) / 2, locked, is_open[n], p, k3)
@@ -183,7 +198,7 @@ def record(path, motor, kind, rate, seed, effect, chain, noise):
     random = np.random.default_rng(seed)
     p = np.zeros(len(NAMES))
     usual = dict(sharpness=2, brush_width=0.3, nominal=1e9, stribeck_speed=100, exponent=2, exponent_speed=1, warm_time=4, heat_time=15,
-                 other_R=1, other_K=1, other_J=1, other_mu0=1)
+                 other_R=1, other_K=1, other_J=1, other_mu0=1, other_L=1, other_mu2=1)
     for name, value in {**usual, **MOTORS[motor]}.items():
         p[AT[name]] = value
     p[R:UNIVERSAL] *= np.exp(0.1 * random.standard_normal(UNIVERSAL))

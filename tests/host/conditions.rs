@@ -50,7 +50,7 @@ fn station(supply: &Supply, change: impl Fn(&mut Recording)) -> Model {
     let mut healthy: Vec<Recording> =
         (1..=10).map(|seed| run(supply, "steady", supply.of_the_lot(seed), seed, None)).collect();
     healthy.iter_mut().for_each(change);
-    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
+    let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
     Model { detector: Some(detector), ..model }
 }
 

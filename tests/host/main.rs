@@ -18,6 +18,7 @@ mod identify;
 #[path = "../image.rs"]
 mod image;
 mod lockstep;
+mod lot;
 mod master;
 mod monitor;
 mod monitor_live;

@@ -43,7 +43,7 @@ fn station() -> &'static (Model, Model, Model) {
         let settings = hybrid::settings(Method::Varpro, 60);
         let corrected = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-        let (detector, _) = calibrate(&corrected, &healthy, BLANKING_S, &Context::quiet()).unwrap();
+        let detector = calibrate(&corrected, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
         let station = Model { detector: Some(detector), ..corrected.clone() };
         (bare, corrected, station)
     })
@@ -102,7 +102,7 @@ fn parameters_tell_what_was_wrong_from_the_start() {
     let model =
         identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }, &Context::quiet()).unwrap().model;
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-    let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
+    let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
     let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault)), &Context::quiet()).unwrap();
     // Without the effects saturation passes for resistance, so that a run does not determine it.
     assert!(!station().2.detector.as_ref().unwrap().parameters.contains_key("R"));

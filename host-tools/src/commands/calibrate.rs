@@ -12,8 +12,9 @@ use super::terminal::Terminal;
 use super::words;
 use crate::check::Purpose;
 use crate::error::Result;
+use crate::model::lot::{Fault, Onset, Population};
 use crate::model::{DetectorEntry, Model};
-use crate::monitor::calibrate::{Shown, calibrate};
+use crate::monitor::calibrate::{Calibration, Shown, calibrate};
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
 use crate::output;
@@ -54,14 +55,20 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let mut recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let (detector, shown) =
+    let Calibration { detector, shown, without_lot } =
         terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
     let calibrated = Model { detector: Some(detector.clone()), ..model };
     if let Some(path) = &args.out {
         calibrated.save(path, args.force)?;
     }
     if args.json {
-        let body = json!({ "detector": detector, "runs": shown, "model": args.out, "data_findings": findings });
+        let body = json!({
+            "detector": detector,
+            "runs": shown,
+            "without_lot": without_lot,
+            "model": args.out,
+            "data_findings": findings,
+        });
         stdout::print_json("calibrate", &args.input.names(), body)?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -76,6 +83,18 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     ))?;
     for line in of_parameters(&calibrated, &detector) {
         stdout::print_line(&line)?;
+    }
+    if let Some(lot) = &detector.lot {
+        stdout::print_line(&format!("\n{}", smallest(lot)))?;
+        stdout::print_line(
+            "\nsmallest faults that 95 % of motors of this lot show in this test, by the balances of power and torque;\n\
+             what is there from the start has to exceed the lot's own scatter",
+        )?;
+    }
+    if let Some(why) = &without_lot {
+        stdout::print_line(&format!(
+            "without what is usual in the lot: {why}; give whole runs of one profile to find smaller faults"
+        ))?;
     }
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
@@ -105,6 +124,21 @@ fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// The smallest faults that are seen.
+fn smallest(lot: &Population) -> String {
+    let mut table = words::table(&["fault", "during the test", "from the start"]);
+    for fault in Fault::ALL {
+        let of = |onset: Onset| {
+            let limit = lot.limits.iter().find(|limit| limit.fault == fault && limit.onset == onset)?;
+            Some(fault.told(limit.seen)).filter(|_| fault.holds(limit.seen))
+        };
+        let cells = [Onset::During, Onset::Start].map(|onset| of(onset).unwrap_or_else(|| "–".to_owned()));
+        let [during, start] = cells;
+        table.add_row([fault.words().to_owned(), during, start]);
+    }
+    table.to_string()
 }
 
 fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {

@@ -16,6 +16,7 @@ pub mod catalogue;
 mod file;
 mod fitted;
 mod kind;
+pub mod lot;
 mod units;
 
 use std::collections::BTreeMap;
@@ -165,6 +166,9 @@ pub struct DetectorEntry {
     /// Logarithm of the ratio of a healthy motor's own parameters to the model's, by name: mean and half-width.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, [f64; 2]>,
+    /// What is usual in the lot, block by block of the test.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lot: Option<lot::Population>,
 }
 
 /// Where the model comes from.

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
-use super::{air, parameters};
+use super::{air, lot, parameters};
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model};
@@ -55,6 +55,17 @@ pub struct Shown {
     pub speed_deviation: [f64; 2],
     /// Logarithms of the ratios of the motor's own parameters to the model's, of those that the run determines.
     pub parameters: BTreeMap<String, f64>,
+}
+
+/// What healthy motors have taught.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// The limits.
+    pub detector: DetectorEntry,
+    /// What each run has shown.
+    pub shown: Vec<Shown>,
+    /// Why the runs do not tell what is usual in the lot, where they do not.
+    pub without_lot: Option<String>,
 }
 
 /// The values of a run, but for the parameters. `None` if nothing in it could be judged.
@@ -100,12 +111,7 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
 ///
 /// # Errors
 /// Too few motors, a run in which nothing can be judged, an interrupt.
-pub fn calibrate(
-    model: &Model,
-    recordings: &[Recording],
-    blanking_s: f64,
-    ctx: &Context,
-) -> Result<(DetectorEntry, Vec<Shown>)> {
+pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: &Context) -> Result<Calibration> {
     let motors = by_motor(recordings);
     if motors.len() < FEWEST {
         let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
@@ -175,6 +181,7 @@ pub fn calibrate(
         all[0].parameters.keys().filter(|name| all.iter().all(|s| s.parameters.contains_key(*name))).collect();
     let of_parameter = |name: &String| (name.clone(), band_of(&|s| [s.parameters[name]; 2], determined.len() as f64));
     let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
+    let lot = lot::learn(model, recordings, &motors, ctx)?;
     entry = DetectorEntry {
         current: limit(of(&|s| s.current), true),
         speed: limit(of(&|s| s.speed), true),
@@ -186,7 +193,8 @@ pub fn calibrate(
         temperature_c: range(&temperatures),
         mains_v: range(&mains),
         parameters: determined.iter().map(|name| of_parameter(name)).collect(),
+        lot: lot.as_ref().ok().cloned(),
         ..entry
     };
-    Ok((entry, all))
+    Ok(Calibration { detector: entry, shown: all, without_lot: lot.err() })
 }

@@ -7,6 +7,7 @@ pub mod drift;
 pub mod gauge;
 pub mod golden;
 pub mod live;
+pub mod lot;
 pub mod parameters;
 pub mod replay;
 pub mod suspect;

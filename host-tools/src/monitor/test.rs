@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use greyrig::detector::{Cause, Features, Kind, Verdict};
 use serde::Serialize;
 
+use super::lot::{self, Judged};
 use super::replay::{Replay, Row, replay};
 use super::suspect::{self, Suspect};
 use super::{air, parameters};
@@ -85,6 +86,9 @@ pub struct Test {
     pub alarms: Vec<Alarm>,
     /// What may be broken, by parameters estimated once more from the alarm on.
     pub suspects: Vec<Suspect>,
+    /// What its balances say is wrong, the likeliest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<lot::Finding>,
     /// Logarithms of the ratios of the motor's own parameters to the model's, where nothing else explains what was
     /// seen.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -123,6 +127,7 @@ pub fn judge(
 ) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let (mut suspects, mut own) = (Vec::new(), BTreeMap::new());
+    let (mut findings, mut incomparable) = (Vec::new(), None);
     if whole {
         // A cause that is put into a recording with gaps would begin anew behind each.
         if recording.gaps().is_empty()
@@ -144,6 +149,27 @@ pub fn judge(
                 }
             }
         }
+        if let Some(population) = &detector.lot {
+            match lot::judge(model, population, recording)? {
+                Judged::Found(found) => findings = found,
+                Judged::Incomparable(why) => incomparable = Some(format!("the lot says nothing of this motor: {why}")),
+            }
+            if let Some(first) = findings.first() {
+                // What began during the test is told best by the balances.
+                for alarm in alarms.iter_mut().filter(|_| first.t_s.is_some()) {
+                    alarm.suspect.clone_from(&first.text);
+                    alarm.kind = first.kind;
+                }
+                alarms.push(Alarm {
+                    t_s: first.t_s.unwrap_or(recording.start_s()),
+                    until_s: run.rows.last().map_or(0.0, |r| r.t_s),
+                    kind: first.kind,
+                    cause: "balances of power and torque",
+                    suspect: first.text.clone(),
+                    ratio: first.ratio,
+                });
+            }
+        }
         suspects.truncate(3);
         if let Some(likeliest) = suspects.first() {
             for alarm in alarms.iter_mut().filter(|a| a.suspect.is_empty()) {
@@ -154,7 +180,7 @@ pub fn judge(
     }
     let conditions = conditions(detector, &run, air::density(recording)?);
     let strange = !conditions.is_empty();
-    let reasons: Vec<String> = conditions.into_iter().chain(too_little(detector, &run)).collect();
+    let reasons: Vec<String> = conditions.into_iter().chain(too_little(detector, &run)).chain(incomparable).collect();
     let verdict = match run.verdict {
         // Where the limits do not hold an alarm is no proof either.
         Verdict::Fail if strange => Outcome::CannotJudge,
@@ -170,6 +196,7 @@ pub fn judge(
         reasons,
         alarms,
         suspects,
+        findings,
         parameters: own,
         periods: [run.judged().count(), run.rows.len()],
         features: Features::mean(run.judged().map(|r| &r.features)),

@@ -156,7 +156,7 @@ impl MotorType {
         stages
             .into_iter()
             .map(|(name, model)| {
-                let (detector, _) = calibrate(&model, &teachers, BLANKING_S, &Context::quiet())?;
+                let detector = calibrate(&model, &teachers, BLANKING_S, &Context::quiet())?.detector;
                 Ok(Station { name, model, detector })
             })
             .collect()

@@ -236,7 +236,15 @@ fn print(test: &Test) -> Result<()> {
     if test.alarms.len() > 5 {
         stdout::print_line(&format!("  and {} more alarms", test.alarms.len() - 5))?;
     }
-    for (k, suspect) in test.suspects.iter().enumerate() {
+    if let Some(first) = test.findings.first() {
+        stdout::print_line(&format!("  fault: {} ({}), {:.1} times the limit", first.text, first.kind, first.ratio))?;
+        for other in test.findings.iter().skip(1).filter(|other| other.as_likely) {
+            stdout::print_line(&format!("     or: {} ({})", other.text, other.kind))?;
+        }
+        stdout::print_line(&format!("  on the bench: {}", first.look_at))?;
+    }
+    let suspects = if test.findings.is_empty() { test.suspects.as_slice() } else { &[] };
+    for (k, suspect) in suspects.iter().enumerate() {
         stdout::print_line(&format!(
             "  {} {} ({}) explains {:.0} % of the deviations",
             if k == 0 { "suspect:" } else { "     or:" },

@@ -46,7 +46,8 @@ use crate::experiment::{Drive, Experiment};
 use crate::lockstep::LANES;
 use motion::Motion;
 use short_runs::ShortRuns;
-use whole_motor::WholeMotor;
+
+pub use whole_motor::{Left, WholeMotor};
 
 /// Stands for a residual that cannot be computed.
 const HOPELESS: f64 = 1e6;

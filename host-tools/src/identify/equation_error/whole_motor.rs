@@ -35,6 +35,19 @@ const LONGEST_AVERAGE_S: f64 = 2e-3;
 const BLOCK: usize = 32;
 const BLOCK_OF_LANES: usize = 8;
 
+/// What a model leaves for inductance and inertia at each sample of a recording.
+#[derive(Debug, Clone, Default)]
+pub struct Left {
+    /// `u − R i − K φ ω − v`, V: what should be L di/dt.
+    pub voltage: Vec<f64>,
+    /// Incremental inductance, H.
+    pub inductance: Vec<f64>,
+    /// `K φ i − friction`, N m: what should be J dω/dt.
+    pub torque: Vec<f64>,
+    /// J, kg m².
+    pub inertia: f64,
+}
+
 /// Voltage, current and speed.
 #[derive(Debug)]
 pub struct WholeMotor<'a> {
@@ -107,6 +120,25 @@ impl<'a> WholeMotor<'a> {
     /// What both balances leave over.
     pub fn residuals(&self, motor: &Motor<f64>) -> Vec<f64> {
         self.left_over::<_, BLOCK>(motor, &self.before(&chain_of(motor)))
+    }
+
+    /// What a motor leaves for its inductance and its inertia, sample by sample.
+    pub fn left(&self, motor: &Motor<f64>) -> Left {
+        let signals = self.before(&chain_of(motor));
+        let inertia = motor.parameters().inertia;
+        let mut left = Left { inertia, ..Left::default() };
+        self.each_slopes::<_, BLOCK>(motor, [&signals.current, &signals.speed, &signals.turning], |slopes| {
+            left.voltage.extend(slopes.iter().map(|s| s.inductance * s.current));
+            left.inductance.extend(slopes.iter().map(|s| s.inductance));
+            left.torque.extend(slopes.iter().map(|s| inertia * s.speed));
+        });
+        left
+    }
+
+    /// Current, A, and speed, rad/s, before the measuring chain of a motor.
+    pub fn at_the_motor(&self, motor: &Motor<f64>) -> [Vec<f64>; 2] {
+        let signals = self.before(&chain_of(motor)).into_owned();
+        [signals.current, signals.speed]
     }
 
     /// The same of several motors that hardly differ and share their measuring chain.

@@ -50,7 +50,7 @@ pub fn station() -> &'static Station {
         let model = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> =
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
-        let (detector, _) = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap();
+        let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
         let model = Model { detector: Some(detector), ..model };
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");

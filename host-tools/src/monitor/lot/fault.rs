@@ -1,0 +1,138 @@
+//! What can go wrong with a motor on a rig, as hypotheses about its balances.
+
+use greyrig::detector::Kind;
+
+use super::blocks::{RIPPLE, SPARKS};
+use crate::model::lot::Fault;
+
+/// How a fault goes on once it has begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// It is there at once and stays.
+    Step,
+    /// It grows in proportion to the time, s.
+    Drift,
+}
+
+impl Fault {
+    /// All of them: those that are parameters of the motor first, the frequent ones first of each kind.
+    pub const ALL: [Self; 16] = [
+        Self::Resistance,
+        Self::Turns,
+        Self::Contact,
+        Self::DryFriction,
+        Self::ViscousFriction,
+        Self::Load,
+        Self::Inertia,
+        Self::VoltageGain,
+        Self::CurrentGain,
+        Self::SpeedGain,
+        Self::CurrentOffset,
+        Self::VoltageDrift,
+        Self::CurrentDrift,
+        Self::SpeedDrift,
+        Self::Sparking,
+        Self::Imbalance,
+    ];
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Resistance => "resistance",
+            Self::Turns => "flux (shorted turns, magnets)",
+            Self::Contact => "contact drop",
+            Self::DryFriction => "dry friction (bearing)",
+            Self::ViscousFriction => "viscous friction",
+            Self::Load => "load (fan, duct)",
+            Self::Inertia => "inertia",
+            Self::VoltageGain => "gain of the voltage sensor",
+            Self::CurrentGain => "gain of the current sensor",
+            Self::SpeedGain => "gain of the speed sensor",
+            Self::CurrentOffset => "offset of the current sensor",
+            Self::VoltageDrift => "drifting gain of the voltage sensor",
+            Self::CurrentDrift => "drifting gain of the current sensor",
+            Self::SpeedDrift => "drifting gain of the speed sensor",
+            Self::Sparking => "sparking brushes",
+            Self::Imbalance => "imbalance of the rotor",
+        }
+    }
+
+    /// Where it sits.
+    pub const fn kind(self) -> Kind {
+        match self {
+            Self::Resistance | Self::Turns | Self::Contact | Self::Sparking => Kind::Electrical,
+            Self::DryFriction | Self::ViscousFriction | Self::Load | Self::Inertia | Self::Imbalance => {
+                Kind::Mechanical
+            }
+            _ => Kind::Sensor,
+        }
+    }
+
+    /// How it goes on.
+    pub const fn course(self) -> Course {
+        match self {
+            Self::VoltageDrift | Self::CurrentDrift | Self::SpeedDrift => Course::Drift,
+            _ => Course::Step,
+        }
+    }
+
+    /// Unit of its size; none where that is relative.
+    pub const fn unit(self) -> Option<&'static str> {
+        match self {
+            Self::Contact => Some("V"),
+            Self::DryFriction | Self::ViscousFriction | Self::Load => Some("N m"),
+            Self::CurrentOffset => Some("A"),
+            _ => None,
+        }
+    }
+
+    /// The row that nothing else moves, of what is not told by the balances.
+    pub const fn own_row(self) -> Option<usize> {
+        match self {
+            Self::Sparking => Some(SPARKS),
+            Self::Imbalance => Some(RIPPLE),
+            _ => None,
+        }
+    }
+
+    /// Largest size up to which its column holds, if that is not as large as can be: a gain stands in the balances with
+    /// powers of its own, and a relative size of a half is another motor.
+    pub fn holds(self, size: f64) -> bool {
+        self.unit().is_some() || self.own_row().is_some() || size.abs() <= 0.5
+    }
+
+    /// A size in words.
+    pub fn told(self, size: f64) -> String {
+        match (self.unit(), self.course()) {
+            _ if self.own_row().is_some() => format!("{:.2} times the usual", size.exp()),
+            (Some(unit), _) => format!("{size:+.3} {unit}"),
+            (None, Course::Drift) => format!("{:+.2} % a second", 100.0 * size),
+            (None, Course::Step) => format!("{:+.1} %", 100.0 * size),
+        }
+    }
+
+    /// What to look at on the bench.
+    pub const fn look_at(self) -> &'static str {
+        match self {
+            Self::Resistance => {
+                "measure the winding's resistance at the terminals, warm and cold; look at joints and leads"
+            }
+            Self::Turns => "compare the windings' resistances and inductances; growl the armature",
+            Self::Contact => "look at brushes, springs and the commutator's film; tighten the terminals",
+            Self::DryFriction => "turn the rotor by hand; look at the bearings and at what rubs",
+            Self::ViscousFriction => "look at the bearings' grease and seals",
+            Self::Load => "look at the duct, the filter and the fan's blades",
+            Self::Inertia => "look at the coupling and at what is mounted on the shaft",
+            Self::VoltageGain | Self::VoltageDrift => {
+                "check the voltage channel against a meter (the golden motor shows it, too)"
+            }
+            Self::CurrentGain | Self::CurrentDrift | Self::CurrentOffset => {
+                "check the current channel against a meter (the golden motor shows it, too)"
+            }
+            Self::SpeedGain | Self::SpeedDrift => {
+                "check the speed channel against a stroboscope (the golden motor shows it, too)"
+            }
+            Self::Sparking => "look at the brushes' seat and wear and at the commutator's bars",
+            Self::Imbalance => "balance the rotor; look at the bearings' play and the speed sensor's mounting",
+        }
+    }
+}

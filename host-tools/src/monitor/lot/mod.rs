@@ -1,0 +1,179 @@
+//! A motor among those of its lot: faults as hypotheses about its balances, against what healthy motors show at the
+//! same time of the same test.
+//!
+//! [`blocks`] forms the balances, [`population`] learns what is usual, [`likelihood`] tests the hypotheses of [`fault`].
+//! Every motor of a lot is tested along the same profile.
+
+pub mod blocks;
+pub mod fault;
+pub mod likelihood;
+pub mod population;
+
+use greyrig::detector::Kind;
+use serde::Serialize;
+
+use crate::context::Context;
+use crate::error::Result;
+use crate::model::Model;
+use crate::model::lot::{Fault, Limit, Onset, Population};
+use crate::recording::Recording;
+use blocks::{Cut, Run};
+use likelihood::{Hypothesis, limits, scan};
+
+/// Largest difference of a block's voltage from the lot's, a share of it, that mains of another level make (EN 50160)
+/// beside the first block's begin, and the share of blocks beyond it that another profile makes: by judgement.
+const SAME_VOLTAGE: f64 = 0.15;
+const OTHER_BLOCKS: f64 = 0.1;
+/// Blocks that a test has at least: a second.
+const FEWEST_BLOCKS: usize = 10;
+/// Into how many parts a lot is divided at most, each judged by what the others say is usual.
+const FOLDS: usize = 20;
+/// Share of the best Z from which a fault is as likely: where the columns differ by less than the laws of a motor from
+/// those of its model. By judgement.
+const AS_LIKELY: f64 = 0.95;
+
+/// A fault that is none of chance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// The fault.
+    pub fault: Fault,
+    /// `electrical`, `mechanical` or `sensor`.
+    pub kind: &'static str,
+    /// Begin, s; none if it was there from the start.
+    pub t_s: Option<f64>,
+    /// Its size, relative or in its unit, and the 95 % interval of that.
+    pub size: f64,
+    /// The interval.
+    pub ci95: [f64; 2],
+    /// Z over its limit.
+    pub ratio: f64,
+    /// Z.
+    pub z: f64,
+    /// Whether it explains what is seen about as well as the first does.
+    pub as_likely: bool,
+    /// In words.
+    pub text: String,
+    /// What to look at on the bench.
+    pub look_at: &'static str,
+}
+
+/// What a lot says of a motor.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Judged {
+    /// What is wrong with it, the likeliest first; nothing of a healthy one.
+    Found(Vec<Finding>),
+    /// Why it says nothing.
+    Incomparable(String),
+}
+
+/// What is usual in a lot, or why the runs do not tell.
+///
+/// # Errors
+/// Runs whose balances cannot be formed, an interrupt.
+pub fn learn(
+    model: &Model,
+    recordings: &[Recording],
+    motors: &[Vec<usize>],
+    ctx: &Context,
+) -> Result<std::result::Result<Population, String>> {
+    if let Some(gap) = recordings.iter().find(|r| !r.gaps().is_empty()) {
+        return Ok(Err(format!("{} has gaps", gap.path().display())));
+    }
+    let cuts: Vec<Cut> = recordings.iter().map(|r| Cut::of(model, r)).collect::<Result<_>>()?;
+    let top_speed = cuts.iter().map(|c| c.top_speed).fold(0.0, f64::max);
+    let cut = Cut { top_speed, ..cuts[0] };
+    let steps = ctx.steps("balances", recordings.len() as u64);
+    let mut runs = Vec::new();
+    for (recording, own) in recordings.iter().zip(&cuts) {
+        ctx.check()?;
+        if !own.is_as(&cut) {
+            return Ok(Err(format!("{} has mains of another frequency", recording.path().display())));
+        }
+        runs.push(cut.run(model, recording)?);
+        steps.next();
+    }
+    let all: Vec<&Run> = runs.iter().collect();
+    let mut population = Population::learn(&cut, &all, motors.len());
+    if population.usual.len() < FEWEST_BLOCKS {
+        return Ok(Err(format!("the shortest of them has {} blocks of {:.2} s", population.usual.len(), cut.block_s)));
+    }
+    if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
+        return Ok(Err(format!("{} follows a profile of its own", recordings[k].path().display())));
+    }
+    let mut shown = Vec::new();
+    for left_out in motors.chunks(motors.len().div_ceil(FOLDS)) {
+        ctx.check()?;
+        let is_left_out = |k: &usize| left_out.iter().any(|motor| motor.contains(k));
+        let others: Vec<&Run> = (0..runs.len()).filter(|k| !is_left_out(k)).map(|k| &runs[k]).collect();
+        let usual = Population::learn(&cut, &others, motors.len() - left_out.len());
+        let of_motor = |motor: &Vec<usize>| {
+            motor.iter().map(|k| scan(&usual.whitened(&runs[*k]), cut.block_s)).collect::<Vec<_>>()
+        };
+        shown.extend(left_out.iter().map(of_motor));
+    }
+    population.limits = limits(&shown);
+    Ok(Ok(population))
+}
+
+/// What is wrong with a motor.
+///
+/// # Errors
+/// A run whose balances cannot be formed.
+pub fn judge(model: &Model, population: &Population, recording: &Recording) -> Result<Judged> {
+    if !recording.gaps().is_empty() {
+        return Ok(Judged::Incomparable("its recording has gaps".to_owned()));
+    }
+    let cut = Cut { block_s: population.block_s, alternating: population.alternating, top_speed: population.top_speed };
+    if !Cut::of(model, recording)?.is_as(&cut) {
+        return Ok(Judged::Incomparable("its mains are of another frequency than the lot's".to_owned()));
+    }
+    let run = cut.run(model, recording)?;
+    if !population.has_profile_of(&run) {
+        return Ok(Judged::Incomparable("it follows another profile than the lot did".to_owned()));
+    }
+    let limit = |h: &Hypothesis| population.limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset);
+    let mut found: Vec<(&Limit, Hypothesis)> = scan(&population.whitened(&run), cut.block_s)
+        .into_iter()
+        .filter_map(|h| Some((limit(&h)?, h)))
+        .filter(|(limit, h)| h.z.abs() > limit.z)
+        .collect();
+    // What a fault explains, as Z: arcs take voltage, as a contact does. What is too large for its column comes last.
+    let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
+    let explains = |h: &Hypothesis| if h.fault == Fault::Sparking { h.z.hypot(contact) } else { h.z.abs() };
+    let rank = |h: &Hypothesis| (h.fault.holds(h.size), explains(h));
+    found.sort_by(|(_, a), (_, b)| rank(b).partial_cmp(&rank(a)).unwrap_or(std::cmp::Ordering::Equal));
+    let best = found.first().map(|(_, h)| *h);
+    let finding = |(limit, h): (&Limit, Hypothesis)| {
+        let as_likely = best.is_some_and(|best| h.fault.holds(h.size) && explains(&h) >= AS_LIKELY * explains(&best));
+        finding(limit, &h, as_likely, &run)
+    };
+    Ok(Judged::Found(found.into_iter().map(finding).collect()))
+}
+
+impl Population {
+    /// Whether a run follows the profile of the lot: its voltage is the lot's but for the level of the mains.
+    fn has_profile_of(&self, run: &Run) -> bool {
+        let highest = self.voltage.iter().fold(0.0f64, |most, u| most.max(*u));
+        let both = || run.blocks.iter().zip(&self.voltage);
+        let differs =
+            |(block, usual): &(&blocks::Block, &f64)| (block.voltage - **usual).abs() > SAME_VOLTAGE * highest;
+        (both().filter(differs).count() as f64) <= OTHER_BLOCKS * both().count() as f64
+    }
+}
+
+fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding {
+    let t_s = (h.onset == Onset::During).then(|| run.blocks[h.block].t_s - 0.5 * run.block_s);
+    let when = t_s.map_or_else(|| "from the start".to_owned(), |t| format!("since {t:.2} s"));
+    Finding {
+        fault: h.fault,
+        kind: Kind::name(h.fault.kind()),
+        t_s,
+        size: h.size,
+        ci95: [-1.96, 1.96].map(|beside| h.size + beside * h.deviation),
+        ratio: h.z.abs() / limit.z,
+        z: h.z,
+        as_likely,
+        text: format!("{} {} {when}", h.fault.words(), h.fault.told(h.size)),
+        look_at: h.fault.look_at(),
+    }
+}
