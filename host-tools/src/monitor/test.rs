@@ -155,19 +155,22 @@ pub fn judge(
                 Judged::Incomparable(why) => incomparable = Some(format!("the lot says nothing of this motor: {why}")),
             }
             if let Some(first) = findings.first() {
+                let t_s = first.t_s.unwrap_or(recording.start_s());
                 // What began during the test is told best by the balances.
                 for alarm in alarms.iter_mut().filter(|_| first.t_s.is_some()) {
                     alarm.suspect.clone_from(&first.text);
                     alarm.kind = first.kind;
                 }
-                alarms.push(Alarm {
-                    t_s: first.t_s.unwrap_or(recording.start_s()),
-                    until_s: run.rows.last().map_or(0.0, |r| r.t_s),
-                    kind: first.kind,
-                    cause: "balances of power and torque",
-                    suspect: first.text.clone(),
-                    ratio: first.ratio,
-                });
+                if alarms.iter().all(|alarm| alarm.until_s < t_s) {
+                    alarms.push(Alarm {
+                        t_s,
+                        until_s: run.rows.last().map_or(0.0, |r| r.t_s),
+                        kind: first.kind,
+                        cause: "balances of power and torque",
+                        suspect: first.text.clone(),
+                        ratio: first.ratio,
+                    });
+                }
             }
         }
         suspects.truncate(3);

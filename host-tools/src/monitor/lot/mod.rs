@@ -9,6 +9,8 @@ pub mod fault;
 pub mod likelihood;
 pub mod population;
 
+use std::cmp::Ordering;
+
 use greyrig::detector::Kind;
 use serde::Serialize;
 
@@ -28,9 +30,11 @@ const OTHER_BLOCKS: f64 = 0.1;
 const FEWEST_BLOCKS: usize = 10;
 /// Into how many parts a lot is divided at most, each judged by what the others say is usual.
 const FOLDS: usize = 20;
-/// Share of the best Z from which a fault is as likely: where the columns differ by less than the laws of a motor from
-/// those of its model. By judgement.
-const AS_LIKELY: f64 = 0.95;
+/// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
+/// larger, Z counts less.
+const OF_WHITE: f64 = 3.48;
+/// Odds up to which one fault is as likely as another: as a verdict's 95 %.
+const AS_LIKELY: f64 = 20.0;
 
 /// A fault that is none of chance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -141,12 +145,18 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
     let explains = |h: &Hypothesis| if h.fault == Fault::Sparking { h.z.hypot(contact) } else { h.z.abs() };
     let rank = |h: &Hypothesis| (h.fault.holds(h.size), explains(h));
-    found.sort_by(|(_, a), (_, b)| rank(b).partial_cmp(&rank(a)).unwrap_or(std::cmp::Ordering::Equal));
-    let best = found.first().map(|(_, h)| *h);
-    let finding = |(limit, h): (&Limit, Hypothesis)| {
-        let as_likely = best.is_some_and(|best| h.fault.holds(h.size) && explains(&h) >= AS_LIKELY * explains(&best));
-        finding(limit, &h, as_likely, &run)
+    let ordered = |a: &Hypothesis, b: &Hypothesis| rank(b).partial_cmp(&rank(a)).unwrap_or(Ordering::Equal);
+    found.sort_by(|(_, a), (_, b)| ordered(a, b));
+    let best = found.first().copied();
+    let is_as_likely = |h: &Hypothesis| {
+        best.is_some_and(|(limit, best)| {
+            let more = explains(&best).powi(2) - explains(h).powi(2);
+            h.fault.holds(h.size) && more / (2.0 * (limit.z / OF_WHITE).powi(2)) < AS_LIKELY.ln()
+        })
     };
+    // Of what is as likely the frequent ones first.
+    found.sort_by_key(|(_, h)| if is_as_likely(h) { h.fault as usize } else { Fault::ALL.len() });
+    let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect()))
 }
 
