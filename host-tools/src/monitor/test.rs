@@ -89,6 +89,9 @@ pub struct Test {
     /// What its balances say is wrong, the likeliest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<lot::Finding>,
+    /// Its balances beside the lot's.
+    #[serde(skip)]
+    pub beside: Vec<lot::Beside>,
     /// Logarithms of the ratios of the motor's own parameters to the model's, where nothing else explains what was
     /// seen.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -127,7 +130,7 @@ pub fn judge(
 ) -> Result<Test> {
     let mut alarms = alarms(&run.rows);
     let (mut suspects, mut own) = (Vec::new(), BTreeMap::new());
-    let (mut findings, mut incomparable) = (Vec::new(), None);
+    let (mut findings, mut beside, mut incomparable) = (Vec::new(), Vec::new(), None);
     if whole {
         // A cause that is put into a recording with gaps would begin anew behind each.
         if recording.gaps().is_empty()
@@ -151,7 +154,7 @@ pub fn judge(
         }
         if let Some(population) = &detector.lot {
             match lot::judge(model, population, recording)? {
-                Judged::Found(found) => findings = found,
+                Judged::Found(found, rows) => (findings, beside) = (found, rows),
                 Judged::Incomparable(why) => incomparable = Some(format!("the lot says nothing of this motor: {why}")),
             }
             if let Some(first) = findings.first() {
@@ -200,6 +203,7 @@ pub fn judge(
         alarms,
         suspects,
         findings,
+        beside,
         parameters: own,
         periods: [run.judged().count(), run.rows.len()],
         features: Features::mean(run.judged().map(|r| &r.features)),

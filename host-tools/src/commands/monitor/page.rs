@@ -1,9 +1,13 @@
 //! The report on tested motors.
 
 use crate::model::{DetectorEntry, Origin};
+use crate::monitor::lot::{Beside, Finding};
 use crate::monitor::replay::Row;
 use crate::monitor::test::Test;
 use crate::report::{Curves, Report, Table};
+
+/// Faults that are shown of a motor.
+const FAULTS_SHOWN: usize = 5;
 
 /// The report.
 pub fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) -> Report<'a> {
@@ -33,11 +37,53 @@ pub fn report<'a>(tests: &[Test], detector: &DetectorEntry, files: &[Origin]) ->
         },
     );
     for test in tests.iter().take(12) {
+        if !test.findings.is_empty() {
+            report = report.table(format!("{}: what is wrong", test.recording), findings(test));
+        }
+        if !test.beside.is_empty() {
+            report = report.curves(format!("{}: its balances beside the lot's", test.recording), balances(test));
+        }
         report = report
             .curves(format!("{}: {}", test.recording, test.verdict.words()), ratios(test, detector))
             .curves(format!("{}: arcing", test.recording), arcing(test));
     }
     report.recordings(files)
+}
+
+/// The faults that explain what is seen, the likeliest first.
+fn findings(test: &Test) -> Table {
+    let row = |f: &Finding| {
+        let as_likely = if f.as_likely { "as likely as any" } else { "less likely" };
+        vec![f.text.clone(), f.kind.to_owned(), format!("{:.1}", f.ratio), as_likely.to_owned(), f.look_at.to_owned()]
+    };
+    Table {
+        caption: "Faults by the balances of power and torque, against what healthy motors of the lot show at the same \
+                  time of the test"
+            .to_owned(),
+        columns: ["fault", "where", "times the limit", "how likely", "on the bench"].map(str::to_owned).to_vec(),
+        rows: test.findings.iter().take(FAULTS_SHOWN).map(row).collect(),
+    }
+}
+
+/// What the balances leave over, in time.
+fn balances(test: &Test) -> Curves {
+    let of = |get: fn(&Beside) -> Option<f64>| test.beside.iter().filter_map(|b| Some((b.t_s, get(b)?))).collect();
+    let band = |z: f64| test.beside.iter().map(|b| (b.t_s, z)).collect();
+    Curves {
+        caption:
+            "What the balances of power and torque leave over, less what is usual at that time of the test and what \
+                  the motor's own parameters make; 95 % of healthy blocks lie between the lines"
+                .to_owned(),
+        x: "time, s".to_owned(),
+        y: "standard deviations of the lot".to_owned(),
+        logarithmic: false,
+        curves: vec![
+            ("power".to_owned(), of(|b| b.power)),
+            ("torque".to_owned(), of(|b| b.torque)),
+            ("+1.96".to_owned(), band(1.96)),
+            ("−1.96".to_owned(), band(-1.96)),
+        ],
+    }
 }
 
 /// What only arcs do to the current above 1 kHz.

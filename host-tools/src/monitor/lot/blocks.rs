@@ -29,6 +29,10 @@ use crate::model::Model;
 use crate::model::lot::{BALANCES, Fault, ROWS};
 use crate::recording::Recording;
 
+/// The row of the power.
+pub const POWER: usize = 0;
+/// The row of the torque.
+pub const TORQUE: usize = 1;
 const MEAN_CURRENT: usize = 2;
 /// The row of sparks.
 pub const SPARKS: usize = 3;

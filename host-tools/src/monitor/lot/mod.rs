@@ -1,8 +1,8 @@
 //! A motor among those of its lot: faults as hypotheses about its balances, against what healthy motors show at the
 //! same time of the same test.
 //!
-//! [`blocks`] forms the balances, [`population`] learns what is usual, [`likelihood`] tests the hypotheses of [`fault`].
-//! Every motor of a lot is tested along the same profile.
+//! [`blocks`] forms the balances, [`population`] learns what is usual, [`likelihood`] tests the hypotheses of
+//! [`fault`]. Every motor of a lot is tested along the same profile.
 
 pub mod blocks;
 pub mod fault;
@@ -12,6 +12,7 @@ pub mod population;
 use std::cmp::Ordering;
 
 use greyrig::detector::Kind;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::context::Context;
@@ -19,8 +20,9 @@ use crate::error::Result;
 use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
-use blocks::{Cut, Run};
+use blocks::{Cut, POWER, Run, TORQUE};
 use likelihood::{Hypothesis, limits, scan};
+use population::Whitened;
 
 /// Largest difference of a block's voltage from the lot's, a share of it, that mains of another level make (EN 50160)
 /// beside the first block's begin, and the share of blocks beyond it that another profile makes: by judgement.
@@ -61,11 +63,23 @@ pub struct Finding {
     pub look_at: &'static str,
 }
 
+/// How far a block's balances are from what is usual in the lot, the motor's own parameters taken off, in standard
+/// deviations.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beside {
+    /// Middle of the block, s.
+    pub t_s: f64,
+    /// Power, where it counts.
+    pub power: Option<f64>,
+    /// Torque, where it counts.
+    pub torque: Option<f64>,
+}
+
 /// What a lot says of a motor.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judged {
-    /// What is wrong with it, the likeliest first; nothing of a healthy one.
-    Found(Vec<Finding>),
+    /// What is wrong with it, the likeliest first, nothing of a healthy one; and its balances block by block.
+    Found(Vec<Finding>, Vec<Beside>),
     /// Why it says nothing.
     Incomparable(String),
 }
@@ -87,15 +101,16 @@ pub fn learn(
     let top_speed = cuts.iter().map(|c| c.top_speed).fold(0.0, f64::max);
     let cut = Cut { top_speed, ..cuts[0] };
     let steps = ctx.steps("balances", recordings.len() as u64);
-    let mut runs = Vec::new();
-    for (recording, own) in recordings.iter().zip(&cuts) {
-        ctx.check()?;
-        if !own.is_as(&cut) {
-            return Ok(Err(format!("{} has mains of another frequency", recording.path().display())));
-        }
-        runs.push(cut.run(model, recording)?);
-        steps.next();
+    if let Some(k) = (0..cuts.len()).find(|k| !cuts[*k].is_as(&cut)) {
+        return Ok(Err(format!("{} has mains of another frequency", recordings[k].path().display())));
     }
+    let one_run = |recording: &Recording| {
+        ctx.check()?;
+        let run = cut.run(model, recording)?;
+        steps.next();
+        Ok(run)
+    };
+    let runs: Vec<Run> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
     let all: Vec<&Run> = runs.iter().collect();
     let mut population = Population::learn(&cut, &all, motors.len());
     if population.usual.len() < FEWEST_BLOCKS {
@@ -104,8 +119,7 @@ pub fn learn(
     if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
         return Ok(Err(format!("{} follows a profile of its own", recordings[k].path().display())));
     }
-    let mut shown = Vec::new();
-    for left_out in motors.chunks(motors.len().div_ceil(FOLDS)) {
+    let judge_part = |left_out: &[Vec<usize>]| {
         ctx.check()?;
         let is_left_out = |k: &usize| left_out.iter().any(|motor| motor.contains(k));
         let others: Vec<&Run> = (0..runs.len()).filter(|k| !is_left_out(k)).map(|k| &runs[k]).collect();
@@ -113,8 +127,10 @@ pub fn learn(
         let of_motor = |motor: &Vec<usize>| {
             motor.iter().map(|k| scan(&usual.whitened(&runs[*k]), cut.block_s)).collect::<Vec<_>>()
         };
-        shown.extend(left_out.iter().map(of_motor));
-    }
+        Ok(left_out.iter().map(of_motor).collect::<Vec<_>>())
+    };
+    let parts = motors.par_chunks(motors.len().div_ceil(FOLDS)).map(judge_part);
+    let shown = parts.collect::<Result<Vec<_>>>()?.concat();
     population.limits = limits(&shown);
     Ok(Ok(population))
 }
@@ -136,7 +152,8 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         return Ok(Judged::Incomparable("it follows another profile than the lot did".to_owned()));
     }
     let limit = |h: &Hypothesis| population.limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset);
-    let mut found: Vec<(&Limit, Hypothesis)> = scan(&population.whitened(&run), cut.block_s)
+    let white = population.whitened(&run);
+    let mut found: Vec<(&Limit, Hypothesis)> = scan(&white, cut.block_s)
         .into_iter()
         .filter_map(|h| Some((limit(&h)?, h)))
         .filter(|(limit, h)| h.z.abs() > limit.z)
@@ -157,7 +174,19 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     // Of what is as likely the frequent ones first.
     found.sort_by_key(|(_, h)| if is_as_likely(h) { h.fault as usize } else { Fault::ALL.len() });
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
-    Ok(Judged::Found(found.into_iter().map(finding).collect()))
+    let beside = beside(&white, &run);
+    Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
+}
+
+/// A run's balances beside the lot's.
+fn beside(white: &Whitened, run: &Run) -> Vec<Beside> {
+    let (own, _) = white.own_of_motor();
+    let left = &white.rows - &white.own * own;
+    let of = |k: usize, row: usize| {
+        (0..white.blocks.len()).find(|n| white.blocks[*n] == k && white.row_of_block[*n] == row).map(|n| left[n])
+    };
+    let blocks = run.blocks.iter().enumerate();
+    blocks.map(|(k, block)| Beside { t_s: block.t_s, power: of(k, POWER), torque: of(k, TORQUE) }).collect()
 }
 
 impl Population {

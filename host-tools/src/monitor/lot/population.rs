@@ -43,6 +43,8 @@ const LEAST_SCATTER: f64 = 0.01;
 pub struct Whitened {
     /// Block of each row.
     pub blocks: Vec<usize>,
+    /// Which of its block's rows each is.
+    pub row_of_block: Vec<usize>,
     /// What is left over.
     pub rows: DVector<f64>,
     /// Columns of what differs from motor to motor, each of variance 1: parameters, then shapes.
@@ -242,7 +244,7 @@ impl Population {
     /// A run in units of what is usual.
     pub fn whitened(&self, run: &Run) -> Whitened {
         let width = OWN.len() + self.shapes.len();
-        let (mut blocks, mut all) = (Vec::new(), Vec::new());
+        let (mut blocks, mut row_of_block, mut all) = (Vec::new(), Vec::new(), Vec::new());
         for (k, block) in run.blocks.iter().enumerate().take(self.usual.len()) {
             let mut columns = DMatrix::zeros(ROWS, 1 + width + Fault::ALL.len());
             let mut put = |column: usize, rows: [f64; ROWS], by: f64| {
@@ -264,6 +266,7 @@ impl Population {
             let Some(white) = self.factor(k, &block.counts).solve_lower_triangular(&columns) else { continue };
             for row in (0..ROWS).filter(|row| block.counts[*row]) {
                 blocks.push(k);
+                row_of_block.push(row);
                 all.push(white.row(row).transpose());
             }
         }
@@ -273,6 +276,7 @@ impl Population {
             own: DMatrix::from_fn(all.len(), width, |n, c| all[n][1 + c]),
             faults: (0..Fault::ALL.len()).map(|f| column(1 + width + f)).collect(),
             blocks,
+            row_of_block,
         }
     }
 }
