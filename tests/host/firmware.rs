@@ -470,6 +470,37 @@ fn ports_are_listed_with_the_boards_that_answer() {
     assert!(output.status.success() && text.contains("rig 1") && text.contains("VC-1400"), "{text}");
 }
 
+#[test]
+fn what_belongs_to_a_rig_is_shown_and_written_beside_the_motor() {
+    let (folder, board) = (folder(2.2), Board::start());
+    let here = folder.path();
+    fn rig<'a>(board: &'a Board, more: &[&'a str]) -> Vec<&'a str> {
+        [&["rig", "--port", board.port.as_str()], more].concat()
+    }
+    std::fs::write(
+        here.join("rig.toml"),
+        "[voltage]\nzero = 2000\nper_count = 0.25\n[current]\nzero = 2048\nper_count = 0.0125\n[speed]\nzero = 0\nper_count = 1.5\n",
+    )
+    .unwrap();
+    // Without parameters there is nothing beside which a name could stand.
+    let refused = greyrig(here, &rig(&board, &["--name", "rig 7"]));
+    assert_eq!(refused.status.code(), Some(2), "{}", String::from_utf8_lossy(&refused.stderr));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("greyrig flash"));
+
+    json(here, &["flash", "--model", "model.toml", "--port", &board.port, "--rig", "rig 1"]);
+    let told = json(here, &rig(&board, &[]));
+    assert_eq!((&told["rig"], &told["motor"], &told["written"]), (&"rig 1".into(), &"VC-1400".into(), &false.into()));
+    let told = json(here, &rig(&board, &["--name", "rig 7", "--calibration", "rig.toml"]));
+    assert_eq!((&told["rig"], &told["motor"], &told["mode"]), (&"rig 7".into(), &"VC-1400".into(), &"running".into()));
+    let voltage = &told["calibration"][0];
+    assert_eq!((&voltage["zero"], &voltage["per_count"]), (&2000.0.into(), &0.25.into()), "{told}");
+    // The motor's parameters are as they were: those of the model with this name and calibration.
+    let same = ["flash", "--model", "model.toml", "--port", &board.port, "--dry-run"];
+    assert_eq!(json(here, &same)["already_there"], true);
+    let text = String::from_utf8(greyrig(here, &rig(&board, &["--clear-faults"])).stdout).unwrap();
+    assert!(text.contains("rig 7") && text.contains("(counts − 2000) · 0.25 V"), "{text}");
+}
+
 /// Without a named port nothing but a probe is asked, and that there is none is no trouble.
 #[test]
 fn a_machine_without_boards_is_no_trouble() {

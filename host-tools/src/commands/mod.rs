@@ -25,6 +25,7 @@ pub mod plan;
 pub mod ports;
 pub mod predict;
 pub mod record;
+pub mod rig;
 pub mod serve;
 pub mod simulate;
 mod stdout;
@@ -104,6 +105,8 @@ pub enum Command {
     Record(record::Args),
     /// Boards that are connected.
     Ports(ports::Args),
+    /// What belongs to a rig: name, calibration, the motor type on board, how it is.
+    Rig(rig::Args),
     /// A virtual board that runs the flashed image, behind a pseudo-terminal.
     Board(board::Args),
 }
@@ -139,6 +142,7 @@ impl Command {
             Self::Simulate(args) => simulate::run(args, terminal),
             Self::Flash(args) => flash::run(args, terminal),
             Self::Record(args) => record::run(args, terminal),
+            Self::Rig(args) => rig::run(args, terminal),
             Self::Ports(args) => ports::run(args, terminal),
             Self::Board(args) => board::run(args),
         }

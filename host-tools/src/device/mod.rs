@@ -11,6 +11,7 @@ pub mod ports;
 #[cfg(feature = "probe")]
 pub mod probe;
 pub mod recorded;
+pub mod rig;
 pub mod update;
 
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};

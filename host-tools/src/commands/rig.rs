@@ -1,0 +1,146 @@
+//! `greyrig rig`: what belongs to a rig.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use greyrig::detector::Verdict;
+use greyrig::parameters::{MAX_TEXT, Text};
+use greyrig::units::Scale;
+use serde_json::json;
+
+use super::terminal::Terminal;
+use super::{stdout, words};
+use crate::device::rig::{self, Rig};
+use crate::device::{Port, connection, parameters, update};
+use crate::error::{Error, Result};
+
+/// What belongs to a rig: its name, its channels' calibration, the motor type on board, and how it is.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  greyrig rig --port /dev/ttyACM0\n  \
+    greyrig rig --port /dev/ttyACM0 --name \"rig 3\" --calibration rig.toml\n\n\
+    Name and calibration are written beside the motor's parameters, which stay as they are; without parameters on board use\n\
+    `greyrig flash`. Exit code: 0 done, 2 wrong usage, 3 trouble with the link.")]
+pub struct Args {
+    /// A serial device, a pseudo-terminal, or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    port: String,
+    /// File in which a virtual board publishes its time (`greyrig board --clock`): time-outs follow it, not real time
+    #[arg(long, value_name = "FILE")]
+    clock: Option<PathBuf>,
+    /// Name to give to the rig
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Calibration to write: [voltage], [current], [speed], each with zero (counts) and per_count (V, A, rad/s)
+    #[arg(long, value_name = "RIG.toml")]
+    calibration: Option<PathBuf>,
+    /// Forget the faults that it has counted
+    #[arg(long)]
+    clear_faults: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A calibration that cannot be read, a name that is too long, a rig without parameters, trouble with the link.
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
+    let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
+    let too_long = |_| Error::usage(format!("the rig's name is longer than {MAX_TEXT} bytes"), "choose a shorter one");
+    let name = args.name.as_deref().map(|name| Text::try_from(name).map_err(too_long)).transpose()?;
+    let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
+    let ctx = terminal.context();
+    let mut there = rig::read(&port, &ctx)?;
+    let changes = name.is_some() || calibration.is_some();
+    if changes {
+        let Some(mut settings) = there.settings.take() else {
+            return Err(Error::usage(
+                format!("{} has no parameters in which a name or a calibration could stand", args.port),
+                "write a motor's: greyrig flash --model MODEL.toml --port PORT --rig NAME --calibration RIG.toml",
+            ));
+        };
+        settings.rig = name.unwrap_or(settings.rig);
+        settings.calibration = calibration.unwrap_or(settings.calibration);
+        let payload = parameters::payload(&settings, Path::new(&args.port))?;
+        terminal.watching("writing", |ctx| update::write(&port, &payload, ctx))?;
+    }
+    if args.clear_faults {
+        rig::clear_faults(&port, &ctx)?;
+    }
+    if changes || args.clear_faults {
+        there = rig::read(&port, &ctx)?;
+    }
+    if args.json {
+        stdout::print_json("rig", &[], told(&there, &args.port, changes))?;
+    } else {
+        print(&there, &args.port, changes)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The channels with their scales and units.
+fn channels(rig: &Rig) -> Vec<(&'static str, Scale, &'static str)> {
+    let of = |c: &greyrig::units::CalibrationSettings| {
+        vec![("voltage", c.voltage, "V"), ("current", c.current, "A"), ("speed", c.speed, "rad/s")]
+    };
+    rig.settings.as_ref().map_or_else(Vec::new, |settings| of(&settings.calibration))
+}
+
+/// A verdict in words.
+const fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "pass",
+        Verdict::Fail => "fail",
+        Verdict::CannotJudge => "cannot judge",
+    }
+}
+
+fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
+    let Rig { device, status, settings } = rig;
+    let named = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
+    let mut table = words::table(&["", port]);
+    let mut row = |what: &str, value: String| {
+        table.add_row([what.to_owned(), value]);
+    };
+    row("rig", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.rig)));
+    row("motor type on board", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.motor_type)));
+    row("board", format!("{}, firmware {}", device.board, device.firmware));
+    row("chip", device.chip.clone());
+    row("runs", connection::mode(status.mode).to_owned());
+    row("samples a second", device.sample_rate_hz.to_string());
+    let [current, speed] = device.skew_s.map(|s| 1e6 * s);
+    row("sampled after the voltage", format!("current {current:.2} µs, speed {speed:.2} µs"));
+    for (channel, scale, unit) in channels(rig) {
+        row(channel, format!("(counts − {}) · {} {unit}", scale.zero, scale.per_count));
+    }
+    let limits = settings.as_ref().is_some_and(|s| s.detector.is_some());
+    let so_far = if limits { verdict(status.verdict) } else { "no limits on board: greyrig calibrate, greyrig flash" };
+    row("test under way", format!("{}: {so_far}", status.test));
+    stdout::print_line(&table.to_string())?;
+    for fault in connection::faults(status) {
+        stdout::print_line(&fault)?;
+    }
+    if written {
+        stdout::print_line("written and verified")?;
+    }
+    Ok(())
+}
+
+fn told(rig: &Rig, port: &str, written: bool) -> serde_json::Value {
+    let Rig { device, status, settings } = rig;
+    let of_channel = |(channel, scale, unit): (&str, Scale, &str)| json!({ "channel": channel, "zero": scale.zero, "per_count": scale.per_count, "unit": unit });
+    let name = |text: &str| (!text.is_empty()).then(|| text.to_owned());
+    json!({
+        "port": port,
+        "device": device,
+        "rig": settings.as_ref().and_then(|s| name(&s.rig)),
+        "motor": settings.as_ref().and_then(|s| name(&s.motor_type)),
+        "mode": connection::mode(status.mode),
+        "calibration": channels(rig).into_iter().map(of_channel).collect::<Vec<_>>(),
+        "test": status.test,
+        "verdict": verdict(status.verdict).replace(' ', "_"),
+        "faults": connection::faults(status),
+        "written": written,
+    })
+}
