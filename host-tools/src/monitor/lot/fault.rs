@@ -100,6 +100,11 @@ impl Fault {
         self.unit().is_some() || self.own_row().is_some() || size.abs() <= 0.5
     }
 
+    /// Whether it hardly ever is less than usual: nothing takes friction off a bearing, or ohms off a winding.
+    pub const fn only_grows(self) -> bool {
+        matches!(self, Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction)
+    }
+
     /// A size in words.
     pub fn told(self, size: f64) -> String {
         match (self.unit(), self.course()) {

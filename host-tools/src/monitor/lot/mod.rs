@@ -171,8 +171,11 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
             h.fault.holds(h.size) && more / (2.0 * (limit.z / OF_WHITE).powi(2)) < AS_LIKELY.ln()
         })
     };
-    // Of what is as likely the frequent ones first.
-    found.sort_by_key(|(_, h)| if is_as_likely(h) { h.fault as usize } else { Fault::ALL.len() });
+    // Of what is as likely the frequent ones first, and behind them what hardly ever changes that way.
+    found.sort_by_key(|(_, h)| match is_as_likely(h) {
+        true => (h.fault.only_grows() && h.size < 0.0, h.fault as usize),
+        false => (true, Fault::ALL.len()),
+    });
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
     let beside = beside(&white, &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
