@@ -8,7 +8,7 @@ from ten motors. Then healthy motors that nobody has seen, and motors with a fau
 from the start (--from-start).
 
 --warm: winding and bearing warm up, and the mains are up to 3 % off. --mixed: the form of each motor's laws is drawn, too.
-Columns: fault, failed, right name first, named among the first three, median delay s, median ratio to the limit; what was named.
+Columns: fault, failed, right name first, named among the first three, median of the told begin less the true one s, median ratio to the limit; what was named.
 """
 
 import argparse
@@ -162,7 +162,7 @@ def main():
                     told[suspects[0] if suspects else "?"] += 1
                     right += bool(suspects) and any(name in suspects[0] for name in names)
                     among += any(name in text for text in suspects[:3] for name in names)
-                    delays += [a["t_s"] - at_s for a in run["alarms"][:1]]
+                    delays += [f["t_s"] - at_s for f in findings[:1] if f["t_s"] is not None]
             middle = lambda x: f"{np.median(x):7.2f}" if x else "      -"
             print(f"{fault:22} {failed:4}/{count:<3} {right:6} {among:5} {middle(delays)} {middle(ratios)}  "
                   + "; ".join(f"{n} x {text}" for text, n in told.most_common(3)), flush=True)

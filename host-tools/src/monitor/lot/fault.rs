@@ -100,9 +100,14 @@ impl Fault {
         self.unit().is_some() || self.own_row().is_some() || size.abs() <= 0.5
     }
 
-    /// Whether it hardly ever is less than usual: nothing takes friction off a bearing, or ohms off a winding.
-    pub const fn only_grows(self) -> bool {
-        matches!(self, Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction)
+    /// Whether it hardly ever goes that way: nothing takes friction off a bearing or ohms off a winding, and no flux
+    /// grows.
+    pub fn is_unlikely_by_sign(self, size: f64) -> bool {
+        match self {
+            Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction => size < 0.0,
+            Self::Turns => size > 0.0,
+            _ => false,
+        }
     }
 
     /// A size in words.

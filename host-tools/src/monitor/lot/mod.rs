@@ -173,7 +173,7 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     };
     // Of what is as likely the frequent ones first, and behind them what hardly ever changes that way.
     found.sort_by_key(|(_, h)| match is_as_likely(h) {
-        true => (h.fault.only_grows() && h.size < 0.0, h.fault as usize),
+        true => (h.fault.is_unlikely_by_sign(h.size), h.fault as usize),
         false => (true, Fault::ALL.len()),
     });
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
