@@ -10,6 +10,7 @@ use greyrig_host::model::lot::{Fault, Onset};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::calibrate;
 use greyrig_host::monitor::lot::blocks::Cut;
+use greyrig_host::monitor::lot::learn;
 use greyrig_host::monitor::test::{Outcome, Test, test};
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::{Motor, Setup};
@@ -170,6 +171,32 @@ fn another_profile_is_not_judged_by_the_lot() {
     let found = tested(&other);
     assert!(found.reasons.iter().any(|r| r.contains("another profile")), "{:?}", found.reasons);
     assert!(found.findings.is_empty());
+}
+
+/// A supply that comes and goes, and a second of it, teach nothing and break nothing.
+#[test]
+fn what_is_too_short_for_a_lot_says_so() {
+    let healthy: Vec<Recording> =
+        (1..=4).map(|seed| rig(seed).seconds(0.9).motor(Motor::universal()).run().unwrap().recording).collect();
+    let cut = Cut::of(station(), &healthy[0]).unwrap();
+    let motors: Vec<Vec<usize>> = (0..4).map(|k| vec![k]).collect();
+    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, &Context::quiet()).unwrap();
+    assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"), "{cut:?}");
+}
+
+#[test]
+fn a_motor_that_does_not_belong_to_the_others_teaches_nothing() {
+    let motors: Vec<Vec<usize>> = (0..10).map(|k| vec![k]).collect();
+    let learnt = |fault: Option<&str>| {
+        let lot: Vec<Recording> = (1..=10).map(|seed| motor(seed, fault.filter(|_| seed == 4))).collect();
+        learn(|_| Ok(station().clone()), &lot, &motors, &Context::quiet()).unwrap()
+    };
+    let clean = learnt(None);
+    assert!(clean.outsiders.is_empty(), "{:?}", clean.outsiders);
+    let spoilt = learnt(Some("resistance_up=0.3@4.6"));
+    let [outsider] = spoilt.outsiders.as_slice() else { panic!("{:?}", spoilt.outsiders) };
+    assert_eq!(outsider.motor, 3);
+    assert_eq!(spoilt.population.unwrap().motors, 9);
 }
 
 #[test]

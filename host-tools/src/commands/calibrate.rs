@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::model::lot::{Fault, Onset, Population};
 use crate::model::{DetectorEntry, Model};
 use crate::monitor::calibrate::{Calibration, Shown, calibrate};
+use crate::monitor::lot::Outsider;
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
 use crate::output;
@@ -55,7 +56,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let model = Model::load(&args.model)?;
     let mut recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let Calibration { detector, shown, without_lot } =
+    let Calibration { detector, shown, without_lot, outsiders } =
         terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
     let calibrated = Model { detector: Some(detector.clone()), ..model };
     if let Some(path) = &args.out {
@@ -66,6 +67,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             "detector": detector,
             "runs": shown,
             "without_lot": without_lot,
+            "outsiders": outsiders,
             "model": args.out,
             "data_findings": findings,
         });
@@ -83,6 +85,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     ))?;
     for line in of_parameters(&calibrated, &detector) {
         stdout::print_line(&line)?;
+    }
+    for Outsider { recording, finding, .. } in &outsiders {
+        stdout::print_line(&format!(
+            "{recording} does not belong to the others and has taught nothing: {}, {:.1} times what they allow",
+            finding.text, finding.ratio
+        ))?;
     }
     if let Some(lot) = &detector.lot {
         stdout::print_line(&format!("\n{}", smallest(lot)))?;

@@ -6,14 +6,16 @@
 //! deviations. Seven values are watched, so each limit holds all but a seventh of the false alarms that are allowed.
 //! The parameters that are estimated from a run, on the host alone, have a share of their own.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
+use super::lot::{self, Learnt, Outsider};
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
-use super::{air, lot, parameters};
+use super::{air, parameters};
 use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model};
@@ -66,6 +68,8 @@ pub struct Calibration {
     pub shown: Vec<Shown>,
     /// Why the runs do not tell what is usual in the lot, where they do not.
     pub without_lot: Option<String>,
+    /// Motors that do not belong to the others, and have taught nothing.
+    pub outsiders: Vec<Outsider>,
 }
 
 /// The values of a run, but for the parameters. `None` if nothing in it could be judged.
@@ -112,7 +116,7 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
 /// # Errors
 /// Too few motors, a run in which nothing can be judged, an interrupt.
 pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: &Context) -> Result<Calibration> {
-    let motors = by_motor(recordings);
+    let mut motors = by_motor(recordings);
     if motors.len() < FEWEST {
         let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
         return Err(Error::usage(told, format!("give runs of at least {FEWEST} healthy motors; ten are usual")));
@@ -141,6 +145,16 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
         ));
     }
     entry.air_kg_m3 = range(&air);
+    let in_its_air = |r: &Recording| Ok(air::compensated(model, &entry, r)?.into_owned());
+    let Learnt { population, outsiders } = lot::learn(in_its_air, recordings, &motors, ctx)?;
+    let mut belong = Cow::Borrowed(recordings);
+    if !outsiders.is_empty() {
+        let is_out = |k: &usize| outsiders.iter().any(|outsider| motors[outsider.motor].contains(k));
+        belong = (0..recordings.len()).filter(|k| !is_out(k)).map(|k| recordings[k].clone()).collect::<Vec<_>>().into();
+        motors = by_motor(&belong);
+        (entry.runs, entry.motors) = (belong.len(), motors.len());
+    }
+    let recordings = &*belong;
     let look = |entry: &DetectorEntry, r: &Recording| {
         let model = air::compensated(model, entry, r)?;
         replay(&model, r, &|interval| entry.settings(interval), ctx)
@@ -181,7 +195,6 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
         all[0].parameters.keys().filter(|name| all.iter().all(|s| s.parameters.contains_key(*name))).collect();
     let of_parameter = |name: &String| (name.clone(), band_of(&|s| [s.parameters[name]; 2], determined.len() as f64));
     let temperatures: Vec<f64> = first.iter().filter_map(|r| r.temperature).collect();
-    let lot = lot::learn(model, recordings, &motors, ctx)?;
     entry = DetectorEntry {
         current: limit(of(&|s| s.current), true),
         speed: limit(of(&|s| s.speed), true),
@@ -193,8 +206,8 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
         temperature_c: range(&temperatures),
         mains_v: range(&mains),
         parameters: determined.iter().map(|name| of_parameter(name)).collect(),
-        lot: lot.as_ref().ok().cloned(),
+        lot: population.as_ref().ok().cloned(),
         ..entry
     };
-    Ok(Calibration { detector: entry, shown: all, without_lot: lot.err() })
+    Ok(Calibration { detector: entry, shown: all, without_lot: population.err(), outsiders })
 }

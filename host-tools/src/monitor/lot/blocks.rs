@@ -314,7 +314,7 @@ impl Cut {
                     .collect();
                 let steady = levels.windows(2).all(|l| (l[1] - l[0]).abs() <= STEP * highest);
                 let [from, to] = [two[0] as usize, (two[1] as usize + 1).min(e.len())];
-                let known = (from..to).all(|n| e.counted.get(n).copied().unwrap_or(true) || n < from);
+                let known = (from..to).all(|n| e.counted.get(n).copied().unwrap_or(true));
                 let slice = speed.get(from..to).unwrap_or_default();
                 let least = TURNS * self.top_speed;
                 let turns = !slice.is_empty()

@@ -28,7 +28,7 @@ use crate::model::lot::{Fault, Limit, Onset};
 const FEWEST_BEHIND: usize = 2;
 /// Share of healthy motors that one limit holds: all of them together are to hold 99.9 %, and those of faults that the
 /// balances tell go together.
-const HOLDS: f64 = 0.9995;
+pub const HOLDS: f64 = 0.9995;
 /// Standard deviations above a limit at which 95 % of motors are beyond it.
 const SEEN: f64 = 1.645;
 
@@ -105,8 +105,9 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// The limits, from what each motor shows when the others say what is usual: the hypotheses of its runs.
-pub fn limits(motors: &[Vec<Vec<Hypothesis>>]) -> Vec<Limit> {
+/// The limits, each of which holds a share of healthy motors, from what each motor shows when the others say what is
+/// usual: the hypotheses of its runs.
+pub fn limits(motors: &[Vec<Vec<Hypothesis>>], holds: f64) -> Vec<Limit> {
     let n = motors.len() as f64;
     let all_of = |fault: Fault, onset: Onset| -> Option<Vec<Hypothesis>> {
         let largest = |runs: &Vec<Vec<Hypothesis>>| {
@@ -129,7 +130,7 @@ pub fn limits(motors: &[Vec<Vec<Hypothesis>>]) -> Vec<Limit> {
     for fault in Fault::ALL {
         let Some(of) = all_of(fault, Onset::Start) else { continue };
         let square = of.iter().map(|h| h.z * h.z).sum::<f64>() / n;
-        put(fault, Onset::Start, &of, student(n - 1.0, 0.5 * (1.0 + HOLDS)) * square.sqrt() * of_another);
+        put(fault, Onset::Start, &of, student(n - 1.0, 0.5 * (1.0 + holds)) * square.sqrt() * of_another);
     }
     let of_balances = |fault: &Fault| fault.own_row().is_none();
     let together: Vec<Fault> = Fault::ALL.into_iter().filter(of_balances).collect();
@@ -140,7 +141,7 @@ pub fn limits(motors: &[Vec<Vec<Hypothesis>>]) -> Vec<Limit> {
         let logarithms: Vec<Vec<f64>> =
             shown.iter().map(|(_, of)| of.iter().map(|h| h.z.abs().max(f64::MIN_POSITIVE).ln()).collect()).collect();
         let Some((deviation, freedom)) = pooled(&logarithms) else { continue };
-        let beyond = student(freedom, HOLDS) * deviation * of_another;
+        let beyond = student(freedom, holds) * deviation * of_another;
         for ((fault, of), logarithms) in shown.iter().zip(&logarithms) {
             put(*fault, Onset::During, of, (logarithms.iter().sum::<f64>() / n + beyond).exp());
         }

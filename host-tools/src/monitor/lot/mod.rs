@@ -21,7 +21,7 @@ use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
 use blocks::{Cut, POWER, Run, TORQUE};
-use likelihood::{Hypothesis, limits, scan};
+use likelihood::{HOLDS, Hypothesis, limits, scan};
 use population::Whitened;
 
 /// Largest difference of a block's voltage from the lot's, a share of it, that mains of another level make (EN 50160)
@@ -30,6 +30,9 @@ const SAME_VOLTAGE: f64 = 0.15;
 const OTHER_BLOCKS: f64 = 0.1;
 /// Blocks that a test has at least: a second.
 const FEWEST_BLOCKS: usize = 10;
+/// Motors of which one can be told to be none of them, and how many of a lot there are to each that is left out.
+const FEWEST_MEMBERS: usize = 6;
+const MEMBERS_AN_OUTSIDER: usize = 5;
 /// Into how many parts a lot is divided at most, each judged by what the others say is usual.
 const FOLDS: usize = 20;
 /// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
@@ -84,55 +87,135 @@ pub enum Judged {
     Incomparable(String),
 }
 
-/// What is usual in a lot, or why the runs do not tell.
+/// A motor that does not belong to the lot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outsider {
+    /// Its place among the motors.
+    #[serde(skip)]
+    pub motor: usize,
+    /// The recording that shows it.
+    pub recording: String,
+    /// What is wrong with it.
+    pub finding: Finding,
+}
+
+/// What the runs of a lot teach.
+#[derive(Debug, Clone)]
+pub struct Learnt {
+    /// What is usual in it, or why the runs do not tell.
+    pub population: std::result::Result<Population, String>,
+    /// Motors that were left out.
+    pub outsiders: Vec<Outsider>,
+}
+
+impl Learnt {
+    fn nothing(why: String) -> Self {
+        Self { population: Err(why), outsiders: Vec::new() }
+    }
+}
+
+/// What is usual in a lot. A motor that the others do not take for one of theirs is left out, the farthest first, as
+/// long as no more than a fifth of them go.
 ///
 /// # Errors
 /// Runs whose balances cannot be formed, an interrupt.
 pub fn learn(
-    model: &Model,
+    model_of: impl Fn(&Recording) -> Result<Model> + Sync,
     recordings: &[Recording],
     motors: &[Vec<usize>],
     ctx: &Context,
-) -> Result<std::result::Result<Population, String>> {
+) -> Result<Learnt> {
     if let Some(gap) = recordings.iter().find(|r| !r.gaps().is_empty()) {
-        return Ok(Err(format!("{} has gaps", gap.path().display())));
+        return Ok(Learnt::nothing(format!("{} has gaps", gap.path().display())));
     }
-    let cuts: Vec<Cut> = recordings.iter().map(|r| Cut::of(model, r)).collect::<Result<_>>()?;
+    let cuts: Vec<Cut> = recordings.iter().map(|r| Cut::of(&model_of(r)?, r)).collect::<Result<_>>()?;
     let top_speed = cuts.iter().map(|c| c.top_speed).fold(0.0, f64::max);
     let cut = Cut { top_speed, ..cuts[0] };
     let steps = ctx.steps("balances", recordings.len() as u64);
     if let Some(k) = (0..cuts.len()).find(|k| !cuts[*k].is_as(&cut)) {
-        return Ok(Err(format!("{} has mains of another frequency", recordings[k].path().display())));
+        return Ok(Learnt::nothing(format!("{} has mains of another frequency", recordings[k].path().display())));
     }
     let one_run = |recording: &Recording| {
         ctx.check()?;
-        let run = cut.run(model, recording)?;
+        let run = cut.run(&model_of(recording)?, recording)?;
         steps.next();
         Ok(run)
     };
     let runs: Vec<Run> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
-    let all: Vec<&Run> = runs.iter().collect();
-    let mut population = Population::learn(&cut, &all, motors.len());
-    if population.usual.len() < FEWEST_BLOCKS {
-        return Ok(Err(format!("the shortest of them has {} blocks of {:.2} s", population.usual.len(), cut.block_s)));
+    let shortest = runs.iter().map(|run| run.blocks.len()).min().unwrap_or(0);
+    if shortest < FEWEST_BLOCKS {
+        let told = format!("the shortest of them has {shortest} blocks of {:.2} s", cut.block_s);
+        return Ok(Learnt::nothing(told));
     }
+    let lot = Lot { cut, runs: &runs, motors };
+    let all: Vec<usize> = (0..motors.len()).collect();
+    let population = lot.usual(&all);
     if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
-        return Ok(Err(format!("{} follows a profile of its own", recordings[k].path().display())));
+        return Ok(Learnt::nothing(format!("{} follows a profile of its own", recordings[k].path().display())));
     }
-    let judge_part = |left_out: &[Vec<usize>]| {
-        ctx.check()?;
-        let is_left_out = |k: &usize| left_out.iter().any(|motor| motor.contains(k));
-        let others: Vec<&Run> = (0..runs.len()).filter(|k| !is_left_out(k)).map(|k| &runs[k]).collect();
-        let usual = Population::learn(&cut, &others, motors.len() - left_out.len());
-        let of_motor = |motor: &Vec<usize>| {
-            motor.iter().map(|k| scan(&usual.whitened(&runs[*k]), cut.block_s)).collect::<Vec<_>>()
+    let mut members = all;
+    let mut outsiders = Vec::new();
+    loop {
+        let shown = lot.by_the_others(&members, ctx)?;
+        let room = members.len() > FEWEST_MEMBERS && (outsiders.len() + 1) * MEMBERS_AN_OUTSIDER <= motors.len();
+        if room && let Some((place, run, limit, h)) = farthest(&shown) {
+            let motor = members.remove(place);
+            let run = motors[motor][run];
+            outsiders.push(Outsider {
+                motor,
+                recording: recordings[run].path().display().to_string(),
+                finding: finding(&limit, &h, true, &runs[run]),
+            });
+            continue;
+        }
+        let population = Population { limits: limits(&shown, HOLDS), ..lot.usual(&members) };
+        return Ok(Learnt { population: Ok(population), outsiders });
+    }
+}
+
+/// The runs of a lot.
+struct Lot<'a> {
+    cut: Cut,
+    runs: &'a [Run],
+    motors: &'a [Vec<usize>],
+}
+
+impl Lot<'_> {
+    /// What is usual in some of its motors.
+    fn usual(&self, members: &[usize]) -> Population {
+        let runs: Vec<&Run> = members.iter().flat_map(|m| &self.motors[*m]).map(|k| &self.runs[*k]).collect();
+        Population::learn(&self.cut, &runs, members.len())
+    }
+
+    /// What each member shows when the others say what is usual.
+    fn by_the_others(&self, members: &[usize], ctx: &Context) -> Result<Vec<Vec<Vec<Hypothesis>>>> {
+        let judge_part = |left_out: &[usize]| {
+            ctx.check()?;
+            let others: Vec<usize> = members.iter().filter(|m| !left_out.contains(m)).copied().collect();
+            let usual = self.usual(&others);
+            let of_run = |k: &usize| scan(&usual.whitened(&self.runs[*k]), self.cut.block_s);
+            Ok(left_out.iter().map(|m| self.motors[*m].iter().map(of_run).collect()).collect::<Vec<_>>())
         };
-        Ok(left_out.iter().map(of_motor).collect::<Vec<_>>())
-    };
-    let parts = motors.par_chunks(motors.len().div_ceil(FOLDS)).map(judge_part);
-    let shown = parts.collect::<Result<Vec<_>>>()?.concat();
-    population.limits = limits(&shown);
-    Ok(Ok(population))
+        let parts = members.par_chunks(members.len().div_ceil(FOLDS)).map(judge_part);
+        Ok(parts.collect::<Result<Vec<_>>>()?.concat())
+    }
+}
+
+/// The motor that is farthest beyond the limits that the others make, if there is one: its place, which of its runs,
+/// the limit and what exceeds it. As many are asked as there are motors, and each limit holds as much less often.
+fn farthest(shown: &[Vec<Vec<Hypothesis>>]) -> Option<(usize, usize, Limit, Hypothesis)> {
+    let holds = 1.0 - (1.0 - HOLDS) / shown.len() as f64;
+    let beyond = (0..shown.len()).filter_map(|place| {
+        let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
+        let limits = limits(&others, holds);
+        let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
+        let of_runs = shown[place].iter().enumerate().flat_map(|(run, all)| all.iter().map(move |h| (run, h)));
+        let over = of_runs.filter_map(|(run, h)| Some((place, run, of_limit(h)?, *h)));
+        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z);
+        over.max_by(|a, b| a.3.z.abs().total_cmp(&b.3.z.abs()))
+    });
+    let ratio = |(_, _, limit, h): &(usize, usize, Limit, Hypothesis)| h.z.abs() / limit.z;
+    beyond.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
 }
 
 /// What is wrong with a motor.
