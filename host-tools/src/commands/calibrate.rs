@@ -95,7 +95,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(lot) = &detector.lot {
         stdout::print_line(&format!("\n{}", smallest(lot)))?;
         stdout::print_line(
-            "\nsmallest faults that 95 % of motors of this lot show in this test, by the balances of power and torque;\n\
+            "\nsmallest faults that 95 % of motors of this lot show in this test, by the balances of power and torque; \
              what is there from the start has to exceed the lot's own scatter",
         )?;
     }
