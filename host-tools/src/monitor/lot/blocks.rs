@@ -128,7 +128,7 @@ impl Cut {
         model.motor::<f64>().map_err(refused)?;
         let plain = self.rows(&e, model, &borders).ok_or_else(|| lacks(recording))?;
         let columns: Vec<Option<Vec<[f64; ROWS]>>> =
-            Fault::ALL.par_iter().map(|fault| self.column(*fault, &e, model, &borders, &plain)).collect();
+            Fault::ALL.par_iter().map(|fault| self.column(*fault, SMALL, &e, model, &borders, &plain)).collect();
         let direct = Direct::of(&e, &borders, self.alternating);
         let voltage = Integral::of(&e.input.iter().map(|u| u * u).collect::<Vec<f64>>());
         let power = Integral::of(
@@ -155,6 +155,35 @@ impl Cut {
             }
         });
         Ok(Run { block_s: self.block_s, blocks: blocks.collect() })
+    }
+
+    /// A run whose columns of some faults are those of sizes that are not small: the secant in place of the tangent,
+    /// since gains stand in the balances with powers.
+    ///
+    /// # Errors
+    /// As [`Cut::run`].
+    pub fn with_columns_at(
+        &self,
+        sizes: &[(Fault, f64)],
+        run: &Run,
+        model: &Model,
+        recording: &Recording,
+    ) -> Result<Run> {
+        let e = whole(model, recording)?;
+        let borders = self.borders(&e);
+        let plain: Vec<[f64; BALANCES]> =
+            run.blocks.iter().map(|block| std::array::from_fn(|row| block.rows[row])).collect();
+        let columns: Vec<_> = sizes
+            .par_iter()
+            .map(|(fault, size)| (*fault, self.column(*fault, *size, &e, model, &borders, &plain)))
+            .collect();
+        let mut run = run.clone();
+        for (fault, column) in columns {
+            for (block, rows) in run.blocks.iter_mut().zip(column.into_iter().flatten()) {
+                block.columns[fault as usize] = rows;
+            }
+        }
+        Ok(run)
     }
 
     /// Places of the borders, in samples: each where the voltage rises through zero next to where it should be.
@@ -230,10 +259,12 @@ impl Cut {
         Some(power.zip(torques).map(|(power, torque)| [power, torque]).collect())
     }
 
-    /// What a fault of unit size adds to the rows.
+    /// What a fault adds to the rows, by its size: with it the rows are `plain`, and with the model or the signals that
+    /// undo a size of `at` they are as if it were not there.
     fn column(
         &self,
         fault: Fault,
+        at: f64,
         e: &Experiment,
         model: &Model,
         borders: &[f64],
@@ -248,19 +279,18 @@ impl Cut {
         let parameter = |parameter: BaseParameter| {
             let mut other = model.clone();
             let p = other.base_parameter_mut(parameter).filter(|p| p.value > 0.0)?;
-            p.value *= 1.0 + SMALL;
-            // A motor that has more than its model: the other way round.
-            Some(difference(self.rows(e, &other, borders)?, -SMALL))
+            p.value *= 1.0 + at;
+            Some(difference(self.rows(e, &other, borders)?, -at))
         };
-        let with = |change: &dyn Fn(&mut Experiment), size: f64| {
+        let without = |change: &dyn Fn(&mut Experiment)| {
             let mut other = e.clone();
             change(&mut other);
-            Some(difference(self.rows(&other, model, borders)?, size))
+            Some(difference(self.rows(&other, model, borders)?, -at))
         };
         let top = self.top_speed.max(f64::MIN_POSITIVE);
         let braked =
             |torque: &dyn Fn(f64) -> f64| Some(difference(self.rows_with(e, model, borders, |_, _| 0.0, torque)?, 1.0));
-        let scale = |signal: &mut Option<Vec<f64>>| signal.iter_mut().flatten().for_each(|x| *x *= 1.0 + SMALL);
+        let scale = |signal: &mut Option<Vec<f64>>| signal.iter_mut().flatten().for_each(|x| *x /= 1.0 + at);
         let only = |row: usize| {
             let mut column = [0.0; ROWS];
             column[row] = 1.0;
@@ -278,13 +308,11 @@ impl Cut {
             Fault::DryFriction => braked(&sign),
             Fault::ViscousFriction => braked(&|w| w / top),
             Fault::Load => braked(&|w| w * w.abs() / (top * top)),
-            Fault::VoltageGain | Fault::VoltageDrift => {
-                with(&|e| e.input.iter_mut().for_each(|u| *u *= 1.0 + SMALL), SMALL)
-            }
-            Fault::CurrentGain | Fault::CurrentDrift => with(&|e| scale(&mut e.current), SMALL),
-            Fault::SpeedGain | Fault::SpeedDrift => with(&|e| scale(&mut e.speed), SMALL),
+            Fault::VoltageGain | Fault::VoltageDrift => without(&|e| e.input.iter_mut().for_each(|u| *u /= 1.0 + at)),
+            Fault::CurrentGain | Fault::CurrentDrift => without(&|e| scale(&mut e.current)),
+            Fault::SpeedGain | Fault::SpeedDrift => without(&|e| scale(&mut e.speed)),
             Fault::CurrentOffset => {
-                let mut column = with(&|e| e.current.iter_mut().flatten().for_each(|i| *i += SMALL), SMALL)?;
+                let mut column = without(&|e| e.current.iter_mut().flatten().for_each(|i| *i -= at))?;
                 column.iter_mut().for_each(|rows| rows[MEAN_CURRENT] = 1.0);
                 Some(column)
             }

@@ -85,6 +85,11 @@ impl Fault {
         }
     }
 
+    /// Whether its size is relative and there at once.
+    pub fn is_relative_step(self) -> bool {
+        self.unit().is_none() && self.own_row().is_none() && self.course() == Course::Step
+    }
+
     /// The row that nothing else moves, of what is not told by the balances.
     pub const fn own_row(self) -> Option<usize> {
         match self {

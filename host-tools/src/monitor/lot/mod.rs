@@ -235,12 +235,21 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         return Ok(Judged::Incomparable("it follows another profile than the lot did".to_owned()));
     }
     let limit = |h: &Hypothesis| population.limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset);
-    let white = population.whitened(&run);
-    let mut found: Vec<(&Limit, Hypothesis)> = scan(&white, cut.block_s)
-        .into_iter()
-        .filter_map(|h| Some((limit(&h)?, h)))
-        .filter(|(limit, h)| h.z.abs() > limit.z)
-        .collect();
+    let beyond = |run: &Run| -> Vec<(&Limit, Hypothesis)> {
+        let all = scan(&population.whitened(run), cut.block_s).into_iter();
+        all.filter_map(|h| Some((limit(&h)?, h))).filter(|(limit, h)| h.z.abs() > limit.z).collect()
+    };
+    let beside = beside(&population.whitened(&run), &run);
+    let first = beyond(&run);
+    // Gains and fluxes of several per cent are no small changes.
+    let sizes = Fault::ALL.into_iter().filter_map(|fault| {
+        let of_fault = first.iter().filter(|(_, h)| h.fault == fault && h.fault.is_relative_step());
+        let (_, best) = of_fault.max_by(|(_, a), (_, b)| a.z.abs().total_cmp(&b.z.abs()))?;
+        fault.holds(best.size).then_some((fault, best.size))
+    });
+    let sizes: Vec<(Fault, f64)> = sizes.collect();
+    let run = if sizes.is_empty() { run } else { cut.with_columns_at(&sizes, &run, model, recording)? };
+    let mut found = if sizes.is_empty() { first } else { beyond(&run) };
     // What a fault explains, as Z: arcs take voltage, as a contact does. What is too large for its column comes last.
     let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
     let explains = |h: &Hypothesis| if h.fault == Fault::Sparking { h.z.hypot(contact) } else { h.z.abs() };
@@ -260,7 +269,6 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         false => (true, Fault::ALL.len()),
     });
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
-    let beside = beside(&white, &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
 }
 
