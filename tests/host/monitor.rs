@@ -88,8 +88,8 @@ fn faults_fail_and_are_put_where_they_are() {
         let t = verdict(fault);
         assert_eq!(t.verdict, Outcome::Fail, "{fault}");
         let alarm = &t.alarms[0];
-        assert_eq!(alarm.kind, kind, "{fault}: {alarm:?} {:?}", t.suspects);
         let told: Vec<_> = t.findings.iter().map(|f| (&f.text, f.z, f.ratio, f.as_likely)).collect();
+        assert_eq!(alarm.kind, kind, "{fault}: {alarm:?} {told:?}");
         assert!(alarm.suspect.contains(suspect), "{fault}: {alarm:?} {told:?}");
         // Three periods to call, one that is under way, and the filter's delay.
         assert!((5.0..5.2).contains(&alarm.t_s), "{fault}: {} s", alarm.t_s);

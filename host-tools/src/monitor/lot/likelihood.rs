@@ -29,6 +29,9 @@ const FEWEST_BEHIND: usize = 2;
 /// Share of healthy motors that one limit holds: all of them together are to hold 99.9 %, and those of faults that the
 /// balances tell go together.
 pub const HOLDS: f64 = 0.9995;
+/// Standard deviation of the logarithm of the largest |Z| of white noise, 80 blocks with a level of their own (by 4,000
+/// draws): what is left over of few motors may seem to spread by less.
+const LEAST_SPREAD: f64 = 0.27;
 /// Standard deviations above a limit at which 95 % of motors are beyond it.
 const SEEN: f64 = 1.645;
 
@@ -141,7 +144,7 @@ pub fn limits(motors: &[Vec<Vec<Hypothesis>>], holds: f64) -> Vec<Limit> {
         let logarithms: Vec<Vec<f64>> =
             shown.iter().map(|(_, of)| of.iter().map(|h| h.z.abs().max(f64::MIN_POSITIVE).ln()).collect()).collect();
         let Some((deviation, freedom)) = pooled(&logarithms) else { continue };
-        let beyond = student(freedom, holds) * deviation * of_another;
+        let beyond = student(freedom, holds) * deviation.max(LEAST_SPREAD) * of_another;
         for ((fault, of), logarithms) in shown.iter().zip(&logarithms) {
             put(*fault, Onset::During, of, (logarithms.iter().sum::<f64>() / n + beyond).exp());
         }
