@@ -88,7 +88,7 @@ fn faults_fail_and_are_put_where_they_are() {
         let t = verdict(fault);
         assert_eq!(t.verdict, Outcome::Fail, "{fault}");
         let alarm = &t.alarms[0];
-        let told: Vec<_> = t.findings.iter().map(|f| (&f.text, f.z, f.ratio, f.as_likely)).collect();
+        let told: Vec<_> = t.findings.iter().map(|f| (&f.text, f.z, f.explains, f.as_likely)).collect();
         assert_eq!(alarm.kind, kind, "{fault}: {alarm:?} {told:?}");
         assert!(alarm.suspect.contains(suspect), "{fault}: {alarm:?} {told:?}");
         // Three periods to call, one that is under way, and the filter's delay.

@@ -243,8 +243,7 @@ fn print(test: &Test) -> Result<()> {
         }
         stdout::print_line(&format!("  on the bench: {}", first.look_at))?;
     }
-    let suspects = if test.findings.is_empty() { test.suspects.as_slice() } else { &[] };
-    for (k, suspect) in suspects.iter().enumerate() {
+    for (k, suspect) in test.suspects.iter().enumerate() {
         stdout::print_line(&format!(
             "  {} {} ({}) explains {:.0} % of the deviations",
             if k == 0 { "suspect:" } else { "     or:" },

@@ -50,17 +50,20 @@ pub struct Hypothesis {
     pub size: f64,
     /// Standard deviation of the size.
     pub deviation: f64,
+    /// Share of the squares of what the motor's own parameters leave over that it explains.
+    pub explains: f64,
 }
 
 /// Every fault at its likeliest begin, from the start and during the test.
 pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
     let Some(judged) = Judged::of(run) else { return Vec::new() };
+    let whole = judged.left.norm_squared().max(f64::MIN_POSITIVE);
     let last = run.blocks.iter().max().map_or(0, |k| k + 1);
     let mut all = Vec::new();
     for (f, fault) in Fault::ALL.into_iter().enumerate() {
         let at = |block: usize, onset: Onset| {
             let (z, size, deviation) = judged.test(&run.faults[f], &|k| weight(fault, k, block, block_s))?;
-            Some(Hypothesis { fault, onset, block, z, size, deviation })
+            Some(Hypothesis { fault, onset, block, z, size, deviation, explains: z * z / whole })
         };
         if fault.course() == Course::Step {
             all.extend(at(0, Onset::Start));

@@ -58,6 +58,8 @@ pub struct Finding {
     pub ratio: f64,
     /// Z.
     pub z: f64,
+    /// Share of the squares of what the balances leave over that it explains.
+    pub explains: f64,
     /// Whether it explains what is seen about as well as the first does.
     pub as_likely: bool,
     /// In words.
@@ -305,6 +307,7 @@ fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding
         ci95: [-1.96, 1.96].map(|beside| h.size + beside * h.deviation),
         ratio: h.z.abs() / limit.z,
         z: h.z,
+        explains: h.explains,
         as_likely,
         text: format!("{} {} {when}", h.fault.words(), h.fault.told(h.size)),
         look_at: h.fault.look_at(),
