@@ -21,8 +21,8 @@ const BESIDE_SPARKS: f64 = 0.8;
 /// run.
 const EXPLAINED: f64 = 0.5;
 /// Share of what the balances leave over that a fault has to explain to be named in place of what deviations of current
-/// and speed say: the next best explains a tenth less where a model names its effects. By judgement.
-const BALANCED: f64 = 0.9;
+/// and speed say: the next best explains an eighth less where a model names its effects. By judgement.
+const BALANCED: f64 = 0.95;
 /// Temperature beyond that of the healthy motors at which a motor can still be judged, K.
 const TEMPERATURE_MARGIN: f64 = 10.0;
 /// Share beyond the levels at which healthy motors were tested at which a motor can still be judged: what mains may
