@@ -88,7 +88,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     for Outsider { recording, finding, .. } in &outsiders {
         stdout::print_line(&format!(
-            "{recording} does not belong to the others and has taught nothing: {}, {:.1} times what they allow",
+            "{recording} looks like none of the others: {}, {:.1} times what they allow; calibrate without it if it is not healthy",
             finding.text, finding.ratio
         ))?;
     }

@@ -6,7 +6,6 @@
 //! deviations. Seven values are watched, so each limit holds all but a seventh of the false alarms that are allowed.
 //! The parameters that are estimated from a run, on the host alone, have a share of their own.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use greyrig::detector::CONFIRM;
@@ -68,7 +67,7 @@ pub struct Calibration {
     pub shown: Vec<Shown>,
     /// Why the runs do not tell what is usual in the lot, where they do not.
     pub without_lot: Option<String>,
-    /// Motors that do not belong to the others, and have taught nothing.
+    /// Motors that look like none of the others.
     pub outsiders: Vec<Outsider>,
 }
 
@@ -116,7 +115,7 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
 /// # Errors
 /// Too few motors, a run in which nothing can be judged, an interrupt.
 pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: &Context) -> Result<Calibration> {
-    let mut motors = by_motor(recordings);
+    let motors = by_motor(recordings);
     if motors.len() < FEWEST {
         let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
         return Err(Error::usage(told, format!("give runs of at least {FEWEST} healthy motors; ten are usual")));
@@ -147,14 +146,6 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
     entry.air_kg_m3 = range(&air);
     let in_its_air = |r: &Recording| Ok(air::compensated(model, &entry, r)?.into_owned());
     let Learnt { population, outsiders } = lot::learn(in_its_air, recordings, &motors, ctx)?;
-    let mut belong = Cow::Borrowed(recordings);
-    if !outsiders.is_empty() {
-        let is_out = |k: &usize| outsiders.iter().any(|outsider| motors[outsider.motor].contains(k));
-        belong = (0..recordings.len()).filter(|k| !is_out(k)).map(|k| recordings[k].clone()).collect::<Vec<_>>().into();
-        motors = by_motor(&belong);
-        (entry.runs, entry.motors) = (belong.len(), motors.len());
-    }
-    let recordings = &*belong;
     let look = |entry: &DetectorEntry, r: &Recording| {
         let model = air::compensated(model, entry, r)?;
         replay(&model, r, &|interval| entry.settings(interval), ctx)

@@ -30,9 +30,6 @@ const SAME_VOLTAGE: f64 = 0.15;
 const OTHER_BLOCKS: f64 = 0.1;
 /// Blocks that a test has at least: a second.
 const FEWEST_BLOCKS: usize = 10;
-/// Motors of which one can be told to be none of them, and how many of a lot there are to each that is left out.
-const FEWEST_MEMBERS: usize = 6;
-const MEMBERS_AN_OUTSIDER: usize = 5;
 /// Into how many parts a lot is divided at most, each judged by what the others say is usual.
 const FOLDS: usize = 20;
 /// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
@@ -89,7 +86,7 @@ pub enum Judged {
     Incomparable(String),
 }
 
-/// A motor that does not belong to the lot.
+/// A motor that looks like none of the others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outsider {
     /// Its place among the motors.
@@ -106,7 +103,7 @@ pub struct Outsider {
 pub struct Learnt {
     /// What is usual in it, or why the runs do not tell.
     pub population: std::result::Result<Population, String>,
-    /// Motors that were left out.
+    /// Motors that look like none of the others.
     pub outsiders: Vec<Outsider>,
 }
 
@@ -116,8 +113,8 @@ impl Learnt {
     }
 }
 
-/// What is usual in a lot. A motor that the others do not take for one of theirs is left out, the farthest first, as
-/// long as no more than a fifth of them go.
+/// What is usual in a lot, and which motors the others do not take for theirs. These teach all the same: where laws
+/// differ from motor to motor, the limits without them would be too narrow for the next one.
 ///
 /// # Errors
 /// Runs whose balances cannot be formed, an interrupt.
@@ -155,24 +152,15 @@ pub fn learn(
     if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
         return Ok(Learnt::nothing(format!("{} follows a profile of its own", recordings[k].path().display())));
     }
-    let mut members = all;
-    let mut outsiders = Vec::new();
-    loop {
-        let shown = lot.by_the_others(&members, ctx)?;
-        let room = members.len() > FEWEST_MEMBERS && (outsiders.len() + 1) * MEMBERS_AN_OUTSIDER <= motors.len();
-        if room && let Some((place, run, limit, h)) = farthest(&shown) {
-            let motor = members.remove(place);
-            let run = motors[motor][run];
-            outsiders.push(Outsider {
-                motor,
-                recording: recordings[run].path().display().to_string(),
-                finding: finding(&limit, &h, true, &runs[run]),
-            });
-            continue;
-        }
-        let population = Population { limits: limits(&shown, HOLDS), ..lot.usual(&members) };
-        return Ok(Learnt { population: Ok(population), outsiders });
-    }
+    let shown = lot.by_the_others(&all, ctx)?;
+    let outsider = |(motor, run, limit, h): (usize, usize, Limit, Hypothesis)| Outsider {
+        motor,
+        recording: recordings[motors[motor][run]].path().display().to_string(),
+        finding: finding(&limit, &h, true, &runs[motors[motor][run]]),
+    };
+    let outsiders = beyond_the_others(&shown).into_iter().map(outsider).collect();
+    let population = Population { limits: limits(&shown, HOLDS), ..population };
+    Ok(Learnt { population: Ok(population), outsiders })
 }
 
 /// The runs of a lot.
@@ -203,11 +191,11 @@ impl Lot<'_> {
     }
 }
 
-/// The motor that is farthest beyond the limits that the others make, if there is one: its place, which of its runs,
-/// the limit and what exceeds it. As many are asked as there are motors, and each limit holds as much less often.
-fn farthest(shown: &[Vec<Vec<Hypothesis>>]) -> Option<(usize, usize, Limit, Hypothesis)> {
+/// The motors that are beyond the limits that the others make: place, which of its runs, the limit and what exceeds it.
+/// As many are asked as there are motors, and each limit holds as much less often.
+fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>]) -> Vec<(usize, usize, Limit, Hypothesis)> {
     let holds = 1.0 - (1.0 - HOLDS) / shown.len() as f64;
-    let beyond = (0..shown.len()).filter_map(|place| {
+    let of_motor = |place: usize| {
         let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
         let limits = limits(&others, holds);
         let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
@@ -215,9 +203,8 @@ fn farthest(shown: &[Vec<Vec<Hypothesis>>]) -> Option<(usize, usize, Limit, Hypo
         let over = of_runs.filter_map(|(run, h)| Some((place, run, of_limit(h)?, *h)));
         let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z);
         over.max_by(|a, b| a.3.z.abs().total_cmp(&b.3.z.abs()))
-    });
-    let ratio = |(_, _, limit, h): &(usize, usize, Limit, Hypothesis)| h.z.abs() / limit.z;
-    beyond.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+    };
+    (0..shown.len()).filter_map(of_motor).collect()
 }
 
 /// What is wrong with a motor.
