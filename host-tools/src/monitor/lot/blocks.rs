@@ -76,6 +76,9 @@ pub struct Block {
     pub power: f64,
     /// What each fault of unit size adds, in the order of [`Fault::ALL`].
     pub columns: Vec<[f64; ROWS]>,
+    /// What a gain of the speed's sensor adds that comes within the block, −J ω/T: the torque balance takes the jump for
+    /// an acceleration.
+    pub jump: [f64; ROWS],
 }
 
 /// The balances of a run.
@@ -135,6 +138,8 @@ impl Cut {
             &e.input.iter().zip(e.current.iter().flatten()).map(|(u, i)| (u * i).abs()).collect::<Vec<f64>>(),
         );
         let counts = self.counts(&e, &borders);
+        let speed = Integral::of(e.speed.as_deref().unwrap_or_default());
+        let inertia = model.value(BaseParameter::J);
         let blocks = (0..borders.len().saturating_sub(1)).map(|k| {
             let mut rows = [0.0; ROWS];
             rows[..BALANCES].copy_from_slice(&plain[k]);
@@ -145,13 +150,17 @@ impl Cut {
                 counts[row] = value.is_some();
             }
             let column = |c: &Option<Vec<[f64; ROWS]>>| c.as_ref().map_or([0.0; ROWS], |c| c[k]);
+            let two = &borders[k..k + 2];
+            let mut jump = [0.0; ROWS];
+            jump[TORQUE] = -inertia * speed.mean(two) / ((two[1] - two[0]) * e.interval_s);
             Block {
                 t_s: 0.5 * (borders[k] + borders[k + 1]) * e.interval_s,
                 rows,
                 counts,
-                voltage: voltage.mean(&borders[k..k + 2]).max(0.0).sqrt(),
-                power: power.mean(&borders[k..k + 2]),
+                voltage: voltage.mean(two).max(0.0).sqrt(),
+                power: power.mean(two),
                 columns: columns.iter().map(column).collect(),
+                jump,
             }
         });
         Ok(Run { block_s: self.block_s, blocks: blocks.collect() })

@@ -62,7 +62,14 @@ pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for (f, fault) in Fault::ALL.into_iter().enumerate() {
         let at = |block: usize, onset: Onset| {
-            let (z, size, deviation) = judged.test(&run.faults[f], &|k| weight(fault, k, block, block_s))?;
+            let column = &run.faults[f];
+            let jumps = fault == Fault::SpeedGain && onset == Onset::During;
+            let row = |n: usize| {
+                let k = run.blocks[n];
+                let jump = if jumps && k == block { run.jump[n] } else { 0.0 };
+                column[n] * weight(fault, k, block, block_s) + jump
+            };
+            let (z, size, deviation) = judged.test(&DVector::from_fn(column.len(), |n, _| row(n)))?;
             Some(Hypothesis { fault, onset, block, z, size, deviation, explains: z * z / whole })
         };
         if fault.course() == Course::Step {
@@ -98,10 +105,9 @@ impl<'a> Judged<'a> {
         (!run.blocks.is_empty()).then_some(Self { run, left, inverse })
     }
 
-    /// Z, size and its deviation of a column with weights by block.
-    fn test(&self, column: &DVector<f64>, weight: &dyn Fn(usize) -> f64) -> Option<(f64, f64, f64)> {
-        let s = DVector::from_fn(column.len(), |n, _| column[n] * weight(self.run.blocks[n]));
-        let b = self.run.own.tr_mul(&s);
+    /// Z, size and its deviation of a column.
+    fn test(&self, s: &DVector<f64>) -> Option<(f64, f64, f64)> {
+        let b = self.run.own.tr_mul(s);
         let whole = s.norm_squared();
         let information = whole - b.dot(&(&self.inverse * &b));
         let product = s.dot(&self.left);
@@ -172,4 +178,123 @@ fn pooled(samples: &[Vec<f64>]) -> Option<(f64, f64)> {
     let squares: f64 = centred.iter().flat_map(|a| centred.iter().map(move |b| covariance(a, b).powi(2))).sum();
     (n > 1.0 && trace > 0.0)
         .then(|| ((trace / centred.len() as f64).sqrt(), (n - 1.0) * (trace * trace / squares).max(1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::model::lot::OWN;
+
+    /// White rows, one a block, of which one fault has a column of its own.
+    fn run(fault: Fault, rows: DVector<f64>, column: impl Fn(usize) -> f64) -> Whitened {
+        let count = rows.len();
+        let nothing = DVector::zeros(count);
+        let mut faults = vec![nothing.clone(); Fault::ALL.len()];
+        faults[fault as usize] = DVector::from_fn(count, |k, _| column(k));
+        Whitened {
+            blocks: (0..count).collect(),
+            row_of_block: vec![0; count],
+            rows,
+            own: DMatrix::zeros(count, OWN.len()),
+            faults,
+            jump: nothing,
+        }
+    }
+
+    fn found(run: &Whitened, fault: Fault, onset: Onset) -> Hypothesis {
+        scan(run, 0.1).into_iter().find(|h| h.fault == fault && h.onset == onset).unwrap()
+    }
+
+    #[test]
+    fn a_fault_without_noise_is_found_where_and_as_large_as_it_is() {
+        // 0.2 times a column of 5 from block 30 on: Z = 0.2 · 5 √50, and nothing else is left.
+        let rows = DVector::from_fn(80, |k, _| if k < 30 { 0.0 } else { 1.0 });
+        let h = found(&run(Fault::Resistance, rows, |_| 5.0), Fault::Resistance, Onset::During);
+        assert_eq!(h.block, 30);
+        assert!((h.size - 0.2).abs() < 1e-12 && (h.z - 50f64.sqrt()).abs() < 1e-12, "{h:?}");
+        assert!((h.deviation - 1.0 / (5.0 * 50f64.sqrt())).abs() < 1e-12 && (h.explains - 1.0).abs() < 1e-12, "{h:?}");
+        // A drift of 0.3 a second, in the middle of each block of 0.1 s.
+        let rows = DVector::from_fn(80, |k, _| if k < 30 { 0.0 } else { 0.3 * (k as f64 - 29.5) * 0.1 });
+        let h = found(&run(Fault::CurrentDrift, rows, |_| 1.0), Fault::CurrentDrift, Onset::During);
+        assert_eq!(h.block, 30);
+        assert!((h.size - 0.3).abs() < 1e-12, "{h:?}");
+    }
+
+    #[test]
+    fn what_a_motor_may_have_of_its_own_is_no_fault_from_the_start() {
+        // With s = X of n = 80 rows of 1 and a size of one standard deviation of the scatter, A = n + 1, and
+        // Z = (n/(n + 1))/√(n − n²/(n + 1)) = √(n/(n + 1)).
+        let mut run = run(Fault::Resistance, DVector::from_element(80, 1.0), |_| 1.0);
+        run.own.column_mut(0).fill(1.0);
+        let h = found(&run, Fault::Resistance, Onset::Start);
+        assert!((h.z - (80.0f64 / 81.0).sqrt()).abs() < 1e-12, "{h:?}");
+    }
+
+    #[test]
+    fn a_gain_of_the_speed_brings_its_jump() {
+        let rows = DVector::from_fn(80, |k, _| match k {
+            0..40 => 0.0,
+            40 => 0.1 * (2.0 - 50.0),
+            _ => 0.1 * 2.0,
+        });
+        let mut run = run(Fault::SpeedGain, rows, |_| 2.0);
+        run.jump.fill(-50.0);
+        let h = found(&run, Fault::SpeedGain, Onset::During);
+        assert_eq!(h.block, 40);
+        assert!((h.size - 0.1).abs() < 1e-12 && (h.explains - 1.0).abs() < 1e-12, "{h:?}");
+    }
+
+    #[test]
+    fn variances_of_the_same_motors_are_worth_as_much_as_they_differ() {
+        let a = [1.0, -1.0, 1.0, -1.0];
+        let b = [1.0, 1.0, -1.0, -1.0];
+        // The same twice is worth one: n − 1. Two that go with nothing of each other: 2 (n − 1).
+        let (deviation, freedom) = pooled(&[a.to_vec(), a.to_vec()]).unwrap();
+        assert!((deviation - (4.0f64 / 3.0).sqrt()).abs() < 1e-12 && (freedom - 3.0).abs() < 1e-12);
+        assert!((pooled(&[a.to_vec(), b.to_vec()]).unwrap().1 - 6.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limits_are_quantiles_of_the_published_table() {
+        // |Z| = 1 from the start of ten motors: t of 9 degrees of freedom, 0.9995 one-sided, is 4.781.
+        let shown = |z: f64| {
+            let h = Hypothesis {
+                fault: Fault::Inertia,
+                onset: Onset::Start,
+                block: 0,
+                z,
+                size: z,
+                deviation: 1.0,
+                explains: 0.0,
+            };
+            vec![vec![h]]
+        };
+        let motors: Vec<_> = (0..10).map(|k| shown(if k % 2 == 0 { 1.0 } else { -1.0 })).collect();
+        let all = limits(&motors, 0.999);
+        let [limit] = all.as_slice() else { panic!("{all:?}") };
+        assert!((limit.z - 4.781 * 1.1f64.sqrt()).abs() < 1e-3, "{limit:?}");
+        assert!((limit.seen - (limit.z + 1.645)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_largest_z_of_white_noise_spreads_as_is_assumed() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let draws = 600;
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let logarithms: Vec<f64> = (0..draws)
+            .map(|_| {
+                let mut white = run(Fault::Resistance, DVector::from_fn(80, |_, _| normal()), |_| 1.0);
+                // A level of its own, of any size.
+                white.own.column_mut(0).fill(1e3);
+                found(&white, Fault::Resistance, Onset::During).z.abs().ln()
+            })
+            .collect();
+        let deviation = pooled(&[logarithms]).unwrap().0;
+        // A standard deviation from 600 draws is known to 1/√1200 of itself, 0.008: three of them.
+        assert!((deviation - LEAST_SPREAD).abs() < 0.025, "{deviation}");
+    }
 }

@@ -24,8 +24,8 @@ use blocks::{Cut, POWER, Run, TORQUE};
 use likelihood::{HOLDS, Hypothesis, limits, scan};
 use population::Whitened;
 
-/// Largest difference of a block's voltage from the lot's, a share of it, that mains of another level make (EN 50160)
-/// beside the first block's begin, and the share of blocks beyond it that another profile makes: by judgement.
+/// Difference of a block's voltage from the lot's, as a share of the lot's highest, that mains of another level do not
+/// make (EN 50160 allows a tenth), and the share of blocks beyond it that makes another profile: by judgement.
 const SAME_VOLTAGE: f64 = 0.15;
 const OTHER_BLOCKS: f64 = 0.1;
 /// Blocks that a test has at least: a second.
@@ -47,9 +47,9 @@ pub struct Finding {
     pub kind: &'static str,
     /// Begin, s; none if it was there from the start.
     pub t_s: Option<f64>,
-    /// Its size, relative or in its unit, and the 95 % interval of that.
+    /// Its size, relative or in its unit.
     pub size: f64,
-    /// The interval.
+    /// 95 % interval of the size.
     pub ci95: [f64; 2],
     /// Z over its limit.
     pub ratio: f64,

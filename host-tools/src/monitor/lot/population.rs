@@ -51,6 +51,8 @@ pub struct Whitened {
     pub own: DMatrix<f64>,
     /// Columns of the faults at unit size, in the order of [`Fault::ALL`].
     pub faults: Vec<DVector<f64>>,
+    /// What a gain of the speed's sensor adds to the block that it comes in.
+    pub jump: DVector<f64>,
 }
 
 /// How many shapes so many motors tell.
@@ -246,7 +248,7 @@ impl Population {
         let width = OWN.len() + self.shapes.len();
         let (mut blocks, mut row_of_block, mut all) = (Vec::new(), Vec::new(), Vec::new());
         for (k, block) in run.blocks.iter().enumerate().take(self.usual.len()) {
-            let mut columns = DMatrix::zeros(ROWS, 1 + width + Fault::ALL.len());
+            let mut columns = DMatrix::zeros(ROWS, 2 + width + Fault::ALL.len());
             let mut put = |column: usize, rows: [f64; ROWS], by: f64| {
                 for row in (0..ROWS).filter(|row| block.counts[*row]) {
                     columns[(row, column)] += by * rows[row];
@@ -263,6 +265,7 @@ impl Population {
             for (f, column) in block.columns.iter().enumerate() {
                 put(1 + width + f, self.scaled(k, *column), 1.0);
             }
+            put(1 + width + Fault::ALL.len(), self.scaled(k, block.jump), 1.0);
             let Some(white) = self.factor(k, &block.counts).solve_lower_triangular(&columns) else { continue };
             for row in (0..ROWS).filter(|row| block.counts[*row]) {
                 blocks.push(k);
@@ -275,6 +278,7 @@ impl Population {
             rows: column(0),
             own: DMatrix::from_fn(all.len(), width, |n, c| all[n][1 + c]),
             faults: (0..Fault::ALL.len()).map(|f| column(1 + width + f)).collect(),
+            jump: column(1 + width + Fault::ALL.len()),
             blocks,
             row_of_block,
         }
