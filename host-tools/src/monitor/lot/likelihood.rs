@@ -60,16 +60,9 @@ pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
     let whole = judged.left.norm_squared().max(f64::MIN_POSITIVE);
     let last = run.blocks.iter().max().map_or(0, |k| k + 1);
     let mut all = Vec::new();
-    for (f, fault) in Fault::ALL.into_iter().enumerate() {
+    for fault in Fault::ALL {
         let at = |block: usize, onset: Onset| {
-            let column = &run.faults[f];
-            let jumps = fault == Fault::SpeedGain && onset == Onset::During;
-            let row = |n: usize| {
-                let k = run.blocks[n];
-                let jump = if jumps && k == block { run.jump[n] } else { 0.0 };
-                column[n] * weight(fault, k, block, block_s) + jump
-            };
-            let (z, size, deviation) = judged.test(&DVector::from_fn(column.len(), |n, _| row(n)))?;
+            let (z, size, deviation) = judged.test(&column(run, fault, onset, block, block_s))?;
             Some(Hypothesis { fault, onset, block, z, size, deviation, explains: z * z / whole })
         };
         if fault.course() == Course::Step {
@@ -80,6 +73,17 @@ pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
         all.extend(during.max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())));
     }
     all
+}
+
+/// What a fault of unit size adds to the rows if it begins with a block.
+pub fn column(run: &Whitened, fault: Fault, onset: Onset, block: usize, block_s: f64) -> DVector<f64> {
+    let jumps = fault == Fault::SpeedGain && onset == Onset::During;
+    let row = |n: usize| {
+        let k = run.blocks[n];
+        let jump = if jumps && k == block { run.jump[n] } else { 0.0 };
+        run.faults[fault as usize][n] * weight(fault, k, block, block_s) + jump
+    };
+    DVector::from_fn(run.blocks.len(), |n, _| row(n))
 }
 
 /// How large a fault is in block k if it begins with another.

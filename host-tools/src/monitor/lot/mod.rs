@@ -21,7 +21,7 @@ use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
 use blocks::{Cut, POWER, Run, TORQUE};
-use likelihood::{HOLDS, Hypothesis, limits, scan};
+use likelihood::{HOLDS, Hypothesis, column, limits, scan};
 use population::Whitened;
 
 /// Difference of a block's voltage from the lot's, as a share of the lot's highest, that mains of another level do not
@@ -66,7 +66,7 @@ pub struct Finding {
 }
 
 /// How far a block's balances are from what is usual in the lot, the motor's own parameters taken off, in standard
-/// deviations.
+/// deviations of what these leave of the motors that have taught it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beside {
     /// Middle of the block, s.
@@ -228,7 +228,6 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         let all = scan(&population.whitened(run), cut.block_s).into_iter();
         all.filter_map(|h| Some((limit(&h)?, h))).filter(|(limit, h)| h.z.abs() > limit.z).collect()
     };
-    let beside = beside(&population.whitened(&run), &run);
     let first = beyond(&run);
     // Gains and fluxes of several per cent are no small changes.
     let sizes = Fault::ALL.into_iter().filter_map(|fault| {
@@ -257,13 +256,18 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         true => (h.fault.is_unlikely_by_sign(h.size), h.fault as usize),
         false => (true, Fault::ALL.len()),
     });
+    let beside = beside(&population.whitened(&run), &run, found.first().map(|(_, h)| h));
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
 }
 
-/// A run's balances beside the lot's.
-fn beside(white: &Whitened, run: &Run) -> Vec<Beside> {
-    let (own, _) = white.own_of_motor();
+/// A run's balances beside the lot's. The motor's own parameters are those beside the fault.
+fn beside(white: &Whitened, run: &Run, fault: Option<&Hypothesis>) -> Vec<Beside> {
+    let mut healthy = white.clone();
+    if let Some(h) = fault {
+        healthy.rows -= column(white, h.fault, h.onset, h.block, run.block_s) * h.size;
+    }
+    let (own, _) = healthy.own_of_motor();
     let left = &white.rows - &white.own * own;
     let of = |k: usize, row: usize| {
         (0..white.blocks.len()).find(|n| white.blocks[*n] == k && white.row_of_block[*n] == row).map(|n| left[n])
