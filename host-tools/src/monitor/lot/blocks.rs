@@ -263,7 +263,8 @@ impl Cut {
         let torque: Vec<f64> = left.torque.iter().zip(&speed).map(|(t, w)| t + braked(*w)).collect();
         let period = self.block_s / PERIODS / e.interval_s;
         let smooth = |integral: &Integral, x: f64| integral.mean_around(x, period);
-        let (impulse, angle) = (Integral::of(&Integral::of(&torque).values), Integral::of(&speed));
+        let angle = Integral::of(&without_wave_of_turn(e, &speed, borders, period));
+        let impulse = Integral::of(&Integral::of(&torque).values);
         let torques = borders.windows(2).map(|two| {
             let length = two[1] - two[0];
             let change = smooth(&angle, two[1]) - smooth(&angle, two[0]);
@@ -393,46 +394,91 @@ impl Direct {
             borders.windows(2).map(|two| Some(0.5 * squares.mean(two).max(f64::MIN_POSITIVE).ln())).collect()
         };
         let sparks = log_rms(current, f64::from(SPARKS_ABOVE_HZ));
-        let mut angle = 0.0;
-        let angles: Vec<f64> = speed
-            .iter()
-            .map(|w| {
-                angle += w * e.interval_s;
-                angle
-            })
-            .collect();
-        // A speed that is counted or averaged has no wave of its own.
-        let is_itself = e.sensor.is_none() && !e.is_windowed();
+        let angles = angles(speed, e.interval_s);
         let of_turn = |two: &[f64]| {
             let within = two[0].ceil() as usize..(two[1] as usize + 1).min(speed.len());
-            wave_of_turn(&speed[within.clone()], &angles[within]).filter(|amplitude| is_itself && *amplitude > 0.0)
+            let wave = shows_a_turn(e).then(|| Wave::of_turn(&speed[within.clone()], &angles[within])).flatten()?;
+            Some(wave.amplitude()).filter(|amplitude| *amplitude > 0.0)
         };
         let ripple = borders.windows(2).map(|two| of_turn(two).map(f64::ln)).collect();
         Self { mean, sparks, ripple }
     }
 }
 
-/// Amplitude, rad/s, of the wave of a speed once a turn of the angle, rad, beside its straight course, by Hann's
-/// window: `2 |Σ h (ω − ω̄ − ω̇ t) e^(−jθ)| / Σ h`. `None` where too few turns or too few samples of one tell it.
-fn wave_of_turn(speed: &[f64], angles: &[f64]) -> Option<f64> {
-    let count = speed.len() as f64;
-    let turns = (angles.last()? - angles.first()?).abs() / TAU;
-    if turns < FEWEST_TURNS || count < FEWEST_SAMPLES_A_TURN * turns {
-        return None;
+/// Whether the speed can show a wave once a turn: one that is counted or averaged has none of its own.
+fn shows_a_turn(e: &Experiment) -> bool {
+    e.sensor.is_none() && !e.is_windowed()
+}
+
+/// The rotor's angle at each sample, rad.
+fn angles(speed: &[f64], interval_s: f64) -> Vec<f64> {
+    let turned = speed.iter().scan(0.0, |angle, w| {
+        *angle += w * interval_s;
+        Some(*angle)
+    });
+    turned.collect()
+}
+
+/// The wave of a speed once a turn, `a cos θ + b sin θ`, rad/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wave {
+    cosine: f64,
+    sine: f64,
+}
+
+impl Wave {
+    /// Beside the straight course of the speed, by Hann's window: `2 Σ h (ω − ω̄ − ω̇ t) e^(jθ) / Σ h`. `None` where too
+    /// few turns or too few samples of one tell it.
+    fn of_turn(speed: &[f64], angles: &[f64]) -> Option<Self> {
+        let count = speed.len() as f64;
+        let turns = (angles.last()? - angles.first()?).abs() / TAU;
+        if turns < FEWEST_TURNS || count < FEWEST_SAMPLES_A_TURN * turns {
+            return None;
+        }
+        let middle = 0.5 * (count - 1.0);
+        let mean = speed.iter().sum::<f64>() / count;
+        let times = || (0..speed.len()).map(|n| n as f64 - middle);
+        let slope = speed.iter().zip(times()).map(|(w, t)| w * t).sum::<f64>() / times().map(|t| t * t).sum::<f64>();
+        let [mut cosine, mut sine, mut sum] = [0.0; 3];
+        for ((w, angle), t) in speed.iter().zip(angles).zip(times()) {
+            let window = 0.5 * (1.0 + (TAU * t / count).cos());
+            let part = window * (w - mean - slope * t);
+            cosine += part * angle.cos();
+            sine += part * angle.sin();
+            sum += window;
+        }
+        Some(Self { cosine: 2.0 * cosine / sum, sine: 2.0 * sine / sum })
     }
-    let middle = 0.5 * (count - 1.0);
-    let mean = speed.iter().sum::<f64>() / count;
-    let times = || (0..speed.len()).map(|n| n as f64 - middle);
-    let slope = speed.iter().zip(times()).map(|(w, t)| w * t).sum::<f64>() / times().map(|t| t * t).sum::<f64>();
-    let [mut real, mut imaginary, mut sum] = [0.0; 3];
-    for ((w, angle), t) in speed.iter().zip(angles).zip(times()) {
-        let window = 0.5 * (1.0 + (TAU * t / count).cos());
-        let part = window * (w - mean - slope * t);
-        real += part * angle.cos();
-        imaginary += part * angle.sin();
-        sum += window;
+
+    fn amplitude(self) -> f64 {
+        self.cosine.hypot(self.sine)
     }
-    Some(2.0 * real.hypot(imaginary) / sum)
+
+    fn at(self, angle: f64) -> f64 {
+        self.cosine * angle.cos() + self.sine * angle.sin()
+    }
+}
+
+/// A speed without its wave once a turn in the period around each border. A block holds no whole number of turns, so
+/// that what an imbalance or an eccentric sensor adds would look like an acceleration: each border's wave is that of a
+/// block's length around it.
+fn without_wave_of_turn(e: &Experiment, speed: &[f64], borders: &[f64], period: f64) -> Vec<f64> {
+    let mut without = speed.to_vec();
+    if !shows_a_turn(e) {
+        return without;
+    }
+    let angles = angles(speed, e.interval_s);
+    let around = |x: f64, length: f64| {
+        let from = (x - 0.5 * length).floor().max(0.0) as usize;
+        from..((x + 0.5 * length).ceil() as usize + 1).min(speed.len())
+    };
+    for border in borders {
+        let block = around(*border, PERIODS * period);
+        if let Some(wave) = Wave::of_turn(&speed[block.clone()], &angles[block]) {
+            around(*border, period).for_each(|n| without[n] -= wave.at(angles[n]));
+        }
+    }
+    without
 }
 
 /// The integral of a signal over its samples, by the trapezium rule.
@@ -517,17 +563,8 @@ mod tests {
                 })
                 .collect()
         };
-        let amplitude = |speed: &[f64], interval: f64| {
-            let mut angle = 0.0;
-            let angles: Vec<f64> = speed
-                .iter()
-                .map(|w| {
-                    angle += w * interval;
-                    angle
-                })
-                .collect();
-            wave_of_turn(speed, &angles)
-        };
+        let amplitude =
+            |speed: &[f64], interval: f64| Some(Wave::of_turn(speed, &angles(speed, interval))?.amplitude());
         // Four turns beside its main lobe Hann's window has 1 % of 2 rad/s left.
         assert!((amplitude(&speed(1.5), 1e-4).unwrap() - 1.5).abs() < 0.03);
         assert!(amplitude(&speed(0.0), 1e-4).unwrap() < 0.03);
