@@ -9,7 +9,7 @@ use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::lot::{Fault, Onset};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::calibrate;
-use greyrig_host::monitor::lot::blocks::Cut;
+use greyrig_host::monitor::lot::blocks::{Cut, whole};
 use greyrig_host::monitor::lot::learn;
 use greyrig_host::monitor::test::{Outcome, Test, test};
 use greyrig_host::recording::{Channel, Recording};
@@ -51,10 +51,11 @@ fn what_a_resistance_leaves_of_the_power_is_its_losses() {
     };
     let recording = recorded(20_000, at);
     let truth = model("pm-dc", [r, l, k, 1e-4, 0.0]);
-    let cut = Cut::of(&truth, &recording).unwrap();
+    let e = whole(&truth, &recording).unwrap();
+    let cut = Cut::of(&e);
     assert!((cut.block_s - 0.1).abs() < 1e-4, "{cut:?}");
     let power = |model: &Model| -> Vec<f64> {
-        let run = cut.run(model, &recording).unwrap();
+        let run = cut.run(model, &e).unwrap();
         assert!(run.blocks.len() >= 18);
         run.blocks.iter().filter(|b| b.counts[0]).map(|b| b.rows[0]).collect()
     };
@@ -65,7 +66,7 @@ fn what_a_resistance_leaves_of_the_power_is_its_losses() {
     // 10 % of R I²/2 = 1.6 W.
     assert!(power(&lower).iter().all(|p| (p - 1.6).abs() < 2e-3), "{:?}", power(&lower));
     // And that is a tenth of what the hypothesis of another resistance says, which is of another motor: 1/0.9.
-    let run = cut.run(&lower, &recording).unwrap();
+    let run = cut.run(&lower, &e).unwrap();
     for block in run.blocks.iter().filter(|b| b.counts[0]) {
         let size = block.rows[0] / block.columns[Fault::Resistance as usize][0];
         assert!((size - 0.1 / 0.9).abs() < 2e-3, "{size}");
@@ -83,8 +84,8 @@ fn what_a_friction_leaves_of_the_torque_is_itself() {
     };
     let recording = recorded(10_000, at);
     let model = model("pm-dc", [1.0, 1e-3, k, j, mu0]);
-    let cut = Cut::of(&model, &recording).unwrap();
-    let run = cut.run(&model, &recording).unwrap();
+    let e = whole(&model, &recording).unwrap();
+    let run = Cut::of(&e).run(&model, &e).unwrap();
     for block in run.blocks.iter().filter(|b| b.counts[1]) {
         // A straight line is averaged exactly.
         assert!((block.rows[1] - more).abs() < 1e-9, "{:?}", block.rows);
@@ -178,10 +179,9 @@ fn another_profile_is_not_judged_by_the_lot() {
 fn what_is_too_short_for_a_lot_says_so() {
     let healthy: Vec<Recording> =
         (1..=4).map(|seed| rig(seed).seconds(0.9).motor(Motor::universal()).run().unwrap().recording).collect();
-    let cut = Cut::of(station(), &healthy[0]).unwrap();
     let motors: Vec<Vec<usize>> = (0..4).map(|k| vec![k]).collect();
     let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, &Context::quiet()).unwrap();
-    assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"), "{cut:?}");
+    assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"));
 }
 
 #[test]

@@ -17,6 +17,7 @@
 //! were wider by more than what they told.)
 
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use greyrig::butterworth::HighPass;
 use greyrig::detector::SPARKS_ABOVE_HZ;
@@ -107,15 +108,11 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// As a recording tells it.
-    ///
-    /// # Errors
-    /// A recording without voltage, current and speed.
-    pub fn of(model: &Model, recording: &Recording) -> Result<Self> {
-        let e = whole(model, recording)?;
+    /// As a test tells it.
+    pub fn of(e: &Experiment) -> Self {
         let top_speed = e.speed.iter().flatten().fold(0.0f64, |most, w| most.max(w.abs()));
         let block_s = PERIODS * e.mains_period_s.unwrap_or(USUAL_PERIOD_S);
-        Ok(Self { block_s, alternating: e.mains_period_s.is_some(), top_speed })
+        Self { block_s, alternating: e.mains_period_s.is_some(), top_speed }
     }
 
     /// Whether runs of another cut can be compared: blocks of the same length, of alternating voltage or of direct.
@@ -123,26 +120,25 @@ impl Cut {
         self.alternating == other.alternating && (self.block_s / other.block_s - 1.0).abs() <= SAME_PERIOD
     }
 
-    /// The balances of a run by a model.
+    /// The balances of a test by a model.
     ///
     /// # Errors
-    /// A recording with gaps or without voltage, current and speed, or a model that no motor can have.
-    pub fn run(&self, model: &Model, recording: &Recording) -> Result<Run> {
-        let e = whole(model, recording)?;
-        let borders = self.borders(&e);
+    /// A model that no motor can have.
+    pub fn run(&self, model: &Model, e: &Experiment) -> Result<Run> {
+        let borders = self.borders(e);
         let refused = |x: greyrig::motor::ParameterError| {
             Error::usage(format!("{}: {x}", e.name), "check the model's parameters")
         };
         model.motor::<f64>().map_err(refused)?;
-        let plain = self.rows(&e, model, &borders).ok_or_else(|| lacks(recording))?;
+        let plain = self.rows(e, model, &borders).ok_or_else(|| lacks(&e.name))?;
         let columns: Vec<Option<Vec<[f64; ROWS]>>> =
-            Fault::ALL.par_iter().map(|fault| self.column(*fault, SMALL, &e, model, &borders, &plain)).collect();
-        let direct = Direct::of(&e, &borders, self.alternating);
+            Fault::ALL.par_iter().map(|fault| self.column(*fault, SMALL, e, model, &borders, &plain)).collect();
+        let direct = Direct::of(e, &borders, self.alternating);
         let voltage = Integral::of(&e.input.iter().map(|u| u * u).collect::<Vec<f64>>());
         let power = Integral::of(
             &e.input.iter().zip(e.current.iter().flatten()).map(|(u, i)| (u * i).abs()).collect::<Vec<f64>>(),
         );
-        let counts = self.counts(&e, &borders);
+        let counts = self.counts(e, &borders);
         let speed = Integral::of(e.speed.as_deref().unwrap_or_default());
         let inertia = model.value(BaseParameter::J);
         let blocks = (0..borders.len().saturating_sub(1)).map(|k| {
@@ -173,23 +169,13 @@ impl Cut {
 
     /// A run whose columns of some faults are those of sizes that are not small: the secant in place of the tangent,
     /// since gains stand in the balances with powers.
-    ///
-    /// # Errors
-    /// As [`Cut::run`].
-    pub fn with_columns_at(
-        &self,
-        sizes: &[(Fault, f64)],
-        run: &Run,
-        model: &Model,
-        recording: &Recording,
-    ) -> Result<Run> {
-        let e = whole(model, recording)?;
-        let borders = self.borders(&e);
+    pub fn with_columns_at(&self, sizes: &[(Fault, f64)], run: &Run, model: &Model, e: &Experiment) -> Run {
+        let borders = self.borders(e);
         let plain: Vec<[f64; BALANCES]> =
             run.blocks.iter().map(|block| std::array::from_fn(|row| block.rows[row])).collect();
         let columns: Vec<_> = sizes
             .par_iter()
-            .map(|(fault, size)| (*fault, self.column(*fault, *size, &e, model, &borders, &plain)))
+            .map(|(fault, size)| (*fault, self.column(*fault, *size, e, model, &borders, &plain)))
             .collect();
         let mut run = run.clone();
         for (fault, column) in columns {
@@ -197,7 +183,7 @@ impl Cut {
                 block.columns[fault as usize] = rows;
             }
         }
-        Ok(run)
+        run
     }
 
     /// Places of the borders, in samples: each where the voltage rises through zero next to where it should be.
@@ -528,18 +514,21 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// The recording as one experiment.
-fn whole(model: &Model, recording: &Recording) -> Result<Experiment> {
+/// A recording as one experiment.
+///
+/// # Errors
+/// A recording with gaps or without voltage, current and speed.
+pub fn whole(model: &Model, recording: &Recording) -> Result<Experiment> {
     let one = prepare(std::slice::from_ref(recording), &model.filter, &model.chain)?;
     match <[Experiment; 1]>::try_from(one) {
         Ok([e]) if e.drive == Drive::Voltage && e.current.is_some() && e.speed.is_some() => Ok(e),
-        _ => Err(lacks(recording)),
+        _ => Err(lacks(recording.path())),
     }
 }
 
-fn lacks(recording: &Recording) -> Error {
+fn lacks(path: impl AsRef<Path>) -> Error {
     Error::input(
-        crate::error::Place::file(recording.path()),
+        crate::error::Place::file(path.as_ref()),
         "its balances need voltage, current and speed without gaps",
         "record u_v, i_a and omega_rad_s of the whole test",
     )

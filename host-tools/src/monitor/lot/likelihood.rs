@@ -17,6 +17,8 @@
 //! jumps in linear systems, IEEE Trans. Autom. Control 21 (1976) 108–112; M. Basseville, I. V. Nikiforov, Detection of
 //! Abrupt Changes (1993).
 
+use std::cmp::Ordering;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -70,7 +72,9 @@ pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
         }
         let first = usize::from(fault.course() == Course::Step);
         let during = (first..last.saturating_sub(FEWEST_BEHIND)).filter_map(|block| at(block, Onset::During));
-        all.extend(during.max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())));
+        // A size beyond what the column holds for is believed only where no other begin explains anything.
+        let rank = |h: &Hypothesis| (fault.holds(h.size), h.z.abs());
+        all.extend(during.max_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal)));
     }
     all
 }
@@ -226,6 +230,22 @@ mod tests {
         let h = found(&run(Fault::CurrentDrift, rows, |_| 1.0), Fault::CurrentDrift, Onset::During);
         assert_eq!(h.block, 30);
         assert!((h.size - 0.3).abs() < 1e-12, "{h:?}");
+    }
+
+    #[test]
+    fn a_begin_at_which_the_size_is_believable_comes_first() {
+        // The mean from block k on is (0.7 (40 − k) + 0.4 · 40)/(80 − k), at most a half from block 20 on; that from
+        // block 1 on explains most.
+        let rows = DVector::from_fn(80, |k, _| match k {
+            0 => 0.0,
+            1..40 => 0.7,
+            _ => 0.4,
+        });
+        let h = found(&run(Fault::VoltageGain, rows.clone(), |_| 1.0), Fault::VoltageGain, Onset::During);
+        assert!((20..=21).contains(&h.block), "{h:?}");
+        // A contact's drop in volts may be as large as it is.
+        let h = found(&run(Fault::Contact, rows, |_| 1.0), Fault::Contact, Onset::During);
+        assert_eq!(h.block, 1);
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::error::Result;
 use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
-use blocks::{Cut, POWER, Run, TORQUE};
+use blocks::{Cut, POWER, Run, TORQUE, whole};
 use likelihood::{HOLDS, Hypothesis, column, limits, scan};
 use population::Whitened;
 
@@ -127,20 +127,22 @@ pub fn learn(
     if let Some(gap) = recordings.iter().find(|r| !r.gaps().is_empty()) {
         return Ok(Learnt::nothing(format!("{} has gaps", gap.path().display())));
     }
-    let cuts: Vec<Cut> = recordings.iter().map(|r| Cut::of(&model_of(r)?, r)).collect::<Result<_>>()?;
-    let top_speed = cuts.iter().map(|c| c.top_speed).fold(0.0, f64::max);
-    let cut = Cut { top_speed, ..cuts[0] };
+    let Some(first) = recordings.first() else { return Ok(Learnt::nothing("there are no runs".to_owned())) };
+    let cut = Cut::of(&whole(&model_of(first)?, first)?);
     let steps = ctx.steps("balances", recordings.len() as u64);
-    if let Some(k) = (0..cuts.len()).find(|k| !cuts[*k].is_as(&cut)) {
-        return Ok(Learnt::nothing(format!("{} has mains of another frequency", recordings[k].path().display())));
-    }
     let one_run = |recording: &Recording| {
         ctx.check()?;
-        let run = cut.run(&model_of(recording)?, recording)?;
+        let model = model_of(recording)?;
+        let e = whole(&model, recording)?;
+        let run = Cut::of(&e).is_as(&cut).then(|| cut.run(&model, &e)).transpose()?;
         steps.next();
         Ok(run)
     };
-    let runs: Vec<Run> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
+    let runs: Vec<Option<Run>> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
+    if let Some(k) = runs.iter().position(Option::is_none) {
+        return Ok(Learnt::nothing(format!("{} has mains of another frequency", recordings[k].path().display())));
+    }
+    let runs: Vec<Run> = runs.into_iter().flatten().collect();
     let shortest = runs.iter().map(|run| run.blocks.len()).min().unwrap_or(0);
     if shortest < FEWEST_BLOCKS {
         let told = format!("the shortest of them has {shortest} blocks of {:.2} s", cut.block_s);
@@ -216,10 +218,11 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         return Ok(Judged::Incomparable("its recording has gaps".to_owned()));
     }
     let cut = Cut { block_s: population.block_s, alternating: population.alternating, top_speed: population.top_speed };
-    if !Cut::of(model, recording)?.is_as(&cut) {
+    let e = whole(model, recording)?;
+    if !Cut::of(&e).is_as(&cut) {
         return Ok(Judged::Incomparable("its mains are of another frequency than the lot's".to_owned()));
     }
-    let run = cut.run(model, recording)?;
+    let run = cut.run(model, &e)?;
     if !population.has_profile_of(&run) {
         return Ok(Judged::Incomparable("it follows another profile than the lot did".to_owned()));
     }
@@ -236,7 +239,7 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         fault.holds(best.size).then_some((fault, best.size))
     });
     let sizes: Vec<(Fault, f64)> = sizes.collect();
-    let run = if sizes.is_empty() { run } else { cut.with_columns_at(&sizes, &run, model, recording)? };
+    let run = if sizes.is_empty() { run } else { cut.with_columns_at(&sizes, &run, model, &e) };
     let mut found = if sizes.is_empty() { first } else { beyond(&run) };
     // What a fault explains, as Z: arcs take voltage, as a contact does. What is too large for its column comes last.
     let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
