@@ -13,8 +13,8 @@
 //!
 //! L i di integrates to nothing over a period, so that the inductance drops out, with what saturates it, and no current
 //! has to be simulated. The speed at the ends of a block is its mean over a period around them, and the torque is
-//! averaged alike. (Two further moments of v, ⟨v sgn i⟩ and ⟨v i |i|⟩, were tried: on lots of mixed laws their limits
-//! were wider by more than what they told.)
+//! averaged alike, both over a turn of the rotor, too. (Two further moments of v, ⟨v sgn i⟩ and ⟨v i |i|⟩, were tried:
+//! on lots of mixed laws their limits were wider by more than what they told.)
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -42,7 +42,7 @@ pub const SPARKS: usize = 3;
 /// The row of the speed's ripple.
 pub const RIPPLE: usize = 4;
 /// Periods in a block.
-const PERIODS: f64 = 5.0;
+pub const PERIODS: f64 = 5.0;
 /// A period without mains, s.
 const USUAL_PERIOD_S: f64 = 0.02;
 /// Share of the largest voltage above which the supply is on.
@@ -248,14 +248,13 @@ impl Cut {
         });
         let torque: Vec<f64> = left.torque.iter().zip(&speed).map(|(t, w)| t + braked(*w)).collect();
         let period = self.block_s / PERIODS / e.interval_s;
-        let smooth = |integral: &Integral, x: f64| integral.mean_around(x, period);
-        let angle = Integral::of(&without_wave_of_turn(e, &speed, borders, period));
-        let impulse = Integral::of(&Integral::of(&torque).values);
-        let torques = borders.windows(2).map(|two| {
-            let length = two[1] - two[0];
-            let change = smooth(&angle, two[1]) - smooth(&angle, two[0]);
-            (smooth(&impulse, two[1]) - smooth(&impulse, two[0])) / length
-                - left.inertia * change / (length * e.interval_s)
+        let turns: Vec<Option<f64>> = borders.iter().map(|x| turn_around(e, *x, period)).collect();
+        let (impulse, angle) = (Smooth::of(&Integral::of(&torque).values), Smooth::of(&speed));
+        let at = |signal: &Smooth, n: usize| signal.mean_around(borders[n], period, turns[n]);
+        let torques = (1..borders.len()).map(|n| {
+            let length = borders[n] - borders[n - 1];
+            let change = at(&angle, n) - at(&angle, n - 1);
+            (at(&impulse, n) - at(&impulse, n - 1)) / length - left.inertia * change / (length * e.interval_s)
         });
         Some(power.zip(torques).map(|(power, torque)| [power, torque]).collect())
     }
@@ -383,8 +382,8 @@ impl Direct {
         let angles = angles(speed, e.interval_s);
         let of_turn = |two: &[f64]| {
             let within = two[0].ceil() as usize..(two[1] as usize + 1).min(speed.len());
-            let wave = shows_a_turn(e).then(|| Wave::of_turn(&speed[within.clone()], &angles[within])).flatten()?;
-            Some(wave.amplitude()).filter(|amplitude| *amplitude > 0.0)
+            let wave = shows_a_turn(e).then(|| wave_of_turn(&speed[within.clone()], &angles[within])).flatten();
+            wave.filter(|amplitude| *amplitude > 0.0)
         };
         let ripple = borders.windows(2).map(|two| of_turn(two).map(f64::ln)).collect();
         Self { mean, sparks, ripple }
@@ -405,66 +404,61 @@ fn angles(speed: &[f64], interval_s: f64) -> Vec<f64> {
     turned.collect()
 }
 
-/// The wave of a speed once a turn, `a cos θ + b sin θ`, rad/s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Wave {
-    cosine: f64,
-    sine: f64,
+/// Amplitude, rad/s, of the wave of a speed once a turn beside its straight course, by Hann's window:
+/// `2 |Σ h (ω − ω̄ − ω̇ t) e^(jθ)| / Σ h`. `None` where too few turns or too few samples of one tell it.
+fn wave_of_turn(speed: &[f64], angles: &[f64]) -> Option<f64> {
+    let count = speed.len() as f64;
+    let turns = (angles.last()? - angles.first()?).abs() / TAU;
+    if turns < FEWEST_TURNS || count < FEWEST_SAMPLES_A_TURN * turns {
+        return None;
+    }
+    let middle = 0.5 * (count - 1.0);
+    let mean = speed.iter().sum::<f64>() / count;
+    let times = || (0..speed.len()).map(|n| n as f64 - middle);
+    let slope = speed.iter().zip(times()).map(|(w, t)| w * t).sum::<f64>() / times().map(|t| t * t).sum::<f64>();
+    let [mut cosine, mut sine, mut sum] = [0.0; 3];
+    for ((w, angle), t) in speed.iter().zip(angles).zip(times()) {
+        let window = 0.5 * (1.0 + (TAU * t / count).cos());
+        let part = window * (w - mean - slope * t);
+        cosine += part * angle.cos();
+        sine += part * angle.sin();
+        sum += window;
+    }
+    Some(2.0 * cosine.hypot(sine) / sum)
 }
 
-impl Wave {
-    /// Beside the straight course of the speed, by Hann's window: `2 Σ h (ω − ω̄ − ω̇ t) e^(jθ) / Σ h`. `None` where too
-    /// few turns or too few samples of one tell it.
-    fn of_turn(speed: &[f64], angles: &[f64]) -> Option<Self> {
-        let count = speed.len() as f64;
-        let turns = (angles.last()? - angles.first()?).abs() / TAU;
-        if turns < FEWEST_TURNS || count < FEWEST_SAMPLES_A_TURN * turns {
-            return None;
-        }
-        let middle = 0.5 * (count - 1.0);
-        let mean = speed.iter().sum::<f64>() / count;
-        let times = || (0..speed.len()).map(|n| n as f64 - middle);
-        let slope = speed.iter().zip(times()).map(|(w, t)| w * t).sum::<f64>() / times().map(|t| t * t).sum::<f64>();
-        let [mut cosine, mut sine, mut sum] = [0.0; 3];
-        for ((w, angle), t) in speed.iter().zip(angles).zip(times()) {
-            let window = 0.5 * (1.0 + (TAU * t / count).cos());
-            let part = window * (w - mean - slope * t);
-            cosine += part * angle.cos();
-            sine += part * angle.sin();
-            sum += window;
-        }
-        Some(Self { cosine: 2.0 * cosine / sum, sine: 2.0 * sine / sum })
-    }
-
-    fn amplitude(self) -> f64 {
-        self.cosine.hypot(self.sine)
-    }
-
-    fn at(self, angle: f64) -> f64 {
-        self.cosine * angle.cos() + self.sine * angle.sin()
-    }
+/// How long the turn takes in which a place lies, in samples. `None` of a turn that is longer than a block is half, or
+/// that is not within the test.
+fn turn_around(e: &Experiment, x: f64, period: f64) -> Option<f64> {
+    let speed = e.speed.as_deref()?;
+    let near = (x - 0.5 * period).max(0.0) as usize..((x + 0.5 * period) as usize + 1).min(speed.len());
+    let mean = speed[near.clone()].iter().sum::<f64>() / near.len() as f64;
+    let turn = TAU / (mean.abs() * e.interval_s);
+    let reaches = 0.5 * (period + turn);
+    (turn <= 0.5 * PERIODS * period && x >= reaches && x + reaches <= (speed.len() - 1) as f64).then_some(turn)
 }
 
-/// A speed without its wave once a turn in the period around each border. A block holds no whole number of turns, so
-/// that what an imbalance or an eccentric sensor adds would look like an acceleration: each border's wave is that of a
-/// block's length around it.
-fn without_wave_of_turn(e: &Experiment, speed: &[f64], borders: &[f64], period: f64) -> Vec<f64> {
-    let mut without = speed.to_vec();
-    if !shows_a_turn(e) {
-        return without;
+/// Mean of a signal over a window around a place and, of that, over another: of the turn in which the place lies, so
+/// that what comes once a turn, an imbalance or an eccentric sensor, is no acceleration. Both are in samples.
+struct Smooth {
+    once: Integral,
+    twice: Integral,
+}
+
+impl Smooth {
+    fn of(signal: &[f64]) -> Self {
+        let once = Integral::of(signal);
+        Self { twice: Integral::of(&once.values), once }
     }
-    let angles = angles(speed, e.interval_s);
-    let around = |x: f64, length: f64| {
-        let from = (x - 0.5 * length).floor().max(0.0) as usize;
-        from..((x + 0.5 * length).ceil() as usize + 1).min(speed.len())
-    };
-    for border in borders {
-        let block = around(*border, PERIODS * period);
-        if let Some(wave) = Wave::of_turn(&speed[block.clone()], &angles[block]) {
-            around(*border, period).for_each(|n| without[n] -= wave.at(angles[n]));
+
+    fn mean_around(&self, x: f64, width: f64, turn: Option<f64>) -> f64 {
+        match turn {
+            None => self.once.mean_around(x, width),
+            Some(turn) => {
+                (self.twice.mean_around(x + 0.5 * width, turn) - self.twice.mean_around(x - 0.5 * width, turn)) / width
+            }
         }
     }
-    without
 }
 
 /// The integral of a signal over its samples, by the trapezium rule.
@@ -552,13 +546,28 @@ mod tests {
                 })
                 .collect()
         };
-        let amplitude =
-            |speed: &[f64], interval: f64| Some(Wave::of_turn(speed, &angles(speed, interval))?.amplitude());
+        let amplitude = |speed: &[f64], interval: f64| wave_of_turn(speed, &angles(speed, interval));
         // Four turns beside its main lobe Hann's window has 1 % of 2 rad/s left.
         assert!((amplitude(&speed(1.5), 1e-4).unwrap() - 1.5).abs() < 0.03);
         assert!(amplitude(&speed(0.0), 1e-4).unwrap() < 0.03);
         // Too few turns, and too few samples of a turn.
         assert_eq!(amplitude(&speed(1.5), 1e-5), None);
         assert_eq!(amplitude(&speed(1.5), 1e-2), None);
+    }
+    #[test]
+    fn over_a_turn_a_wave_of_it_is_no_acceleration() {
+        // 50 samples a turn: the mean over 200 samples, four turns, or over 180 and a turn, has nothing of the wave.
+        let signal = |wave: f64| -> Vec<f64> {
+            (0..2000).map(|n| 3.0 + 0.01 * f64::from(n) + wave * (TAU * f64::from(n) / 50.0).sin()).collect()
+        };
+        let (plain, waved) = (Smooth::of(&signal(0.0)), Smooth::of(&signal(5.0)));
+        for x in [700.0, 713.4] {
+            assert!((plain.mean_around(x, 180.0, Some(50.0)) - (3.0 + 0.01 * x)).abs() < 1e-9);
+            // A wave of 5 through a window of 180 leaves 5 sin(3.6 π)/(3.6 π) = 0.42 at most; the trapezium rule within
+            // a sample leaves (2 π/50)²/12 of that.
+            let alone = waved.mean_around(x, 180.0, None) - plain.mean_around(x, 180.0, None);
+            let left = waved.mean_around(x, 180.0, Some(50.0)) - plain.mean_around(x, 180.0, Some(50.0));
+            assert!(left.abs() < 0.42 * 0.0014, "{left} of {alone}");
+        }
     }
 }

@@ -268,7 +268,7 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
 fn beside(white: &Whitened, run: &Run, fault: Option<&Hypothesis>) -> Vec<Beside> {
     let mut healthy = white.clone();
     if let Some(h) = fault {
-        healthy.rows -= column(white, h.fault, h.onset, h.block, run.block_s) * h.size;
+        healthy.rows -= column(white, h.fault, h.onset, h.begin, run.block_s) * h.size;
     }
     let (own, _) = healthy.own_of_motor();
     let left = &white.rows - &white.own * own;
@@ -291,7 +291,7 @@ impl Population {
 }
 
 fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding {
-    let t_s = (h.onset == Onset::During).then(|| run.blocks[h.block].t_s - 0.5 * run.block_s);
+    let t_s = (h.onset == Onset::During).then(|| run.blocks[0].t_s + (h.begin - 0.5) * run.block_s);
     let when = t_s.map_or_else(|| "from the start".to_owned(), |t| format!("since {t:.2} s"));
     Finding {
         fault: h.fault,
