@@ -8,7 +8,7 @@ use greyrig_host::context::Context;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::lot::{Fault, Onset};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::monitor::lot::blocks::{Cut, whole};
 use greyrig_host::monitor::lot::learn;
 use greyrig_host::monitor::test::{Outcome, Test, test};
@@ -117,7 +117,7 @@ fn station() -> &'static Model {
         let settings = Settings { effects, ..Settings::new(Kind::Universal) };
         let model = identify(&training, &settings, &Context::quiet()).unwrap().model;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-        let calibration = calibrate(&model, &healthy, 3.0, &Context::quiet()).unwrap();
+        let calibration = calibrate(&model, &healthy, calibrate::Settings::blanking(3.0), &Context::quiet()).unwrap();
         assert_eq!(calibration.without_lot, None);
         // What is kept in a file is what was learnt.
         let model = Model { detector: Some(calibration.detector), ..model };
@@ -180,7 +180,7 @@ fn what_is_too_short_for_a_lot_says_so() {
     let healthy: Vec<Recording> =
         (1..=4).map(|seed| rig(seed).seconds(0.9).motor(Motor::universal()).run().unwrap().recording).collect();
     let motors: Vec<Vec<usize>> = (0..4).map(|k| vec![k]).collect();
-    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, &Context::quiet()).unwrap();
+    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, 1e-3, &Context::quiet()).unwrap();
     assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"));
 }
 
@@ -189,10 +189,18 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
     let motors: Vec<Vec<usize>> = (0..10).map(|k| vec![k]).collect();
     let learnt = |fault: Option<&str>| {
         let lot: Vec<Recording> = (1..=10).map(|seed| motor(seed, fault.filter(|_| seed == 4))).collect();
-        learn(|_| Ok(station().clone()), &lot, &motors, &Context::quiet()).unwrap()
+        learn(|_| Ok(station().clone()), &lot, &motors, 1e-3, &Context::quiet()).unwrap()
     };
     let clean = learnt(None);
     assert!(clean.outsiders.is_empty(), "{:?}", clean.outsiders);
+    // From the start the limits go by Student's t of 9 degrees of freedom: 2.262 for a tenth of false alarms, half of it
+    // for this group, on both sides; 3.690 for a hundredth.
+    let [tenth, hundredth] = [0, 1].map(|point| &clean.operating_points[point].limits);
+    for (a, b) in tenth.iter().zip(hundredth) {
+        assert!(b.seen > a.seen, "{a:?} {b:?}");
+        let from_the_start = a.onset == Onset::Start;
+        assert!(!from_the_start || (b.z / a.z - 3.690 / 2.262).abs() < 1e-3, "{a:?} {b:?}");
+    }
     let spoilt = learnt(Some("resistance_up=0.3@4.6"));
     let [outsider] = spoilt.outsiders.as_slice() else { panic!("{:?}", spoilt.outsiders) };
     assert_eq!((outsider.motor, outsider.finding.fault), (3, Fault::Resistance));

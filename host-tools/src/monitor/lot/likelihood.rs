@@ -31,9 +31,6 @@ use crate::model::lot::{Fault, Limit, Onset};
 const SMOOTHED: f64 = 0.5 / PERIODS;
 /// Blocks behind the onset, at least: two tell a size and that it lasts.
 const FEWEST_BEHIND: usize = 2;
-/// Share of healthy motors that one limit holds: all of them together are to hold 99.9 %, and those of faults that the
-/// balances tell go together.
-pub const HOLDS: f64 = 0.9995;
 /// Standard deviation of the logarithm of the largest |Z| of white noise, 80 blocks with a level of their own (by 4,000
 /// draws): what is left over of few motors may seem to spread by less.
 const LEAST_SPREAD: f64 = 0.27;

@@ -21,7 +21,7 @@ use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
 use blocks::{Cut, POWER, Run, TORQUE, whole};
-use likelihood::{HOLDS, Hypothesis, column, limits, scan};
+use likelihood::{Hypothesis, column, limits, scan};
 use population::Whitened;
 
 /// Difference of a block's voltage from the lot's, as a share of the lot's highest, that mains of another level do not
@@ -35,6 +35,11 @@ const FOLDS: usize = 20;
 /// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
 /// larger, Z counts less.
 const OF_WHITE: f64 = 3.48;
+/// Groups of limits that are exceeded apart from one another: faults that the balances tell go together, and so do those
+/// with a row of their own. Each has its share of the false alarms.
+const GROUPS: f64 = 2.0;
+/// False alarms among healthy motors for which it is told what would be seen.
+const POINTS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 /// Odds up to which one fault is as likely as another: as a verdict's 95 %.
 const AS_LIKELY: f64 = 20.0;
 
@@ -98,6 +103,15 @@ pub struct Outsider {
     pub finding: Finding,
 }
 
+/// What is seen at the price of some false alarms.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// Share of healthy motors that fail.
+    pub false_alarms: f64,
+    /// The limits, with the smallest fault that 95 % of motors show.
+    pub limits: Vec<Limit>,
+}
+
 /// What the runs of a lot teach.
 #[derive(Debug, Clone)]
 pub struct Learnt {
@@ -105,16 +119,19 @@ pub struct Learnt {
     pub population: std::result::Result<Population, String>,
     /// Motors that look like none of the others.
     pub outsiders: Vec<Outsider>,
+    /// What more or fewer false alarms would show.
+    pub operating_points: Vec<OperatingPoint>,
 }
 
 impl Learnt {
     fn nothing(why: String) -> Self {
-        Self { population: Err(why), outsiders: Vec::new() }
+        Self { population: Err(why), outsiders: Vec::new(), operating_points: Vec::new() }
     }
 }
 
 /// What is usual in a lot, and which motors the others do not take for theirs. These teach all the same: where laws
-/// differ from motor to motor, the limits without them would be too narrow for the next one.
+/// differ from motor to motor, the limits without them would be too narrow for the next one. The limits are for a share
+/// of false alarms among healthy motors.
 ///
 /// # Errors
 /// Runs whose balances cannot be formed, an interrupt.
@@ -122,6 +139,7 @@ pub fn learn(
     model_of: impl Fn(&Recording) -> Result<Model> + Sync,
     recordings: &[Recording],
     motors: &[Vec<usize>],
+    false_alarms: f64,
     ctx: &Context,
 ) -> Result<Learnt> {
     if let Some(gap) = recordings.iter().find(|r| !r.gaps().is_empty()) {
@@ -160,9 +178,11 @@ pub fn learn(
         recording: recordings[motors[motor][run]].path().display().to_string(),
         finding: finding(&limit, &h, true, &runs[motors[motor][run]]),
     };
-    let outsiders = beyond_the_others(&shown).into_iter().map(outsider).collect();
-    let population = Population { limits: limits(&shown, HOLDS), ..population };
-    Ok(Learnt { population: Ok(population), outsiders })
+    let outsiders = beyond_the_others(&shown, false_alarms).into_iter().map(outsider).collect();
+    let limits = |false_alarms: f64| limits(&shown, 1.0 - false_alarms / GROUPS);
+    let point = |false_alarms: f64| OperatingPoint { false_alarms, limits: limits(false_alarms) };
+    let population = Population { limits: limits(false_alarms), ..population };
+    Ok(Learnt { population: Ok(population), outsiders, operating_points: POINTS.map(point).to_vec() })
 }
 
 /// The runs of a lot.
@@ -195,8 +215,8 @@ impl Lot<'_> {
 
 /// The motors that are beyond the limits that the others make: place, which of its runs, the limit and what exceeds it.
 /// As many are asked as there are motors, and each limit holds as much less often.
-fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>]) -> Vec<(usize, usize, Limit, Hypothesis)> {
-    let holds = 1.0 - (1.0 - HOLDS) / shown.len() as f64;
+fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>], false_alarms: f64) -> Vec<(usize, usize, Limit, Hypothesis)> {
+    let holds = 1.0 - false_alarms / (GROUPS * shown.len() as f64);
     let of_motor = |place: usize| {
         let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
         let limits = limits(&others, holds);

@@ -10,7 +10,7 @@ use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::recording::Recording;
 use greyrig_host::rig::{Motor, Setup};
 
@@ -50,7 +50,8 @@ pub fn station() -> &'static Station {
         let model = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> =
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
-        let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
+        let detector =
+            calibrate(&model, &healthy, calibrate::Settings::blanking(BLANKING_S), &Context::quiet()).unwrap().detector;
         let model = Model { detector: Some(detector), ..model };
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
