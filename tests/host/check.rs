@@ -246,6 +246,29 @@ fn what_a_converter_does_is_found_and_rest_is_left_alone() {
 }
 
 #[test]
+fn a_supply_that_steps_within_a_period_has_lost_nothing_and_one_whose_phase_jumps_has() {
+    let of_universal = SOUND.iter().find(|s| s.kind == Kind::Universal && s.profile == "steady").unwrap();
+    let recording = &of_universal.recording;
+    let lost = |volts: &dyn Fn(f64) -> f64| {
+        let changed = change(recording, Channel::Voltage, |u| (0..u.len()).for_each(|n| u[n] = volts(n as f64 * 1e-4)));
+        of(&check(std::slice::from_ref(&changed), Some(Kind::Universal)), Code::SamplesLost).cloned()
+    };
+    let mains = |t: f64| (std::f64::consts::TAU * 50.0 * t).sin();
+    for within in 0..20 {
+        let at = 2.0 + f64::from(within) * 1e-3 + 3e-5;
+        for ratio in [0.5, 0.88, 0.93, 1.08, 1.7] {
+            let found = lost(&|t| if t < at { 150.0 } else { 150.0 * ratio } * mains(t));
+            assert!(found.is_none(), "{at} {ratio}: {found:?}");
+        }
+        // A gap of 0.5 ms or more in the samples, whose stamps go on.
+        for gap in [0.5e-3, 3e-3, 11e-3] {
+            let found = lost(&|t| 150.0 * mains(if t < at { t } else { t + gap }));
+            assert!(found.is_some(), "{at} {gap}");
+        }
+    }
+}
+
+#[test]
 fn the_same_recording_twice_is_found() {
     let [a, b] = [&SOUND[0].recording, &SOUND[1].recording];
     assert!(same(a, a) && !same(a, b));

@@ -185,6 +185,20 @@ fn what_is_too_short_for_a_lot_says_so() {
 }
 
 #[test]
+fn a_lot_of_an_older_layout_is_refused_with_the_command_that_renews_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("station.toml");
+    station().save(&path, false).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches("layout = 2").count(), 1);
+    for older in ["layout = 1", ""] {
+        std::fs::write(&path, text.replace("layout = 2", older)).unwrap();
+        let refused = Model::load(&path).unwrap_err().to_string();
+        assert!(refused.contains("layout 1 of a lot") && refused.contains("greyrig calibrate"), "{refused}");
+    }
+}
+
+#[test]
 fn a_motor_that_looks_like_none_of_the_others_is_named() {
     let motors: Vec<Vec<usize>> = (0..10).map(|k| vec![k]).collect();
     let learnt = |fault: Option<&str>| {
@@ -193,8 +207,8 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
     };
     let clean = learnt(None);
     assert!(clean.outsiders.is_empty(), "{:?}", clean.outsiders);
-    // From the start the limits go by Student's t of 9 degrees of freedom: 2.262 for a tenth of false alarms, half of it
-    // for this group, on both sides; 3.690 for a hundredth.
+    // From the start the limits go by Student's t of 9 degrees of freedom: 2.262 for a tenth of false alarms, half of
+    // it for this group, on both sides; 3.690 for a hundredth.
     let [tenth, hundredth] = [0, 1].map(|point| &clean.operating_points[point].limits);
     for (a, b) in tenth.iter().zip(hundredth) {
         assert!(b.seen > a.seen, "{a:?} {b:?}");

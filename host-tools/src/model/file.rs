@@ -5,6 +5,7 @@ use std::path::Path;
 use greyrig::butterworth;
 use greyrig::motor::BaseParameter;
 
+use super::lot::Population;
 use super::{Model, Parameter, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
@@ -38,6 +39,15 @@ impl Model {
                 at("schema"),
                 format!("this is layout {} of the model file, and this greyrig reads layout {SCHEMA}", self.schema),
                 "identify the model again, or use the greyrig that wrote it",
+            ));
+        }
+        if let Some(lot) = self.detector.as_ref().and_then(|d| d.lot.as_ref())
+            && lot.layout != Population::LAYOUT
+        {
+            return Err(Error::input(
+                at("[detector.lot]"),
+                format!("this is layout {} of a lot, and this greyrig reads layout {}", lot.layout, Population::LAYOUT),
+                "learn the lot again with greyrig calibrate, from the model without it",
             ));
         }
         self.check_parameters(at)?;

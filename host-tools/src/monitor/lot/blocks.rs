@@ -9,7 +9,7 @@
 //! | torque | ⟨τ⟩ − J Δω/T |
 //! | mean current | ⟨i⟩, on alternating voltage |
 //! | sparks | ln RMS of the current above 1 kHz |
-//! | ripple | ln amplitude of the speed's wave once a turn |
+//! | ripple | amplitude of the speed's wave once a turn |
 //!
 //! L i di integrates to nothing over a period, so that the inductance drops out, with what saturates it, and no current
 //! has to be simulated. The speed at the ends of a block is its mean over a period around them, and the torque is
@@ -382,10 +382,9 @@ impl Direct {
         let angles = angles(speed, e.interval_s);
         let of_turn = |two: &[f64]| {
             let within = two[0].ceil() as usize..(two[1] as usize + 1).min(speed.len());
-            let wave = shows_a_turn(e).then(|| wave_of_turn(&speed[within.clone()], &angles[within])).flatten();
-            wave.filter(|amplitude| *amplitude > 0.0)
+            shows_a_turn(e).then(|| wave_of_turn(&speed[within.clone()], &angles[within])).flatten()
         };
-        let ripple = borders.windows(2).map(|two| of_turn(two).map(f64::ln)).collect();
+        let ripple = borders.windows(2).map(of_turn).collect();
         Self { mean, sparks, ripple }
     }
 }

@@ -52,7 +52,7 @@ impl Fault {
             Self::CurrentDrift => "drifting gain of the current sensor",
             Self::SpeedDrift => "drifting gain of the speed sensor",
             Self::Sparking => "sparking brushes",
-            Self::Imbalance => "imbalance of the rotor",
+            Self::Imbalance => "imbalance (speed once a turn)",
         }
     }
 
@@ -75,12 +75,13 @@ impl Fault {
         }
     }
 
-    /// Unit of its size; none where that is relative.
+    /// Unit of its size; none where that is relative, or the logarithm of what is watched.
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Contact => Some("V"),
             Self::DryFriction | Self::ViscousFriction | Self::Load => Some("N m"),
             Self::CurrentOffset => Some("A"),
+            Self::Imbalance => Some("rad/s"),
             _ => None,
         }
     }
@@ -105,11 +106,13 @@ impl Fault {
         self.unit().is_some() || self.own_row().is_some() || size.abs() <= 0.5
     }
 
-    /// Whether it hardly ever goes that way: nothing takes friction off a bearing or ohms off a winding, and no flux
-    /// grows.
+    /// Whether it hardly ever goes that way: nothing takes friction off a bearing or ohms off a winding or balances a
+    /// rotor, and no flux grows.
     pub fn is_unlikely_by_sign(self, size: f64) -> bool {
         match self {
-            Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction => size < 0.0,
+            Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction | Self::Imbalance => {
+                size < 0.0
+            }
             Self::Turns => size > 0.0,
             _ => false,
         }
@@ -118,7 +121,7 @@ impl Fault {
     /// A size in words.
     pub fn told(self, size: f64) -> String {
         match (self.unit(), self.course()) {
-            _ if self.own_row().is_some() => format!("{:.2} times the usual", size.exp()),
+            _ if self == Self::Sparking => format!("{:.2} times the usual", size.exp()),
             (Some(unit), _) => format!("{size:+.3} {unit}"),
             (None, Course::Drift) => format!("{:+.2} % a second", 100.0 * size),
             (None, Course::Step) => format!("{:+.1} %", 100.0 * size),

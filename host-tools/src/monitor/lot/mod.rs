@@ -35,8 +35,8 @@ const FOLDS: usize = 20;
 /// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
 /// larger, Z counts less.
 const OF_WHITE: f64 = 3.48;
-/// Groups of limits that are exceeded apart from one another: faults that the balances tell go together, and so do those
-/// with a row of their own. Each has its share of the false alarms.
+/// Groups of limits that are exceeded apart from one another: faults that the balances tell go together, and so do
+/// those with a row of their own. Each has its share of the false alarms.
 const GROUPS: f64 = 2.0;
 /// False alarms among healthy motors for which it is told what would be seen.
 const POINTS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
