@@ -66,7 +66,7 @@ pub fn check(recordings: &[Recording], asked: Option<Kind>) -> Vec<DataFinding> 
             one(s, e, asked, &mut found);
         }
     }
-    let kind = asked.or_else(|| evidence.iter().find_map(|e| e.told)).unwrap_or_default();
+    let kind = asked.or_else(|| evidence.iter().find_map(|e| e.told));
     let pairs: Vec<(&Signals<'_>, &Evidence)> = signals.iter().zip(&evidence).collect();
     let blamed = |f: &DataFinding| matches!(f.code, Code::SignReversed | Code::ChannelsSwapped | Code::UnitSuspect);
     if !found.iter().any(blamed) {
