@@ -106,8 +106,8 @@ impl Fault {
         self.unit().is_some() || self.own_row().is_some() || size.abs() <= 0.5
     }
 
-    /// Whether it hardly ever goes that way: nothing takes friction off a bearing or ohms off a winding or balances a
-    /// rotor, and no flux grows.
+    /// Whether it hardly ever goes that way: nothing takes friction off a bearing or ohms off a winding, and no flux
+    /// grows.
     pub fn is_unlikely_by_sign(self, size: f64) -> bool {
         match self {
             Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction | Self::Imbalance => {
@@ -116,6 +116,11 @@ impl Fault {
             Self::Turns => size > 0.0,
             _ => false,
         }
+    }
+
+    /// Whether a size is a fault at all: a rotor that runs rounder than the others and brushes that spark less are none.
+    pub fn is_one_at(self, size: f64) -> bool {
+        self.own_row().is_none() || size > 0.0
     }
 
     /// A size in words.

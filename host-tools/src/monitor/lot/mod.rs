@@ -223,7 +223,7 @@ fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>], false_alarms: f64) -> Vec<(
         let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
         let of_runs = shown[place].iter().enumerate().flat_map(|(run, all)| all.iter().map(move |h| (run, h)));
         let over = of_runs.filter_map(|(run, h)| Some((place, run, of_limit(h)?, *h)));
-        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z);
+        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size));
         over.max_by(|a, b| a.3.z.abs().total_cmp(&b.3.z.abs()))
     };
     (0..shown.len()).filter_map(of_motor).collect()
@@ -249,7 +249,9 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     let limit = |h: &Hypothesis| population.limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset);
     let beyond = |run: &Run| -> Vec<(&Limit, Hypothesis)> {
         let all = scan(&population.whitened(run), cut.block_s).into_iter();
-        all.filter_map(|h| Some((limit(&h)?, h))).filter(|(limit, h)| h.z.abs() > limit.z).collect()
+        all.filter_map(|h| Some((limit(&h)?, h)))
+            .filter(|(limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size))
+            .collect()
     };
     let first = beyond(&run);
     // Gains and fluxes of several per cent are no small changes.
