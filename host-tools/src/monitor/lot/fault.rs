@@ -110,9 +110,7 @@ impl Fault {
     /// grows.
     pub fn is_unlikely_by_sign(self, size: f64) -> bool {
         match self {
-            Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction | Self::Imbalance => {
-                size < 0.0
-            }
+            Self::Resistance | Self::Contact | Self::DryFriction | Self::ViscousFriction => size < 0.0,
             Self::Turns => size > 0.0,
             _ => false,
         }
