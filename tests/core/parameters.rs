@@ -195,6 +195,17 @@ fn values_out_of_range_are_refused_by_name() {
     assert!(refused(|s| s.filter.cutoff_hz = 6e3).contains("cutoff_hz"));
     assert!(refused(|s| s.calibration.speed.per_count = 0.0).contains("speed"));
     assert!(refused(|s| s.calibration.current.zero = f32::INFINITY).contains("current"));
+    for gain in [-1e18, 1e4, 1e-9, -0.0, f32::NAN, f32::INFINITY] {
+        let mut settings = settings();
+        settings.calibration.current.per_count = gain;
+        let told = decode(&encoded(&settings)).expect_err("it is refused").to_string();
+        assert!(told.starts_with("calibration of the current"), "{gain}: {told}");
+    }
+    assert!(refused(|s| s.calibration.voltage.zero = -1e5).contains("voltage"));
+    // A sensor that was built in the other way round, and a live zero.
+    let mut turned = settings();
+    turned.calibration.current = Scale { zero: 819.0, per_count: -0.02 };
+    assert_eq!(decode(&encoded(&turned)), Ok(turned));
     assert!(refused(|s| s.rig = "a\nb".try_into().unwrap()).contains("rig"));
     assert!(refused(|s| s.effects[0] = Effect::BrushDrop(BrushDrop { drop: -1e9, transition: 0.1 })).contains("drop"));
     let term = |s: &mut Settings| s.terms[0] = s.terms[0].with_unknowns([f32::NAN; 4]);
