@@ -3,10 +3,13 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use super::board::Board;
+use super::chain::Chain;
 use super::raw::Raw;
 use super::shared::Shared;
+use crate::detector::Verdict;
 use crate::faults::Fault;
 use crate::link::frame::{self, MAX_FRAME, Receiver};
+use crate::link::load::Load;
 use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
 use crate::link::message::{Samples, Status};
 use crate::link::packing;
@@ -37,6 +40,8 @@ struct Desk<'a> {
     waiting: [u8; MAX_PAYLOAD],
     /// A sample that has been taken from the queue and belongs to the next frame.
     next: Option<Raw>,
+    /// Whether the test under way may be passed.
+    chain: Chain,
 }
 
 /// A frame to send.
@@ -72,8 +77,9 @@ impl<'a> Server<'a> {
             judges: false,
             waiting: [0; MAX_PAYLOAD],
             next: None,
+            chain: Chain::new(),
         };
-        let active = desk.load(board);
+        let active = desk.start(board);
         (Self { receiver: Receiver::new(), desk }, active)
     }
 
@@ -97,11 +103,17 @@ impl<'a> Server<'a> {
         if let Some(outgoing) = self.desk.samples() {
             return Some(outgoing);
         }
-        if let Some(judged) = self.desk.shared.judged.pop() {
+        if let Some(mut judged) = self.desk.shared.judged.pop() {
+            judged.verdict = self.desk.chain.allow(judged.verdict, judged.test, self.desk.shared);
             return Outgoing::new(&Message::Judged(judged));
         }
         let window = self.desk.shared.reports.pop()?;
         Outgoing::new(&Message::Report(window.report()))
+    }
+
+    /// The verdict on the test under way: no pass where the measuring chain was not plausible.
+    pub fn verdict(&mut self) -> Verdict {
+        self.desk.verdict()
     }
 }
 
@@ -122,7 +134,7 @@ fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
 }
 
 impl Desk<'_> {
-    fn load<B: Board>(&mut self, board: &mut B) -> Option<Active> {
+    fn start<B: Board>(&mut self, board: &mut B) -> Option<Active> {
         let Some((slot, header)) = store(board).load(&mut self.payload) else {
             self.shared.raise(Fault::NotConfigured);
             return None;
@@ -165,7 +177,8 @@ impl Desk<'_> {
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
                 test: self.shared.test(),
-                verdict: self.shared.verdict(),
+                verdict: self.verdict(),
+                plausible: self.chain.is_plausible(self.shared),
                 deepest_stack: board.deepest_stack(),
             }),
             Request::ReadParameters { offset } => {
@@ -180,25 +193,24 @@ impl Desk<'_> {
             Request::StartTelemetry { every: 1..=60_000 } if self.mode == Mode::Safe => {
                 Reply::Refused(Refusal::NotConfigured)
             }
-            Request::StartTelemetry { every: every @ 1..=60_000 } => {
-                self.shared.report(every.into());
-                Reply::Done
-            }
+            Request::StartTelemetry { every: every @ 1..=60_000 } => self
+                .if_carried::<B>(Load { every: every.into(), ..self.load() }, |desk| desk.shared.report(every.into())),
             Request::StartTelemetry { .. } => Reply::Refused(Refusal::Range),
             Request::BeginTest { .. } if self.mode == Mode::Safe => Reply::Refused(Refusal::NotConfigured),
             Request::BeginTest { .. } if !self.judges => Reply::Refused(Refusal::NoLimits),
-            Request::BeginTest { test } => {
-                self.shared.begin_test(test);
-                self.shared.follow(true);
-                Reply::Done
-            }
-            Request::StartCapture => {
-                if !self.shared.capturing() {
-                    self.drop_samples();
-                    self.shared.capture(true);
+            Request::BeginTest { test } => self.if_carried::<B>(Load { follow: true, ..self.load() }, |desk| {
+                if desk.shared.test() != test {
+                    desk.shared.begin_test(test);
+                    desk.chain.begin(test, desk.shared);
                 }
-                Reply::Done
-            }
+                desk.shared.follow(true);
+            }),
+            Request::StartCapture => self.if_carried::<B>(Load { capture: true, ..self.load() }, |desk| {
+                if !desk.shared.capturing() {
+                    desk.drop_samples();
+                    desk.shared.capture(true);
+                }
+            }),
             Request::Stop => {
                 self.shared.capture(false);
                 self.shared.report(0);
@@ -207,7 +219,10 @@ impl Desk<'_> {
                 Reply::Done
             }
             Request::ClearFaults => {
+                // What has come up in the test under way stays.
+                self.chain.is_plausible(self.shared);
                 self.shared.clear();
+                self.chain.cleared();
                 Reply::Done
             }
             Request::Restart => Reply::Done,
@@ -215,6 +230,24 @@ impl Desk<'_> {
         let mut outgoing = Outgoing::new(&Message::Reply { number, reply })?;
         outgoing.restart = request == Request::Restart;
         Some(outgoing)
+    }
+
+    fn verdict(&mut self) -> Verdict {
+        self.chain.allow(self.shared.verdict(), self.shared.test(), self.shared)
+    }
+
+    /// What is sent unasked.
+    fn load(&self) -> Load {
+        Load { every: self.shared.report_every(), capture: self.shared.capturing(), follow: self.shared.following() }
+    }
+
+    /// Does something that makes the line carry so much, if it does.
+    fn if_carried<B: Board>(&mut self, load: Load, work: impl FnOnce(&mut Self)) -> Reply<'static> {
+        if !load.fits(B::HARDWARE.sample_rate_hz) {
+            return Reply::Refused(Refusal::Line);
+        }
+        work(self);
+        Reply::Done
     }
 
     fn take_bytes(&mut self, offset: u16, data: &[u8]) -> Reply<'static> {

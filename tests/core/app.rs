@@ -1,10 +1,13 @@
 //! The application on a board that is a struct: parameters over the link, capture, telemetry, faults, safe mode.
 
 use greyrig::app::bench::{self, Bench, Trouble};
+use greyrig::app::chain::FAULTS;
 use greyrig::app::grid::Grid;
+use greyrig::app::lamps::{Lamps, PULSES_HZ};
 use greyrig::app::plausibility::Watch;
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
+use greyrig::app::time_base::{SLACK, TimeBase};
 use greyrig::app::{self, Raw, Sampler, Server, Shared};
 use greyrig::butterworth;
 use greyrig::detector::{self, Features, Kind, Limits, Period, Verdict};
@@ -43,7 +46,11 @@ impl app::Board for Board {
         0
     }
     async fn send(&mut self, _: &[u8]) {}
-    fn show(&mut self, _: Verdict) {}
+    fn show(&mut self, _: Lamps) {}
+
+    fn micros(&self) -> Option<u64> {
+        None
+    }
     fn alive(&mut self) {}
     fn restart(&mut self) -> ! {
         panic!("the test restarts by itself")
@@ -735,4 +742,185 @@ fn skipped_samples_are_a_gap_in_a_capture() {
             .collect();
         assert_eq!(firsts[..2], [(0, 10), (13, 64)]);
     });
+}
+
+/// A timer counts to 17,000, and another one what the first one has triggered, some cycles later. In whatever order the
+/// three readings fall around that moment, the time rises by the cycles that have passed.
+#[test]
+fn the_time_of_two_timers_never_jumps() {
+    const CYCLES: u32 = 17_000;
+    // Later than a bus access takes, the count of triggers would come too late for the second reading.
+    for lag in 0..4 {
+        let begin = u64::from(u32::MAX) * u64::from(CYCLES) - 3 * u64::from(CYCLES);
+        for at in (begin..begin + 6 * u64::from(CYCLES)).filter(|at| at % 16_997 < 60 || at % u64::from(CYCLES) < 40) {
+            let triggers = |at: u64| ((at - lag) / u64::from(CYCLES)) as u32;
+            for read in [4, 9, 30] {
+                let phase = ((at + read) % u64::from(CYCLES)) as u32;
+                let time = Grid::<CYCLES>::time(triggers(at), phase, triggers(at + 2 * read));
+                assert_eq!(time, (at + read) as u32, "lag {lag}, readings {read} cycles apart at {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_that_are_fewer_than_the_time_says_are_told() {
+    // A stretch a second long, read every 10 ms; so many samples are missing or too many in its third.
+    let disagreements = |wrong: i64| {
+        let mut base = TimeBase::new(10_000);
+        (0..1000_u64)
+            .filter(|n| {
+                let extra = if *n > 250 { wrong } else { 0 };
+                // Around the wrap of both.
+                let samples = (u32::MAX - 30_000).wrapping_add(((n * 100) as i64 + extra) as u32);
+                base.disagrees(samples, (u64::MAX - 3_000_000).wrapping_add(n * 10_000))
+            })
+            .count()
+    };
+    let slack = SLACK as i64;
+    for (wrong, times) in [(0, 0), (slack, 0), (-slack, 0), (slack + 1, 1), (-slack - 1, 1), (-2_000, 1)] {
+        assert_eq!(disagreements(wrong), times, "{wrong} samples");
+    }
+    // A counter that stands in sleep and a rate that is a thousandth off: every second.
+    for rate in [175, 9_990, 10_010] {
+        let mut base = TimeBase::new(10_000);
+        let told = (0..=50_u64).filter(|n| base.disagrees((n * rate / 10) as u32, n * 100_000)).count();
+        assert_eq!(told, 5, "{rate} samples a second");
+    }
+}
+
+/// Whoever asks for more than the line carries is told so, and what is granted is carried (tests/board has it in time).
+#[test]
+fn more_than_the_line_carries_is_refused() {
+    let full = Heard::Refused(Refusal::Line);
+    run(board_with(&station()), |rig| {
+        for every in 1..=4 {
+            assert_eq!(rig.ask(Request::StartTelemetry { every }), full);
+        }
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 5 }), Heard::Done);
+        assert_eq!(rig.ask(Request::StartCapture), full, "beside reports every 5 samples");
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 10 }), Heard::Done);
+        assert_eq!(rig.ask(Request::StartCapture), Heard::Done);
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 9 }), full, "beside a capture");
+        assert_eq!(rig.ask(Request::BeginTest { test: 1 }), full);
+        assert_eq!(rig.test_under_way().0, 0);
+        // Nothing of what was refused is under way: a report has ten samples.
+        rig.ask(Request::Stop);
+        rig.ask(Request::StartTelemetry { every: 10 });
+        rig.ask(Request::StartTelemetry { every: 3 });
+        let mut bench = Bench::new().unwrap();
+        (0..100).for_each(|_| {
+            rig.sampler.sample(bench.counts(), 0);
+        });
+        let reports = rig.unasked();
+        assert_eq!(reports.len(), 8, "as many as wait");
+        assert!(
+            reports.iter().all(|heard| matches!(heard, Heard::Report(report) if report.count == 10)),
+            "{reports:?}"
+        );
+    });
+}
+
+/// A line so slow that, while a frame leaves, as much comes anew: a turn ends all the same, and the host is heard.
+#[test]
+fn a_turn_of_the_loop_ends_whatever_waits() {
+    let shared = Shared::new();
+    struct Slow<'a>(Board, &'a Shared, usize);
+    impl app::Board for Slow<'_> {
+        type Flash = Nor;
+        const HARDWARE: Hardware = Board::HARDWARE;
+        const STORE: u32 = 0;
+        fn flash(&mut self) -> &mut Nor {
+            self.0.flash()
+        }
+        fn chip(&self) -> [u8; 12] {
+            self.0.chip()
+        }
+        fn deepest_stack(&self) -> u32 {
+            0
+        }
+        async fn receive(&mut self, _: &mut [u8]) -> usize {
+            0
+        }
+        async fn send(&mut self, _: &[u8]) {
+            self.2 += 1;
+            assert!(self.2 < 1_000, "it never ends");
+            while self.1.reports.push(&app::Window::default()) {}
+        }
+        fn show(&mut self, _: Lamps) {}
+        fn micros(&self) -> Option<u64> {
+            None
+        }
+        fn alive(&mut self) {}
+        fn restart(&mut self) -> ! {
+            panic!()
+        }
+    }
+    let mut board = Slow(Board { flash: Nor::erased(SLOTS) }, &shared, 0);
+    let (mut server, _) = Server::start(&mut board, &shared);
+    assert!(shared.reports.push(&app::Window::default()));
+    let mut work = std::pin::pin!(app::send_waiting(&mut server, &mut board));
+    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+    assert!(work.as_mut().poll(&mut context).is_ready());
+}
+
+/// One sample of each kind that cannot be, once the motor passes: no pass any more, until the next test.
+#[test]
+fn an_implausible_chain_passes_no_motor() {
+    let pass = |rig: &mut Rig| rig.test_under_way();
+    for fault in FAULTS {
+        run(board_with(&station()), |rig| {
+            let mut bench = Bench::new().unwrap();
+            rig.ask(Request::BeginTest { test: 1 });
+            rig.sample(&mut bench, 20_000);
+            assert_eq!(pass(rig), (1, Verdict::Pass));
+            rig.ask(Request::ClearFaults);
+            assert_eq!(pass(rig), (1, Verdict::Pass), "clearing what was none changes nothing");
+            let good = bench.counts();
+            match fault {
+                Fault::TickOverrun => drop(rig.sampler.sample(good, 1)),
+                Fault::VoltageClipped => drop(rig.sampler.sample(Counts { voltage: 4095, ..good }, 0)),
+                Fault::CurrentClipped => drop(rig.sampler.sample(Counts { current: 0, ..good }, 0)),
+                Fault::SpeedClipped => drop(rig.sampler.sample(Counts { speed: 4095, ..good }, 0)),
+                Fault::SpeedJump => drop(rig.sampler.sample(Counts { speed: good.speed / 2, ..good }, 0)),
+                // By what else watches them.
+                _ => rig.shared.raise(fault),
+            }
+            assert!(rig.faults(fault) >= 1, "{fault:?}");
+            assert_eq!(pass(rig), (1, Verdict::CannotJudge), "{fault:?}");
+            let told = rig.sample(&mut bench, 1_000);
+            assert!(told.iter().all(|judged| judged.verdict != Verdict::Pass), "{fault:?}: {told:?}");
+            rig.ask(Request::ClearFaults);
+            assert_eq!(pass(rig).1, Verdict::CannotJudge, "{fault:?} is forgotten, the test goes on");
+            assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Done);
+            assert_eq!(pass(rig).1, Verdict::CannotJudge, "a repetition begins nothing");
+            rig.ask(Request::BeginTest { test: 2 });
+            rig.sample(&mut bench, 15_000);
+            assert_eq!(pass(rig), (2, Verdict::Pass), "{fault:?} before the test");
+        });
+    }
+    // A motor that fails is not saved by it.
+    run(board_with(&station()), |rig| {
+        let mut bench = Bench::new().unwrap();
+        rig.ask(Request::BeginTest { test: 1 });
+        rig.sample(&mut bench, 20_000);
+        bench.set_trouble(Trouble::Resistance);
+        rig.sample(&mut bench, 6_000);
+        rig.shared.raise(Fault::CurrentClipped);
+        assert_eq!(pass(rig), (1, Verdict::Fail));
+    });
+}
+
+/// A pass is a change, and no other state of the pins has one.
+#[test]
+fn a_pass_pulses() {
+    let rate = NUCLEO_G474RE.sample_rate_hz;
+    let second = |verdict| (0..rate).map(move |n| Lamps::of(verdict, n.wrapping_sub(rate / 2), &NUCLEO_G474RE));
+    let edges =
+        second(Verdict::Pass).collect::<Vec<_>>().windows(2).filter(|pair| pair[0].pass != pair[1].pass).count();
+    assert!(edges.abs_diff(2 * PULSES_HZ as usize) <= 1, "{edges} edges in a second");
+    assert!(second(Verdict::Pass).all(|lamps| !lamps.alarm && !lamps.status));
+    let still = |verdict, expected: Lamps| assert!(second(verdict).all(|lamps| lamps == expected), "{verdict:?}");
+    still(Verdict::Fail, Lamps { alarm: true, ..Lamps::default() });
+    still(Verdict::CannotJudge, Lamps { status: true, ..Lamps::default() });
 }

@@ -158,7 +158,9 @@ impl Error {
             Self::Silent(_) => {
                 "check that the board has power and runs greyrig's firmware, and that no other program uses the port"
             }
-            Self::Protocol { .. } => "use the greyrig that belongs to the firmware, or flash the firmware again",
+            Self::Protocol { .. } => {
+                "flash the firmware of this version (`cargo fw-run`), or use the greyrig that belongs to the one on board"
+            }
             Self::Layout { .. } => FIRMWARE,
             Self::OtherQuestion => "use the greyrig that belongs to the firmware",
             Self::Refused(why) => refused(*why).1,
@@ -207,6 +209,9 @@ fn refused(why: Refusal) -> (&'static str, &'static str) {
             "the microcontroller's parameters hold no limits of the detector",
             "write a model that has some: greyrig calibrate, then greyrig flash",
         ),
+        Refusal::Line => {
+            ("the line carries less than what was asked for", "ask for fewer reports, or for no samples beside them")
+        }
         Refusal::Fault(fault) => {
             TABLE.iter().find(|d| d.fault == fault).map_or(("a fault", "see docs/firmware.md"), known)
         }

@@ -1,7 +1,6 @@
 //! The microcontroller's side of the link, on a flash in memory, with its sampling beside it and restarts in between.
 
-use greyrig::app::{self, Outgoing, Sampler, Server, Shared};
-use greyrig::detector::Verdict;
+use greyrig::app::{self, Lamps, Outgoing, Sampler, Server, Shared};
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, Message, Reply, Request};
@@ -35,7 +34,11 @@ impl app::Board for Board {
         0
     }
     async fn send(&mut self, _: &[u8]) {}
-    fn show(&mut self, _: Verdict) {}
+    fn show(&mut self, _: Lamps) {}
+
+    fn micros(&self) -> Option<u64> {
+        None
+    }
     fn alive(&mut self) {}
     fn restart(&mut self) -> ! {
         unreachable!("restarts are made by the loop below")

@@ -85,6 +85,11 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     super::circumstances(args, &mut recording)?;
     let replay = Replay { temperature: args.temp_c, ..finished.replay };
     let mut test = judge(model, detector, &recording, replay, lost == 0, ctx)?;
+    if !finished.status.plausible && test.verdict != Outcome::Fail {
+        test.verdict = Outcome::CannotJudge;
+        test.reasons
+            .push("the measuring chain was not plausible during the test: see the microcontroller's faults".into());
+    }
     if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)
         && !((1.0 - WEATHER) * low..=(1.0 + WEATHER) * high).contains(&density)
     {
