@@ -12,8 +12,8 @@ pub trait Board {
     type Flash: NorFlash;
     /// Its figures.
     const HARDWARE: Hardware;
-    /// Where the slots begin in [`Board::flash`].
-    const STORE: u32;
+    /// Address at which [`Board::flash`] begins.
+    const FLASH: u32;
 
     /// The flash.
     fn flash(&mut self) -> &mut Self::Flash;

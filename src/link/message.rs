@@ -63,6 +63,17 @@ pub enum Request<'a> {
         /// Number of the test, chosen by the host; after a start, test 0 is under way.
         test: u32,
     },
+    /// The [block of the rig](crate::parameters::rig) in force.
+    ReadRig,
+    /// Check what is in the waiting room and write it to flash as the rig's block. It counts from the next start on.
+    CommitRig {
+        /// [`FINGERPRINT`](crate::parameters::FINGERPRINT) of the host.
+        fingerprint: u32,
+        /// Length of the payload, bytes.
+        length: u16,
+        /// CRC-32 of the payload.
+        crc: u32,
+    },
 }
 
 /// A request with its number.
@@ -138,6 +149,8 @@ pub struct Status {
     pub plausible: bool,
     /// The most that the stack has taken since the start, bytes.
     pub deepest_stack: u32,
+    /// The rig's own block.
+    pub rig: Option<InForce>,
 }
 
 /// A report of a stretch of samples.
@@ -219,9 +232,9 @@ pub enum Reply<'a> {
     Identity(Identity<'a>),
     /// To [`Request::Status`].
     Status(Status),
-    /// To [`Request::ReadParameters`]; empty at the end.
+    /// To [`Request::ReadParameters`], empty at the end, and to [`Request::ReadRig`], empty without a block.
     Parameters(&'a [u8]),
-    /// To [`Request::CommitParameters`]: what counts from the next start on.
+    /// To [`Request::CommitParameters`] and [`Request::CommitRig`]: what counts from the next start on.
     Committed(InForce),
     /// To the other requests.
     Done,

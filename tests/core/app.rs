@@ -18,8 +18,9 @@ use greyrig::link::message::{Asked, CHUNK, InForce, Judged, Message, Mode, PROTO
 use greyrig::link::packing;
 use greyrig::motor::{Constraints, State};
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
+use greyrig::parameters::rig::MAX_RIG;
 use greyrig::parameters::store::Store;
-use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
+use greyrig::parameters::{Active, FINGERPRINT, Rig as OfRig, Settings, section};
 use greyrig::units::{CalibrationSettings, Counts, Scale};
 
 use crate::nor::{Cut, Nor};
@@ -31,7 +32,7 @@ struct Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = Hardware { board: "struct", skew_s: [0.0; 2], ..NUCLEO_G474RE };
-    const STORE: u32 = 0;
+    const FLASH: u32 = NUCLEO_G474RE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash
@@ -73,6 +74,7 @@ enum Heard {
         faults: [u32; TABLE.len()],
         test: u32,
         verdict: Verdict,
+        rig: Option<InForce>,
     },
     Parameters(Vec<u8>),
     Committed(InForce),
@@ -108,6 +110,7 @@ fn heard(bytes: &[u8]) -> Heard {
                     faults: s.faults,
                     test: s.test,
                     verdict: s.verdict,
+                    rig: s.rig,
                 },
                 Reply::Parameters(data) => Heard::Parameters(data.to_vec()),
                 Reply::Committed(block) => Heard::Committed(block),
@@ -186,12 +189,12 @@ fn payload() -> Vec<u8> {
 }
 
 fn configured() -> Nor {
-    run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&payload()), Heard::Committed(_)))).0
+    run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&payload()), Heard::Committed(_)))).0
 }
 
 #[test]
 fn without_parameters_it_is_safe_and_records() {
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         let Heard::Identity { protocol, fingerprint, board, chip } = rig.ask(Request::Hello) else { panic!() };
         assert_eq!((protocol, fingerprint), (PROTOCOL, FINGERPRINT));
         assert_eq!((board.as_str(), &chip), ("struct", b"no chip here"));
@@ -212,7 +215,7 @@ fn without_parameters_it_is_safe_and_records() {
 #[test]
 fn parameters_go_over_the_link_and_survive_a_restart() {
     let payload = payload();
-    let (flash, before) = run(Nor::erased(SLOTS), |rig| {
+    let (flash, before) = run(Nor::erased(2 * SLOTS), |rig| {
         let Heard::Committed(block) = rig.upload(&payload) else { panic!() };
         assert_eq!((block.slot, block.sequence, block.crc), (0, 1, payload_crc(&payload)));
         // It counts from the next start on.
@@ -239,9 +242,93 @@ fn parameters_go_over_the_link_and_survive_a_restart() {
     });
 }
 
+impl Rig<'_> {
+    fn commit_rig(&mut self, payload: &[u8]) -> Heard {
+        assert_eq!(self.ask(Request::WriteParameters { offset: 0, data: payload }), Heard::Done);
+        let (length, crc) = (payload.len() as u16, payload_crc(payload));
+        self.ask(Request::CommitRig { fingerprint: FINGERPRINT, length, crc })
+    }
+
+    fn rig_block(&mut self) -> Option<InForce> {
+        let Heard::Status { rig, .. } = self.ask(Request::Status) else { panic!() };
+        rig
+    }
+
+    /// Volts that the calibration in force makes of a count above zero and one of 2100.
+    fn volts(&mut self) -> f32 {
+        self.ask(Request::StartTelemetry { every: 10 });
+        for _ in 0..10 {
+            self.sampler.sample(Counts { voltage: 2100, current: 2048, speed: 0 }, 0);
+        }
+        let Some(Heard::Report(report)) = self.unasked().pop() else { panic!() };
+        report.voltage_rms
+    }
+}
+
+/// Calibration and name are the rig's: a motor's parameters come and go, with or without a rig in them.
+#[test]
+fn a_rig_has_a_block_of_its_own() {
+    let voltage = Scale { zero: 2000.0, per_count: 0.5 };
+    let own = OfRig {
+        name: "rig 7".try_into().unwrap(),
+        calibration: CalibrationSettings { voltage, ..CalibrationSettings::default() },
+    };
+    let rig = own.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
+    // A motor's block of before: 0.195 V a count from 2047.3 on. 0.2 % of a displayed RMS.
+    let near = |volts: f32, expected: f32| (volts / expected - 1.0).abs() < 2.5e-3;
+    let (flash, ()) = run(configured(), |board| {
+        assert!(near(board.volts(), 0.195 * (2100.0 - 2047.3)));
+        assert_eq!((board.rig_block(), board.ask(Request::ReadRig)), (None, Heard::Parameters(vec![])));
+        let Heard::Committed(block) = board.commit_rig(&rig) else { panic!() };
+        assert_eq!((block.slot, block.sequence, block.crc), (0, 1, payload_crc(&rig)));
+        let operations = board.board.flash.operations;
+        assert_eq!(board.commit_rig(&rig), Heard::Committed(block), "a repetition writes nothing");
+        assert_eq!(board.board.flash.operations, operations);
+    });
+    let (flash, ()) = run(flash, |board| {
+        assert!(near(board.volts(), 50.0), "its own counts, whatever the motor's block says");
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        // A motor's block as they are now, without a rig; and the old one again.
+        let bare = Settings { rig: None, motor_type: "another".try_into().unwrap(), ..settings() };
+        let bare = section::encode(&bare, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
+        assert!(matches!(board.upload(&bare), Heard::Committed(_)));
+    });
+    let (flash, ()) = run(flash, |board| {
+        assert!(near(board.volts(), 50.0), "another motor leaves it as it is");
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        let bad = OfRig {
+            calibration: CalibrationSettings { speed: Scale { zero: 0.0, per_count: -1e18 }, ..own.calibration },
+            ..own.clone()
+        };
+        let bad = bad.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
+        assert_eq!(board.commit_rig(&bad), Heard::Refused(Refusal::Parameters));
+        assert_eq!(board.commit_rig(&payload()[..200]), Heard::Refused(Refusal::Parameters), "a motor's");
+        assert_eq!(board.upload(&rig), Heard::Refused(Refusal::Parameters), "a rig's as a motor's");
+        board.ask(Request::StartCapture);
+        assert_eq!(board.commit_rig(&rig), Heard::Refused(Refusal::Capturing));
+        board.ask(Request::Stop);
+    });
+    // Its own block is whole, but of another version: no motor runs with another rig's calibration.
+    let mut newer = rig.clone();
+    newer[1] = 2;
+    let mut store = Store::new(flash, 0, 2048);
+    store.write(&newer, &mut [0; MAX_PAYLOAD]).unwrap();
+    run(store.into_flash(), |board| {
+        let Heard::Status { mode, .. } = board.ask(Request::Status) else { panic!() };
+        assert_eq!((mode, board.faults(Fault::ParametersRefused)), (Mode::Safe, 1));
+    });
+    // A rig without a motor has its calibration all the same.
+    let (flash, ()) =
+        run(Nor::erased(2 * SLOTS), |board| assert!(matches!(board.commit_rig(&rig), Heard::Committed(_))));
+    run(flash, |board| {
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        assert_eq!(board.faults(Fault::NotConfigured), 1);
+    });
+}
+
 #[test]
 fn what_cannot_be_used_never_reaches_the_flash() {
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         let good = payload();
         let (length, crc) = (good.len() as u16, payload_crc(&good));
         let commit = |fingerprint, length, crc| Request::CommitParameters { fingerprint, length, crc };
@@ -311,7 +398,7 @@ fn the_verdict_is_that_of_the_limits_in_flash() {
         };
         let plain = Settings { motor: bench::MOTOR, detector: Some(detector), ..Settings::default() };
         let block = section::encode(&plain, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
-        let flash = run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0;
+        let flash = run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0;
         run(flash, |rig| {
             let mut bench = Bench::new().unwrap();
             let mut early = None;
@@ -350,7 +437,7 @@ fn station() -> Settings {
 
 fn board_with(settings: &Settings) -> Nor {
     let block = section::encode(settings, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
-    run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0
+    run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0
 }
 
 impl Rig<'_> {
@@ -446,7 +533,7 @@ fn a_test_needs_limits() {
     run(configured(), |rig| {
         assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Refused(Refusal::NoLimits));
     });
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Refused(Refusal::NotConfigured));
     });
 }
@@ -512,7 +599,7 @@ fn reports_tell_rms_values() {
     run(configured(), |rig| {
         assert_eq!(rig.ask(Request::StartTelemetry { every: 0 }), Heard::Refused(Refusal::Range));
         assert_eq!(rig.ask(Request::StartTelemetry { every: 200 }), Heard::Done);
-        let scale = settings().calibration.voltage;
+        let scale = settings().rig.expect("a block with a rig").calibration.voltage;
         let mut bench = Bench::new().unwrap();
         let mut reports = 0;
         for _ in 0..20 {
@@ -625,8 +712,8 @@ fn parameters_for_another_sampling_rate_are_refused() {
     let other = Settings { filter: butterworth::Settings { sample_rate_hz: 8e3, ..settings().filter }, ..settings() };
     let payload = section::encode(&other, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
     assert_eq!(section::decode(&payload), Ok(other));
-    run(Nor::erased(SLOTS), |rig| assert_eq!(rig.upload(&payload), Heard::Refused(Refusal::Parameters)));
-    let mut store = Store::new(Nor::erased(SLOTS), 0, 2048);
+    run(Nor::erased(2 * SLOTS), |rig| assert_eq!(rig.upload(&payload), Heard::Refused(Refusal::Parameters)));
+    let mut store = Store::new(Nor::erased(2 * SLOTS), NUCLEO_G474RE.slots.address - NUCLEO_G474RE.rig.address, 2048);
     store.write(&payload, &mut [0; MAX_PAYLOAD]).unwrap();
     run(store.into_flash(), |rig| assert_eq!(rig.faults(Fault::ParametersRefused), 1));
 }
@@ -829,7 +916,7 @@ fn a_turn_of_the_loop_ends_whatever_waits() {
     impl app::Board for Slow<'_> {
         type Flash = Nor;
         const HARDWARE: Hardware = Board::HARDWARE;
-        const STORE: u32 = 0;
+        const FLASH: u32 = NUCLEO_G474RE.rig.address;
         fn flash(&mut self) -> &mut Nor {
             self.0.flash()
         }
@@ -856,7 +943,7 @@ fn a_turn_of_the_loop_ends_whatever_waits() {
             panic!()
         }
     }
-    let mut board = Slow(Board { flash: Nor::erased(SLOTS) }, &shared, 0);
+    let mut board = Slow(Board { flash: Nor::erased(2 * SLOTS) }, &shared, 0);
     let (mut server, _) = Server::start(&mut board, &shared);
     assert!(shared.reports.push(&app::Window::default()));
     let mut work = std::pin::pin!(app::send_waiting(&mut server, &mut board));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use greyrig::faults::{Description, TABLE};
 use greyrig::link::message::{PROTOCOL, Refusal};
-use greyrig::parameters::FINGERPRINT;
+use greyrig::parameters::{self, FINGERPRINT};
 use greyrig::units::CalibrationError;
 
 use super::line;
@@ -80,6 +80,9 @@ pub enum Error {
     /// What was written is not what runs.
     #[error("the microcontroller does not run with the parameters that were written")]
     NotTaken,
+    /// The rig's own block is of another kind.
+    #[error("the rig's calibration cannot be read: {0}")]
+    UnreadableRig(parameters::Error),
     /// A capture without samples.
     #[error("no samples come")]
     NoSamples,
@@ -169,6 +172,7 @@ impl Error {
             Self::Restarted(Work::Recording) => "check its supply, and record again",
             Self::Restarted(Work::Test) => "check its supply, and test the motor again",
             Self::NotTaken => "write them again; if that fails, the flash is worn or protected",
+            Self::UnreadableRig(_) => "write it again: greyrig rig --port PORT --name NAME --calibration RIG.toml",
             Self::NoSamples | Self::NothingComes => "check that the sampling runs: its fault counters say more",
             Self::NoPeriod => "check that the sampling runs",
             Self::OtherTest => "connect one program only to the port",

@@ -23,7 +23,7 @@ impl Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = HARDWARE;
-    const STORE: u32 = 0;
+    const FLASH: u32 = HARDWARE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash

@@ -85,7 +85,7 @@ impl Board {
 impl app::Board for Board {
     type Flash = Flash<'static, Blocking>;
     const HARDWARE: Hardware = NUCLEO_G474RE;
-    const STORE: u32 = NUCLEO_G474RE.slots.address - FLASH_BEGIN;
+    const FLASH: u32 = FLASH_BEGIN;
 
     fn flash(&mut self) -> &mut Self::Flash {
         &mut self.flash

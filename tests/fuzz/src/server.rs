@@ -19,7 +19,7 @@ struct Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = Hardware { board: "fuzz", skew_s: [0.0; 2], ..NUCLEO_G474RE };
-    const STORE: u32 = 0;
+    const FLASH: u32 = NUCLEO_G474RE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash
@@ -58,7 +58,7 @@ impl app::Board for Board {
 ///
 /// Every answer has to be a frame that the host can read, and what was committed is there after the restart.
 pub fn receive(data: &[u8]) -> Seen {
-    let mut flash = Nor::erased(SLOTS);
+    let mut flash = Nor::erased(2 * SLOTS);
     let (mut rest, mut seen) = (data, Vec::new());
     // As many starts as a fuzzer needs to see two blocks and two cuts.
     for _ in 0..8 {
