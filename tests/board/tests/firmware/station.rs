@@ -2,13 +2,14 @@
 
 use std::sync::OnceLock;
 
+use greyrig::parameters::Settings;
 use greyrig_board::analog::Analog;
 use greyrig_board::rig::Rig;
 use greyrig_host::anfis::Method;
 use greyrig_host::context::Context;
 use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
-use greyrig_host::identify::{Settings, identify};
+use greyrig_host::identify::{self, identify};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::recording::Recording;
@@ -45,7 +46,7 @@ pub fn station() -> &'static Station {
     static STATION: OnceLock<Station> = OnceLock::new();
     STATION.get_or_init(|| {
         let training = [setup("staircase", 12.0, 1).run().unwrap().recording];
-        let bare = identify(&training, &Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
+        let bare = identify(&training, &identify::Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
         let settings = hybrid::settings(Method::Varpro, 60);
         let model = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> =
@@ -55,7 +56,9 @@ pub fn station() -> &'static Station {
         let model = Model { detector: Some(detector), ..model };
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
-        let settings = parameters::settings(&model, path, calibration, "virtual").unwrap();
+        // As a block of before, with the rig in it.
+        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration };
+        let settings = Settings { rig: Some(rig), ..parameters::settings(&model, path).unwrap() };
         Station { payload: parameters::payload(&settings, path).unwrap() }
     })
 }
