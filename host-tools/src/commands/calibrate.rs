@@ -4,17 +4,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::motor::BaseParameter;
-use serde_json::json;
 
 use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::Purpose;
+use crate::answers::calibrate::Request;
 use crate::error::Result;
 use crate::model::lot::{Fault, Onset, Population};
 use crate::model::{DetectorEntry, Model};
-use crate::monitor::calibrate::{Calibration, Shown, calibrate};
+use crate::monitor::calibrate::{Calibration, Shown};
 use crate::monitor::lot::Outsider;
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
@@ -54,27 +53,19 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let Calibration { detector, shown, without_lot, outsiders } =
-        terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
-    let calibrated = Model { detector: Some(detector.clone()), ..model };
+    let request = Request { blanking_s: args.blanking };
+    let given = request.question(&model, args.input.load(&terminal.context())?);
+    input::tell(&given.findings);
+    let answer = terminal.watching("calibration", |ctx| request.answer(&model, given, ctx))?;
     if let Some(path) = &args.out {
-        calibrated.save(path, args.force)?;
+        answer.model.save(path, args.force)?;
     }
     if args.json {
-        let body = json!({
-            "detector": detector,
-            "runs": shown,
-            "without_lot": without_lot,
-            "outsiders": outsiders,
-            "model": args.out,
-            "data_findings": findings,
-        });
-        stdout::print_json("calibrate", &args.input.names(), body)?;
+        stdout::print_as_it_is(&answer.as_json(args.out.as_deref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
-    stdout::print_line(&table(&detector, &shown))?;
+    let Calibration { detector, shown, without_lot, outsiders } = &answer.calibration;
+    stdout::print_line(&table(detector, shown))?;
     stdout::print_line(&format!(
         "\nlimits from {} runs of {} motors: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
          deviations normal over the motors",
@@ -83,10 +74,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         100.0 * detector.holds[0],
         100.0 * detector.holds[1]
     ))?;
-    for line in of_parameters(&calibrated, &detector) {
+    for line in of_parameters(&answer.model, detector) {
         stdout::print_line(&line)?;
     }
-    for Outsider { recording, finding, .. } in &outsiders {
+    for Outsider { recording, finding, .. } in outsiders {
         stdout::print_line(&format!(
             "{recording} looks like none of the others: {}, {:.1} times what they allow; calibrate without it if it is not healthy",
             finding.text, finding.ratio
@@ -99,7 +90,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
              what is there from the start has to exceed the lot's own scatter",
         )?;
     }
-    if let Some(why) = &without_lot {
+    if let Some(why) = without_lot {
         stdout::print_line(&format!(
             "without what is usual in the lot: {why}; give whole runs of one profile to find smaller faults"
         ))?;
