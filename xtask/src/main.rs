@@ -1,7 +1,8 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask
 //! exam` examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo
-//! xtask size` prints what the firmware takes; `cargo xtask python` builds and tests the Python package; `cargo xtask fuzz` looks for inputs that anything that reads bytes
-//! cannot stand, `cargo xtask mutants` finds what no test notices, and `cargo xtask semver` what breaks users.
+//! xtask size` prints what the firmware takes; `cargo xtask python` builds and tests the Python package; `cargo xtask
+//! fuzz` looks for inputs that anything that reads bytes cannot stand, `cargo xtask mutants` finds what no test
+//! notices, and `cargo xtask semver` what breaks users.
 
 mod cargo;
 mod checks;

@@ -11,6 +11,9 @@ const PACKAGE: &str = "host-tools/python";
 /// What is installed beside the wheel.
 const REQUIREMENTS: &str = "host-tools/python/tests/requirements.txt";
 
+/// The feature with which the package takes what the tests have built.
+const AS_TESTS: &str = "as-tests";
+
 /// Builds the wheel, installs it, runs pytest with `arguments`, and has pyright check the types. `as_tests` sets the
 /// profile of the other tests, so that what they have built serves here.
 ///
@@ -26,7 +29,8 @@ pub fn check(as_tests: fn(&mut Command) -> &mut Command, arguments: &[String]) -
     // What an earlier version has left is not to be taken for this one.
     let _ = std::fs::remove_dir_all(&wheels);
     let mut maturin = environment.program("maturin");
-    maturin.args(["build", "--release", "--locked", "--compatibility", "linux", "--out"]).arg(&wheels);
+    maturin.args(["build", "--release", "--locked", "--features", AS_TESTS, "--compatibility", "linux", "--out"]);
+    maturin.arg(&wheels);
     maturin.arg("--manifest-path").arg(root.join(PACKAGE).join("Cargo.toml"));
     run_command(as_tests(maturin.current_dir(&root)))?;
     let wheel = only_file(&wheels)?;
@@ -46,8 +50,10 @@ pub fn check(as_tests: fn(&mut Command) -> &mut Command, arguments: &[String]) -
 
 /// Builds the command that the answers are held against.
 fn build_command(as_tests: fn(&mut Command) -> &mut Command) -> Result<PathBuf, String> {
-    let mut build = cargo_command(&["build", "--release", "--package", "greyrig-host", "--package", "greyrig-python"]);
-    build.args(["--features", "greyrig-host/full", "--locked"]);
+    let packages = ["--package", "greyrig-host", "--package", "greyrig-python", "--bin", "greyrig"];
+    let features = ["--features", "greyrig-host/full", "--features", "greyrig-python/as-tests"];
+    let mut build = cargo_command(&["build", "--release", "--locked"]);
+    build.args(packages).args(features);
     run_command(as_tests(&mut build))?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     Ok(target(&root).join("release").join(format!("greyrig{}", std::env::consts::EXE_SUFFIX)))

@@ -14,6 +14,7 @@ Functions take recordings, paths, frames of pandas or polars, tables of pyarrow 
 Answers are frozen dataclasses whose ``to_dict()`` is the JSON that the command of the same name prints.
 """
 
+from . import fleet
 from ._ask import (
     add,
     calibrate,
@@ -92,6 +93,7 @@ __all__ = [
     "check",
     "compare",
     "diagnose",
+    "fleet",
     "identify",
     "load",
     "load_model",

@@ -51,6 +51,9 @@ class Model:
         """
         return Model(self._native.save(os.fspath(path), force))
 
+    def __reduce__(self) -> tuple[Any, tuple[str, str | None]]:
+        return _parsed, (self.to_toml(), self.path)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Model) and self._native == other._native
 
@@ -62,6 +65,10 @@ class Model:
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self.to_toml())}</pre>"
+
+
+def _parsed(text: str, path: str | None) -> Model:
+    return Model(_native.Model.parse(text, path))
 
 
 def load_model(path: str | os.PathLike[str]) -> Model:

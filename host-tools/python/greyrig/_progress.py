@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import sys
+import warnings
 from collections.abc import Callable, Generator
 from typing import Any, TypeAlias
 
-from tqdm.auto import tqdm as bar_of
+from tqdm import TqdmWarning
+
+with warnings.catch_warnings():
+    # Without ipywidgets the bar is one of text, which is all that the warning says.
+    warnings.simplefilter("ignore", TqdmWarning)
+    from tqdm.auto import tqdm as bar_of
 
 Progress: TypeAlias = Callable[[str, "float | None"], object]
 """Called with what is being done, and the part of it that is done (0 to 1, or ``None``)."""

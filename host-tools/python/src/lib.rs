@@ -7,11 +7,13 @@
 //!   stops for Ctrl-C.
 //! - [`table`]: columns in memory that numpy and Arrow read without a copy.
 //! - [`recording`], [`model`], [`answers`]: what users hold in their hands.
+//! - [`fleet`]: batches of a store, for engines that spread work.
 //! - [`trouble`]: errors as exceptions.
 
 use pyo3::prelude::*;
 
 pub mod answers;
+pub mod fleet;
 pub mod model;
 pub mod options;
 pub mod recording;
@@ -26,6 +28,8 @@ mod _native {
     use super::answers::{
         Answer, add, calibrate, check, compare, diagnose, identify, monitor, predict, simulate, train,
     };
+    #[pymodule_export]
+    use super::fleet::{fleet_run, no_recordings};
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]

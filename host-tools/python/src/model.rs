@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use greyrig_host::error::{Error, Result};
 use greyrig_host::model;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -16,12 +17,22 @@ pub struct Model {
     pub model: Arc<model::Model>,
     /// Its file.
     pub path: Option<PathBuf>,
+    /// The text of that file, by whose digest results are known.
+    text: Option<Arc<str>>,
 }
 
 impl Model {
     /// A model that an answer holds, and where it was written.
     pub fn of(model: &model::Model, path: Option<&Path>) -> Self {
-        Self { model: Arc::new(model.clone()), path: path.map(Path::to_owned) }
+        Self { model: Arc::new(model.clone()), path: path.map(Path::to_owned), text: None }
+    }
+
+    /// The text of its file, as it was read or would be written.
+    ///
+    /// # Errors
+    /// A number that a file cannot hold.
+    pub fn content(&self) -> Result<String> {
+        self.text.as_deref().map_or_else(|| self.model.text(), |text| Ok(text.to_owned()))
     }
 }
 
@@ -30,14 +41,23 @@ impl Model {
     /// Reads a model file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let model = raised(py, py.detach(|| model::Model::load(&path)))?;
-        Ok(Self { model: Arc::new(model), path: Some(path) })
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::io(&path, e));
+        Self::parse(py, raised(py, text)?, Some(path))
+    }
+
+    /// Reads the text of a model file.
+    #[staticmethod]
+    #[pyo3(signature = (text, path))]
+    fn parse(py: Python<'_>, text: String, path: Option<PathBuf>) -> PyResult<Self> {
+        let named = path.as_deref().unwrap_or(Path::new("the model"));
+        let model = raised(py, py.detach(|| model::Model::parse(&text, named)))?;
+        Ok(Self { model: Arc::new(model), path, text: Some(text.into()) })
     }
 
     /// Writes it; the model with its file.
     fn save(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<Self> {
         raised(py, py.detach(|| self.model.save(&path, force)))?;
-        Ok(Self { model: Arc::clone(&self.model), path: Some(path) })
+        Ok(Self { model: Arc::clone(&self.model), path: Some(path), text: None })
     }
 
     /// The file that it comes from.
@@ -48,7 +68,7 @@ impl Model {
 
     /// The text of its file.
     fn text(&self, py: Python<'_>) -> PyResult<String> {
-        raised(py, self.model.text())
+        raised(py, self.content())
     }
 
     /// What it consists of, as JSON.

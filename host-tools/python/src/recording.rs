@@ -10,6 +10,7 @@ use greyrig_host::recording::table::{Column, Table as Columns};
 use greyrig_host::recording::{self, Mapping, columns};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyCapsule;
 
 use crate::table::{Table, batches};
@@ -78,7 +79,7 @@ impl Recording {
     #[staticmethod]
     fn from_columns(
         py: Python<'_>,
-        columns: Vec<(String, Vec<u8>)>,
+        columns: Vec<(String, PyBackedBytes)>,
         name: PathBuf,
         map: Vec<String>,
         metadata: BTreeMap<String, String>,
@@ -89,13 +90,13 @@ impl Recording {
             return Err(PyValueError::new_err(format!("{column}: this is no column of 64-bit numbers")));
         }
         let taken = py.detach(|| {
-            let numbers = |bytes: Vec<u8>| -> Vec<f64> {
+            let numbers = |bytes: &[u8]| -> Vec<f64> {
                 bytes.as_chunks::<SIZE>().0.iter().map(|number| f64::from_ne_bytes(*number)).collect()
             };
             let columns = columns
                 .into_iter()
                 .enumerate()
-                .map(|(k, (column, bytes))| Column { position: k + 1, ..Column::new(column, numbers(bytes)) });
+                .map(|(k, (column, bytes))| Column { position: k + 1, ..Column::new(column, numbers(&bytes)) });
             recording::take(name, Columns { columns: columns.collect(), metadata, ..Columns::default() }, &mapping)
         });
         raised(py, taken).map(Self::of)

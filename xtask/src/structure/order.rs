@@ -31,7 +31,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "app",
         ],
     ),
-    ("greyrig_python", &["trouble", "work", "table", "options", "model", "recording", "answers"]),
+    ("greyrig_python", &["trouble", "work", "table", "options", "model", "recording", "answers", "fleet"]),
     ("greyrig_fmi", &["instance", "resources", "importer", "fmi2", "fmi3"]),
     (
         "greyrig_host",
