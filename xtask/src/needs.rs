@@ -22,6 +22,8 @@ pub enum Need {
     Browser,
     /// What the virtual board's processor is built with.
     BoardTools,
+    /// What the Python package is tested with; what else it takes comes from Python's registry.
+    Python,
     /// Changes the code and looks which tests notice.
     Mutants,
     /// Compares the public interface with that of an earlier version.
@@ -37,6 +39,7 @@ impl Need {
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
+            Self::Python => succeeds("python3", &["-c", "import ensurepip, venv"]),
             Self::Mutants => succeeds("cargo", &["mutants", "--version"]),
             Self::SemverChecks => succeeds("cargo", &["semver-checks", "--version"]),
         }
@@ -67,6 +70,7 @@ impl Need {
             Self::Qemu => &["qemu-system-arm"],
             Self::Browser => &["chromium", "chromium-driver"],
             Self::BoardTools => &["cmake", "libclang-dev"],
+            Self::Python => &["python3", "python3-venv"],
             _ => &[],
         }
     }

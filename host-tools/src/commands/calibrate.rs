@@ -4,17 +4,16 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::motor::BaseParameter;
-use serde_json::json;
 
 use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::Purpose;
+use crate::answers::calibrate::Request;
 use crate::error::Result;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::model::{DetectorEntry, Model};
-use crate::monitor::calibrate::{Calibration, FALSE_ALARMS, Settings, Shown, calibrate};
+use crate::monitor::calibrate::{Calibration, FALSE_ALARMS, Shown};
 use crate::monitor::lot::{OperatingPoint, Outsider};
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
@@ -60,29 +59,19 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let settings = Settings { blanking_s: args.blanking, false_alarms: args.false_alarms };
-    let Calibration { detector, shown, without_lot, outsiders, operating_points } =
-        terminal.watching("calibration", |ctx| calibrate(&model, &recordings, settings, ctx))?;
-    let calibrated = Model { detector: Some(detector.clone()), ..model };
+    let request = Request { blanking_s: args.blanking, false_alarms: args.false_alarms };
+    let given = request.question(&model, args.input.load(&terminal.context())?);
+    input::tell(&given.findings);
+    let answer = terminal.watching("calibration", |ctx| request.answer(&model, given, ctx))?;
     if let Some(path) = &args.out {
-        calibrated.save(path, args.force)?;
+        answer.model.save(path, args.force)?;
     }
     if args.json {
-        let body = json!({
-            "detector": detector,
-            "runs": shown,
-            "without_lot": without_lot,
-            "outsiders": outsiders,
-            "operating_points": operating_points,
-            "model": args.out,
-            "data_findings": findings,
-        });
-        stdout::print_json("calibrate", &args.input.names(), body)?;
+        stdout::print_as_it_is(&answer.as_json(args.out.as_deref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
-    stdout::print_line(&table(&detector, &shown))?;
+    let Calibration { detector, shown, without_lot, outsiders, operating_points } = &answer.calibration;
+    stdout::print_line(&table(detector, shown))?;
     stdout::print_line(&format!(
         "\nlimits from {} runs of {} motors: they hold {} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
          deviations normal over the motors",
@@ -91,10 +80,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         percent(detector.holds[0]),
         100.0 * detector.holds[1]
     ))?;
-    for line in of_parameters(&calibrated, &detector) {
+    for line in of_parameters(&answer.model, detector) {
         stdout::print_line(&line)?;
     }
-    for Outsider { recording, finding, .. } in &outsiders {
+    for Outsider { recording, finding, .. } in outsiders {
         stdout::print_line(&format!(
             "{recording} looks like none of the others: {}, {:.1} times what they allow; calibrate without it if it is not healthy",
             finding.text, finding.ratio
@@ -109,13 +98,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if args.what_would_be_seen && !operating_points.is_empty() {
         for (onset, words) in [(Onset::During, "begins during the test"), (Onset::Start, "is there from the start")] {
-            stdout::print_line(&format!("\n{}", by_false_alarms(&operating_points, onset)))?;
+            stdout::print_line(&format!("\n{}", by_false_alarms(operating_points, onset)))?;
             stdout::print_line(&format!(
                 "\nsmallest fault that {words} which 95 % of motors show, by the share of healthy ones that fail"
             ))?;
         }
     }
-    if let Some(why) = &without_lot {
+    if let Some(why) = without_lot {
         stdout::print_line(&format!(
             "without what is usual in the lot: {why}; give whole runs of one profile to find smaller faults"
         ))?;

@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Args, Judged, note};
+use crate::answers::monitor::Request;
 use crate::commands::kept::{keep, keep_elsewhere};
 use crate::commands::stdout;
 use crate::commands::terminal::Terminal;
@@ -30,7 +31,14 @@ const QUIET_S: f64 = 0.5;
 const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
-pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, terminal: &Terminal) -> Result<Judged> {
+pub fn run(
+    args: &Args,
+    request: &Request,
+    name: &str,
+    model: &Model,
+    detector: &DetectorEntry,
+    terminal: &Terminal,
+) -> Result<Judged> {
     let ctx = &terminal.context();
     if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
         return Err(Error::usage(
@@ -83,7 +91,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     for line in faults(&finished.status) {
         eprintln!("greyrig: the microcontroller: {line}");
     }
-    super::circumstances(args, &mut recording)?;
+    request.circumstances(&mut recording)?;
     let replay = Replay { temperature: args.temp_c, ..finished.replay };
     let mut test = judge(model, detector, &recording, replay, lost == 0, ctx)?;
     if !finished.status.plausible && test.verdict != Outcome::Fail {
@@ -105,10 +113,11 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
         recording::write(&recording, path, args.answer.force, ctx)
             .map_err(|error| keep_elsewhere(&recording, path, error, ctx))?;
     }
-    let more = json!({
+    let told = json!({
         "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
         "reconnections": finished.capture.reconnections,
     });
+    let more = told.as_object().cloned().unwrap_or_default();
     Ok(Judged { tests: vec![test], files: vec![Origin::from(&recording)], more })
 }
 
