@@ -355,6 +355,13 @@ fn the_command_names_the_option_that_mends_it() {
         text.contains("the sign of the speed is reversed") && text.contains("--map omega_rad_s=tacho*-1"),
         "{text}"
     );
+    // What goes on from a sound recording reads it in the same way.
+    let out = greyrig(&["check", file, "--kind", "pm-dc", "--map", "omega_rad_s=tacho*-1"]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert!(
+        text.contains(&format!("identify {file} --map 'omega_rad_s=tacho*-1' --kind pm-dc --out model.toml")),
+        "{text}"
+    );
     let (code, text) = run(&["diagnose", "--json"]);
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains(r#""kind":"insufficient_data""#) && text.contains("sign_reversed"), "{text}");

@@ -7,6 +7,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::answers::check::Request;
+use crate::answers::next::CommandLine;
 use crate::check::stop;
 use crate::error::{EXIT_BAD_INPUT, Result};
 use crate::model::Kind;
@@ -29,6 +30,14 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// The command that goes on with recordings of which nothing has to be mended.
+    fn goes_on(&self) -> CommandLine {
+        let line = self.input.files().again(CommandLine::new("identify"));
+        line.option("--kind", self.kind.map(Kind::name)).option("--out", ["model.toml"])
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -40,13 +49,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.json {
         stdout::print_as_it_is(&answer.as_json()?.to_string())?;
     } else {
-        stdout::print_line(&in_words(found, &args.input.names()))?;
+        stdout::print_line(&in_words(found, &args.goes_on()))?;
     }
     Ok(if stop(found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
 }
 
-fn in_words(found: &[DataFinding], names: &[String]) -> String {
-    let next = format!("next: greyrig identify {} --out model.toml", names.join(" "));
+fn in_words(found: &[DataFinding], next: &CommandLine) -> String {
+    let next = format!("next: {next}");
     if found.is_empty() {
         return format!("nothing is wrong\n\n{next}");
     }
