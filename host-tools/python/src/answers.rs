@@ -26,7 +26,7 @@ enum Told {
     Diagnose(answers::diagnose::Answer),
     Add(answers::add::Answer),
     Predict(answers::predict::Answer),
-    Train(answers::train::Answer),
+    Train(Box<answers::train::Answer>),
     Monitor(answers::monitor::Answer),
     /// Findings or limits, of which there is nothing more to show.
     Figures,
@@ -403,7 +403,7 @@ pub fn train(
         raised(py, answer.model.save(path, to.force))?;
     }
     let out = to.out.as_deref();
-    Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(answer))
+    Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(Box::new(answer)))
 }
 
 /// The detector's limits from healthy motors.
