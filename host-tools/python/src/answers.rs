@@ -20,13 +20,14 @@ use crate::trouble::raised;
 use crate::work::{Watch, work};
 
 /// What was answered.
+#[allow(clippy::large_enum_variant, reason = "there is one, behind an `Arc`")]
 enum Told {
     Identify(answers::identify::Answer),
     Compare(answers::compare::Answer),
     Diagnose(answers::diagnose::Answer),
     Add(answers::add::Answer),
     Predict(answers::predict::Answer),
-    Train(Box<answers::train::Answer>),
+    Train(answers::train::Answer),
     Monitor(answers::monitor::Answer),
     /// Findings or limits, of which there is nothing more to show.
     Figures,
@@ -403,7 +404,7 @@ pub fn train(
         raised(py, answer.model.save(path, to.force))?;
     }
     let out = to.out.as_deref();
-    Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(Box::new(answer)))
+    Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(answer))
 }
 
 /// The detector's limits from healthy motors.
