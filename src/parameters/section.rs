@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block::MAX_PAYLOAD;
 use super::tag::Tag;
-use super::{Error, Rig, Settings, Text};
+use super::{Error, Origin, Rig, Settings, Text};
 use crate::anfis::{Firing, Premise, Settings3x3, Shape};
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
@@ -29,6 +29,12 @@ const HEAD: usize = 4;
 struct Identity<'a> {
     motor_type: &'a str,
     rig: &'a str,
+}
+
+#[derive(Serialize, Deserialize)]
+struct OriginEntry<'a> {
+    greyrig: &'a str,
+    build: [u8; 8],
 }
 
 /// Effects by identifier, so that a longer catalogue reads the blocks of a shorter one.
@@ -122,6 +128,9 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
     if let Some(detector) = &settings.detector {
         out.section(Tag::Detector, detector)?;
     }
+    if let Some(Origin { greyrig, build }) = &settings.origin {
+        out.section(Tag::Origin, &OriginEntry { greyrig, build: *build })?;
+    }
     out.used()
 }
 
@@ -165,6 +174,10 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
             Tag::Correction => settings.correction = Some(whole::<CorrectionEntry>(tag, body)?.into()),
             Tag::Detector => settings.detector = Some(whole(tag, body)?),
             Tag::Rig => return Err(Error::Elsewhere(tag)),
+            Tag::Origin => {
+                let OriginEntry { greyrig, build } = whole(tag, body)?;
+                settings.origin = Some(Origin { greyrig: text(tag, greyrig)?, build });
+            }
         }
     }
     settings.rig = calibration.map(|calibration| Rig { name: rig, calibration });
