@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! panic, hard fault, unreadable program ─► Kept { Ended, incident } ─ reset ─┐
-//! watchdog, dip of the supply ──────── Kept { Running } ─ reset, its flag ───┼─► next start: incident, one more in a row
+//! watchdog, dip of the supply ──────── Kept { Running } ─ reset, its flag ───┼─► next start: incident, one more
 //! reset button, request, debugger ──── Kept { Running } ─ reset ─────────────┴─► next start: none in a row
 //! power off and on ─────────────────── arbitrary words ──────────────────────► next start: nothing is known
 //! ```
-//! After [`IN_A_ROW`] starts that ended so, with no more than [`SETTLED_S`] of running between, the next one is into safe
-//! mode: whatever of the parameters may be the cause is not run, and the host is heard. A program whose own words cannot
-//! be read is not started again then; it stands, with its pins safe.
+//! After [`IN_A_ROW`] starts that ended so, with no more than [`SETTLED_S`] of running between, the next one is into
+//! safe mode: whatever of the parameters may be the cause is not run, and the host is heard. A program whose own words
+//! cannot be read is not started again then; it stands, with its pins safe.
 
 use serde::{Deserialize, Serialize};
 

@@ -191,8 +191,8 @@ fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
     if settings.suits(&B::HARDWARE) { Ok(settings) } else { Err(Error::SampleRate) }
 }
 
-/// What runs with a payload, and with the rig's own block where it has one. By itself, so that what it takes of the stack
-/// is free again afterwards.
+/// What runs with a payload, and with the rig's own block where it has one. By itself, so that what it takes of the
+/// stack is free again afterwards.
 #[inline(never)]
 fn active<B: Board>(payload: &[u8], rig: Option<Rig>) -> Result<Active, Error> {
     let mut settings = decode::<B>(payload)?;
@@ -234,8 +234,8 @@ impl Desk<'_> {
         }
     }
 
-    /// What belongs to the rig, if it has a block of its own; one that cannot be used is an error, since no motor is run
-    /// with another rig's calibration. The room for the motor's payload is free meanwhile.
+    /// What belongs to the rig, if it has a block of its own; one that cannot be used is an error, since no motor is
+    /// run with another rig's calibration. The room for the motor's payload is free meanwhile.
     fn start_rig<B: Board>(&mut self, board: &mut B) -> Result<Option<Rig>, Error> {
         let Some((slot, header)) = Kind::Rig.store(board).load(&mut self.payload) else { return Ok(None) };
         self.rig_in_force = Some(described(slot, header, &self.payload));

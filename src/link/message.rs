@@ -166,8 +166,8 @@ pub struct Status {
     pub cycles: [u32; 2],
     /// Number of the test under way; 0 after a start.
     pub test: u32,
-    /// The verdict on it so far: the detector's, but no pass where the measuring chain was not plausible; without limits
-    /// it cannot judge.
+    /// The verdict on it so far: the detector's, but no pass where the measuring chain was not plausible; without
+    /// limits it cannot judge.
     pub verdict: Verdict,
     /// Whether the [measuring chain](crate::app::chain) has been plausible since it began.
     pub plausible: bool,

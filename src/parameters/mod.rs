@@ -22,6 +22,7 @@
 //! block, because leaving out a part of the computation silently would change its result.
 
 pub mod block;
+mod encoding;
 mod error;
 pub mod fingerprint;
 pub mod rig;
@@ -117,8 +118,8 @@ impl Settings {
         self.filter.sample_rate_hz == f64::from(hardware.sample_rate_hz)
     }
 
-    /// Checks every value, by the same rules as the host tool, and makes from them what runs; with the usual calibration
-    /// where no rig is given.
+    /// Checks every value, by the same rules as the host tool, and makes from them what runs; with the usual
+    /// calibration where no rig is given.
     ///
     /// # Errors
     /// The first value that cannot be.

@@ -199,7 +199,8 @@ fn an_older_protocol_is_told_at_once() {
         while host.read_exact(&mut byte).is_ok() {
             let Some(Ok(body)) = receiver.push(byte[0]) else { continue };
             let Asked { number, .. } = postcard::from_bytes(body).unwrap();
-            // As it was then: Message::Reply, Reply::Identity, protocol, fingerprint, firmware, board, chip, rate, skew.
+            // As it was then: Message::Reply, Reply::Identity, protocol, fingerprint, firmware, board, chip, rate,
+            // skew.
             let identity = (1_u16, 0_u32, "0.0.9", "old", [0_u8; 12], 10_000_u32, [0.0_f32; 2]);
             let mut frame = [0; MAX_FRAME];
             let length = encode(&(0_u8, number, 0_u8, identity), &mut frame).unwrap();

@@ -169,8 +169,9 @@ struct OfRig {
     build: [u8; 8],
 }
 
-/// Over the link the rig keeps what nobody gives anew. Where it stands in a motor's block of before, which is about to be
-/// replaced, it gets a block of its own. Parameters that cannot be read are an error: nobody may guess a calibration.
+/// Over the link the rig keeps what nobody gives anew. Where it stands in a motor's block of before, which is about to
+/// be replaced, it gets a block of its own. Parameters that cannot be read are an error: nobody may guess a
+/// calibration.
 fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSettings>, ctx: &Context) -> Result<OfRig> {
     let (mut connection, device) = Connection::open(port, ctx)?;
     check_layout(&device)?;

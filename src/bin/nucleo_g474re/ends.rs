@@ -1,15 +1,15 @@
 //! Ends: what can stop the program, and what of it the next start knows.
 //!
-//! - **Non-maskable interrupt** of the flash (RM0440, section 3.3.2). A double word of bank 2, the parameters', that cannot be
-//!   read is what a power cut during writing leaves: the flag is cleared and read back, the fault counted, and the program goes
-//!   on; the bytes read are arbitrary, and the CRC of the block rejects them. One of bank 1 is the program's own: nothing that
-//!   it does can be relied on.
+//! - **Non-maskable interrupt** of the flash (RM0440, section 3.3.2). A double word of bank 2, the parameters', that
+//!   cannot be read is what a power cut during writing leaves: the flag is cleared and read back, the fault counted,
+//!   and the program goes on; the bytes read are arbitrary, and the CRC of the block rejects them. One of bank 1 is the
+//!   program's own: nothing that it does can be relied on.
 //! - **Hard fault**, the end of the stack included (`memory.x`): the handler takes another stack first.
 //! - **Panic.**
 //!
 //! The last three keep a record in memory that start-up leaves alone, and reset. After three in a row the program's own
-//! unreadable word resets no more: the processor stands, pass low, alarm high, and tells the watchdog that all is well, or
-//! it would be a loop of resets again.
+//! unreadable word resets no more: the processor stands, pass low, alarm high, and tells the watchdog that all is well,
+//! or it would be a loop of resets again.
 #![allow(unsafe_code)]
 
 use core::mem::MaybeUninit;

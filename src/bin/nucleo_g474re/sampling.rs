@@ -1,6 +1,6 @@
-//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts. TIM5
-//! counts the same trigger (RM0440, internal triggers of the timers: TIM2_TRGO is ITR1), so that samples are numbered by
-//! hardware that counts whether the processor sleeps or not.
+//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts.
+//! TIM5 counts the same trigger (RM0440, internal triggers of the timers: TIM2_TRGO is ITR1), so that samples are
+//! numbered by hardware that counts whether the processor sleeps or not.
 //!
 //! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, timing of the
 //! converter); recordings say so, and the fit corrects it.
