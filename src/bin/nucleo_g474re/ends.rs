@@ -20,8 +20,9 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use embassy_stm32::pac;
 use greyrig::faults::Fault;
-use greyrig::incident::{Cause, Incident, Kept, Reset, WORDS};
+use greyrig::incident::{Cause, Incident, Kept, Phase, Reset, WORDS};
 
+use crate::clocks::CLOCK_HZ;
 use crate::firmware::SHARED;
 
 /// What is kept, and behind it how many samples there were.
@@ -79,8 +80,14 @@ pub fn forget() {
 pub fn end(incident: Incident) -> ! {
     let (kept, samples) = (kept(), incident.samples);
     let stands = kept.holds_back() && incident.cause == Cause::Program;
-    write(&kept.ended(incident), samples);
-    if stands { stand() } else { SCB::sys_reset() }
+    let ended = kept.ended(incident);
+    if stands {
+        // What ends the standing is a button or the power: a start like any other.
+        write(&Kept { phase: Phase::Running, ..ended }, samples);
+        stand()
+    }
+    write(&ended, samples);
+    SCB::sys_reset()
 }
 
 /// For ever, in a state that passes no motor.
@@ -91,6 +98,8 @@ fn stand() -> ! {
         pins.set_bs(5, true);
     });
     loop {
+        // A hundredth of a second, of the half that the watchdog waits.
+        cortex_m::asm::delay(CLOCK_HZ / 100);
         pac::IWDG.kr().write(|register| register.set_key(pac::iwdg::vals::Key::RESET));
     }
 }
