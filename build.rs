@@ -4,11 +4,12 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rerun-if-changed=src/bin/hot.x");
+    println!("cargo:rerun-if-changed=src/bin/build_id.x");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
     let has = |feature: &str| std::env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    let mut arguments = vec!["--nmagic", "-Tsrc/bin/hot.x", "-Tlink.x"];
+    let mut arguments = vec!["--nmagic", "--build-id=sha1", "-Tsrc/bin/hot.x", "-Tlink.x", "-Tsrc/bin/build_id.x"];
     if has("NUCLEO_G474RE") {
         // Where defmt keeps its texts.
         arguments.push("-Tdefmt.x");

@@ -40,6 +40,10 @@ pub enum Fault {
     FlashUnreadable = 41,
     /// The watchdog has restarted the processor.
     WatchdogReset = 42,
+    /// The program has come to an end by itself, or the supply has.
+    Incident = 43,
+    /// Too many ends in a row.
+    HeldBack = 44,
 }
 
 /// A fault in words.
@@ -54,7 +58,7 @@ pub struct Description {
 }
 
 /// All faults, by rising numbers.
-pub const TABLE: [Description; 16] = [
+pub const TABLE: [Description; 18] = [
     Description {
         fault: Fault::NotConfigured,
         what: "no valid parameters in flash: safe mode, the model does not run",
@@ -134,6 +138,16 @@ pub const TABLE: [Description; 16] = [
         fault: Fault::WatchdogReset,
         what: "the watchdog has restarted the processor because no tick was done for half a second",
         remedy: "check the trigger of the converter (TIM2) and report it with the firmware's version",
+    },
+    Description {
+        fault: Fault::Incident,
+        what: "the processor was started anew after a panic, a hard fault, a dip of the supply or an unreadable word of its program",
+        remedy: "`greyrig rig` shows where; check the supply, flash the firmware again, or report it with what is shown",
+    },
+    Description {
+        fault: Fault::HeldBack,
+        what: "three starts in a row ended within ten seconds: safe mode, the parameters in flash are left alone",
+        remedy: "`greyrig rig` shows the last end; write other parameters, or flash the firmware again",
     },
 ];
 

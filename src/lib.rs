@@ -6,7 +6,7 @@
 //! ([`tick`]: the page to read first). What is left over goes to the [`detector`].
 //!
 //! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
-//! ([`link`]), what can go wrong ([`faults`]), and the application that both boards run ([`app`]).
+//! ([`link`]), what can go wrong ([`faults`], [`incident`]), and the application that both boards run ([`app`]).
 //!
 //! Who wants the model alone takes `default-features = false`:
 //!
@@ -47,6 +47,9 @@ pub mod parameters;
 
 #[cfg(feature = "parameters")]
 pub mod exchange;
+
+#[cfg(feature = "link")]
+pub mod incident;
 
 #[cfg(feature = "link")]
 pub mod link;

@@ -4,6 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::lamps::Lamps;
 use crate::hardware::Hardware;
+use crate::incident::Kept;
 
 /// A board, seen from the thread. The sampling interrupt is the board's own business.
 #[allow(async_fn_in_trait)]
@@ -29,6 +30,18 @@ pub trait Board {
     fn show(&mut self, lamps: Lamps);
     /// Time since some moment, µs, by a clock that is not the one of the sampling; none if there is no other.
     fn micros(&self) -> Option<u64>;
+    /// Which image of the program runs; zeros where the linker does not say.
+    fn build(&self) -> [u8; 8] {
+        [0; 8]
+    }
+    /// What has been kept over the last reset.
+    fn kept(&self) -> Kept {
+        Kept::default()
+    }
+    /// Keeps how many samples there are, and whether the start is a good one.
+    fn keep(&mut self, _samples: u32, _settled: bool) {}
+    /// Forgets the last incident.
+    fn forget(&mut self) {}
     /// Says to the watchdog that all is well.
     fn alive(&mut self);
     /// Starts again, after what was sent has left.

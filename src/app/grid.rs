@@ -33,8 +33,8 @@ impl<const CYCLES: u32> Grid<CYCLES> {
         triggers.wrapping_mul(CYCLES).wrapping_add(phase)
     }
 
-    /// At an interrupt, with the [time](Grid::time), which may wrap: how many samples have come since the last call besides
-    /// the one that has just been read; none if it is the same one again.
+    /// At an interrupt, with the [time](Grid::time), which may wrap: how many samples have come since the last call
+    /// besides the one that has just been read; none if it is the same one again.
     #[inline(always)]
     pub fn skipped(&mut self, now: u32) -> Option<u32> {
         let Some(last) = self.last else {

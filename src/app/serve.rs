@@ -6,6 +6,7 @@ use super::server::Server;
 use super::shared::Shared;
 use super::time_base::TimeBase;
 use crate::faults::Fault;
+use crate::incident::SETTLED_S;
 
 /// Bytes taken from the line at once.
 const AT_ONCE: usize = 64;
@@ -14,17 +15,18 @@ const AT_ONCE: usize = 64;
 pub const FRAMES_A_TURN: usize = 8;
 
 /// Serves the host for ever. The watchdog is told that all is well only while samples come.
-pub async fn serve<B: Board>(mut server: Server<'_>, shared: &Shared, mut board: B) -> ! {
+pub async fn serve<B: Board>(server: &mut Server<'_>, shared: &Shared, mut board: B) -> ! {
     let mut bytes = [0; AT_ONCE];
     let mut samples = shared.samples();
     let mut time_base = TimeBase::new(B::HARDWARE.sample_rate_hz);
     loop {
         let count = board.receive(&mut bytes).await;
-        receive_all(&mut server, &mut board, bytes.get(..count).unwrap_or_default()).await;
-        send_waiting(&mut server, &mut board).await;
+        receive_all(server, &mut board, bytes.get(..count).unwrap_or_default()).await;
+        send_waiting(server, &mut board).await;
         if samples != shared.samples() {
             samples = shared.samples();
             board.alive();
+            board.keep(samples, samples >= SETTLED_S * B::HARDWARE.sample_rate_hz);
             board.show(Lamps::of(server.verdict(), samples, &B::HARDWARE));
         }
         if board.micros().is_some_and(|micros| time_base.disagrees(shared.samples(), micros)) {

@@ -9,6 +9,7 @@ use super::shared::Shared;
 use crate::detector::Verdict;
 use crate::faults::Fault;
 use crate::hardware::Slots;
+use crate::incident::Cause;
 use crate::link::frame::{self, MAX_FRAME, Receiver};
 use crate::link::load::Load;
 use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
@@ -72,9 +73,9 @@ impl Outgoing {
 }
 
 impl<'a> Server<'a> {
-    /// Reads the parameters from flash. Without usable ones, the second is none and the fault is raised.
-    pub fn start<B: Board>(board: &mut B, shared: &'a Shared) -> (Self, Option<Active>) {
-        let mut desk = Desk {
+    /// One that has not looked at the flash yet.
+    pub const fn new(shared: &'a Shared) -> Self {
+        let desk = Desk {
             shared,
             payload: [0; MAX_PAYLOAD],
             in_force: None,
@@ -86,8 +87,19 @@ impl<'a> Server<'a> {
             next: None,
             chain: Chain::new(),
         };
-        let active = desk.start(board);
-        (Self { receiver: Receiver::new(), desk }, active)
+        Self { receiver: Receiver::new(), desk }
+    }
+
+    /// Reads the parameters from flash. Without usable ones there are none, and the fault is raised.
+    pub fn load<B: Board>(&mut self, board: &mut B) -> Option<Active> {
+        self.desk.start(board)
+    }
+
+    /// Both.
+    pub fn start<B: Board>(board: &mut B, shared: &'a Shared) -> (Self, Option<Active>) {
+        let mut server = Self::new(shared);
+        let active = server.load(board);
+        (server, active)
     }
 
     /// Takes a byte from the host; at the end of a request gives the frame of the answer.
@@ -179,21 +191,37 @@ fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
     if settings.suits(&B::HARDWARE) { Ok(settings) } else { Err(Error::SampleRate) }
 }
 
+/// What runs with a payload, and with the rig's own block where it has one. By itself, so that what it takes of the
+/// stack is free again afterwards.
+#[inline(never)]
+fn active<B: Board>(payload: &[u8], rig: Option<Rig>) -> Result<Active, Error> {
+    let mut settings = decode::<B>(payload)?;
+    if rig.is_some() {
+        settings.rig = rig;
+    }
+    settings.build()
+}
+
 impl Desk<'_> {
+    #[inline(never)]
     fn start<B: Board>(&mut self, board: &mut B) -> Option<Active> {
+        let kept = board.kept();
+        // The watchdog has a fault of its own.
+        if kept.in_a_row > 0 && kept.incident.as_ref().is_some_and(|incident| incident.cause != Cause::Watchdog) {
+            self.shared.raise(Fault::Incident);
+        }
         let rig = self.start_rig(board);
         let Some((slot, header)) = Kind::Parameters.store(board).load(&mut self.payload) else {
             self.shared.raise(Fault::NotConfigured);
             return None;
         };
         self.in_force = Some(described(slot, header, &self.payload));
+        if kept.holds_back() {
+            self.shared.raise(Fault::HeldBack);
+            return None;
+        }
         let payload = self.payload.get(..usize::from(header.length))?;
-        // A rig whose own block cannot be used is not run with another one's calibration.
-        let settings = rig.and_then(|rig| {
-            let settings = decode::<B>(payload)?;
-            Settings { rig: rig.or(settings.rig.clone()), ..settings }.build()
-        });
-        match settings {
+        match rig.and_then(|rig| active::<B>(payload, rig)) {
             Ok(active) => {
                 self.mode = Mode::Running;
                 self.judges = active.detector.is_some();
@@ -206,7 +234,8 @@ impl Desk<'_> {
         }
     }
 
-    /// What belongs to the rig, if it has a block of its own. The room for the motor's payload is free meanwhile.
+    /// What belongs to the rig, if it has a block of its own; one that cannot be used is an error, since no motor is
+    /// run with another rig's calibration. The room for the motor's payload is free meanwhile.
     fn start_rig<B: Board>(&mut self, board: &mut B) -> Result<Option<Rig>, Error> {
         let Some((slot, header)) = Kind::Rig.store(board).load(&mut self.payload) else { return Ok(None) };
         self.rig_in_force = Some(described(slot, header, &self.payload));
@@ -225,6 +254,7 @@ impl Desk<'_> {
                 chip: board.chip(),
                 sample_rate_hz: B::HARDWARE.sample_rate_hz,
                 skew_s: B::HARDWARE.skew_s,
+                build: board.build(),
             }),
             Request::Status => Reply::Status(Status {
                 mode: self.mode,
@@ -237,6 +267,7 @@ impl Desk<'_> {
                 plausible: self.chain.is_plausible(self.shared),
                 deepest_stack: board.deepest_stack(),
                 rig: self.rig_in_force,
+                incident: board.kept().incident,
             }),
             Request::ReadParameters { offset } => {
                 let length = self.in_force.map_or(0, |block| usize::from(block.length));
@@ -284,6 +315,7 @@ impl Desk<'_> {
                 self.chain.is_plausible(self.shared);
                 self.shared.clear();
                 self.chain.cleared();
+                board.forget();
                 Reply::Done
             }
             Request::Restart => Reply::Done,

@@ -11,15 +11,15 @@ use core::ptr;
 const PAINT: u32 = 0xA5A5_5A5A;
 
 unsafe extern "C" {
-    /// End of the static variables, where the stack may grow to.
-    static __sheap: u32;
+    /// Where the stack may grow to.
+    static _stack_end: u32;
     /// Where the stack begins.
     static _stack_start: u32;
 }
 
 /// The most that the stack has taken since the start, bytes. What was reserved and never written does not count.
 pub fn deepest_stack() -> u32 {
-    let (mut at, top) = (&raw const __sheap, &raw const _stack_start);
+    let (mut at, top) = (&raw const _stack_end, &raw const _stack_start);
     // SAFETY: words between two symbols of the linker, within RAM; volatile, because the stack changes behind the
     // compiler's back.
     unsafe {
@@ -49,8 +49,21 @@ core::arch::global_asm!(
     "str r3, [r0], #4",
     "b 0b",
     "1:",
-    "movw r0, #:lower16:__sheap",
-    "movt r0, #:upper16:__sheap",
+    "movw r0, #:lower16:_warm_start",
+    "movt r0, #:upper16:_warm_start",
+    "movw r1, #:lower16:_warm_end",
+    "movt r1, #:upper16:_warm_end",
+    "movw r2, #:lower16:_warm_load",
+    "movt r2, #:upper16:_warm_load",
+    "4:",
+    "cmp r0, r1",
+    "bhs 5f",
+    "ldr r3, [r2], #4",
+    "str r3, [r0], #4",
+    "b 4b",
+    "5:",
+    "movw r0, #:lower16:_stack_end",
+    "movt r0, #:upper16:_stack_end",
     "movw r3, #0x5A5A",
     "movt r3, #0xA5A5",
     "2:",

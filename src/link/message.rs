@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::detector::{Period, Verdict};
 use crate::faults::{Fault, TABLE};
+use crate::incident::Incident;
 
 /// Version of the conversation.
 pub const PROTOCOL: u16 = 3;
@@ -86,6 +87,27 @@ pub struct Asked<'a> {
     pub request: Request<'a>,
 }
 
+/// What every version of the conversation answers to [`Request::Hello`] first; what follows may differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Greeting<'a> {
+    /// [`PROTOCOL`] of the partner.
+    pub protocol: u16,
+    /// Its fingerprint of parameters.
+    pub fingerprint: u32,
+    /// Version of its firmware.
+    pub firmware: &'a str,
+}
+
+impl<'a> Greeting<'a> {
+    /// From a message that is whole but not one of this version.
+    pub fn of_another_version(body: &'a [u8]) -> Option<Self> {
+        // Message::Reply, the request's number, Reply::Identity.
+        let ([0, _, 0], rest) = body.split_first_chunk()? else { return None };
+        let (greeting, _) = postcard::take_from_bytes::<Self>(rest).ok()?;
+        (greeting.protocol != PROTOCOL).then_some(greeting)
+    }
+}
+
 /// Who the microcontroller is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Identity<'a> {
@@ -103,6 +125,8 @@ pub struct Identity<'a> {
     pub sample_rate_hz: u32,
     /// How much later than the voltage current and speed are sampled, s.
     pub skew_s: [f32; 2],
+    /// Which image of the firmware it is: the begin of the linker's digest of it.
+    pub build: [u8; 8],
 }
 
 /// What the firmware does.
@@ -128,7 +152,7 @@ pub struct InForce {
 }
 
 /// How the microcontroller is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
     /// What it does.
     pub mode: Mode,
@@ -142,8 +166,8 @@ pub struct Status {
     pub cycles: [u32; 2],
     /// Number of the test under way; 0 after a start.
     pub test: u32,
-    /// The verdict on it so far: the detector's, but no pass where the measuring chain was not plausible; without limits
-    /// it cannot judge.
+    /// The verdict on it so far: the detector's, but no pass where the measuring chain was not plausible; without
+    /// limits it cannot judge.
     pub verdict: Verdict,
     /// Whether the [measuring chain](crate::app::chain) has been plausible since it began.
     pub plausible: bool,
@@ -151,6 +175,8 @@ pub struct Status {
     pub deepest_stack: u32,
     /// The rig's own block.
     pub rig: Option<InForce>,
+    /// How the program came to an end last, since power came.
+    pub incident: Option<Incident>,
 }
 
 /// A report of a stretch of samples.
@@ -225,7 +251,7 @@ pub enum Refusal {
 }
 
 /// What the microcontroller answers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Reply<'a> {
     /// To [`Request::Hello`].
     #[serde(borrow)]
@@ -243,7 +269,7 @@ pub enum Reply<'a> {
 }
 
 /// What comes from the microcontroller.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Message<'a> {
     /// The answer to the request of that number.
     Reply {

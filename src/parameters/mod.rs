@@ -22,6 +22,7 @@
 //! block, because leaving out a part of the computation silently would change its result.
 
 pub mod block;
+mod encoding;
 mod error;
 pub mod fingerprint;
 pub mod rig;
@@ -69,6 +70,17 @@ pub struct Settings {
     pub correction: Option<Settings3x3>,
     /// Thresholds of the detector.
     pub detector: Option<detector::Settings>,
+    /// Who has written the block; none in those of before.
+    pub origin: Option<Origin>,
+}
+
+/// Who has written a block.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Origin {
+    /// Version of greyrig.
+    pub greyrig: Text,
+    /// The image of the firmware that it was written to; zeros where nobody was asked.
+    pub build: [u8; 8],
 }
 
 impl Default for Settings {
@@ -83,6 +95,7 @@ impl Default for Settings {
             terms: heapless::Vec::new(),
             correction: None,
             detector: None,
+            origin: None,
         }
     }
 }
@@ -105,14 +118,17 @@ impl Settings {
         self.filter.sample_rate_hz == f64::from(hardware.sample_rate_hz)
     }
 
-    /// Checks every value, by the same rules as the host tool, and makes from them what runs; with the usual calibration
-    /// where no rig is given.
+    /// Checks every value, by the same rules as the host tool, and makes from them what runs; with the usual
+    /// calibration where no rig is given.
     ///
     /// # Errors
     /// The first value that cannot be.
     pub fn build(&self) -> Result<Active, Error> {
-        if self.motor_type.chars().any(char::is_control) {
-            return Err(Error::Text("motor type"));
+        let version = self.origin.as_ref().map_or("", |origin| origin.greyrig.as_str());
+        for (name, text) in [("motor type", self.motor_type.as_str()), ("version", version)] {
+            if text.chars().any(char::is_control) {
+                return Err(Error::Text(name));
+            }
         }
         let usual = Rig::default();
         let rig = self.rig.as_ref().unwrap_or(&usual);

@@ -1,5 +1,5 @@
-//! What belongs to a rig and not to a motor type: a block of its own, written by its own command, which whoever writes a
-//! motor's parameters leaves as it is.
+//! What belongs to a rig and not to a motor type: a block of its own, written by its own command, which whoever writes
+//! a motor's parameters leaves as it is.
 //!
 //! It stands in two slots of its own ([`Hardware::rig`](crate::hardware::Hardware::rig)), with the same
 //! [header](super::block) and the same kind of [sections](super::section). Blocks of a motor type as they were before
@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::section::{Sections, Writer, text, whole};
+use super::encoding::{Sections, Writer, text, whole};
 use super::tag::Tag;
 use super::{Error, Text};
 use crate::units::CalibrationSettings;

@@ -14,21 +14,25 @@
 use serde::{Deserialize, Serialize};
 
 use super::block::MAX_PAYLOAD;
+use super::encoding::{Sections, Writer, text, whole};
 use super::tag::Tag;
-use super::{Error, Rig, Settings, Text};
+use super::{Error, Origin, Rig, Settings, Text};
 use crate::anfis::{Firing, Premise, Settings3x3, Shape};
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
 use crate::term::{MAX_OPS, MAX_UNKNOWNS, Op, Target, Term};
-
-/// Length of what stands before a section's body, bytes.
-const HEAD: usize = 4;
 
 /// Since a rig has a block of its own, its name is empty here.
 #[derive(Serialize, Deserialize)]
 struct Identity<'a> {
     motor_type: &'a str,
     rig: &'a str,
+}
+
+#[derive(Serialize, Deserialize)]
+struct OriginEntry<'a> {
+    greyrig: &'a str,
+    build: [u8; 8],
 }
 
 /// Effects by identifier, so that a longer catalogue reads the blocks of a shorter one.
@@ -122,6 +126,9 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
     if let Some(detector) = &settings.detector {
         out.section(Tag::Detector, detector)?;
     }
+    if let Some(Origin { greyrig, build }) = &settings.origin {
+        out.section(Tag::Origin, &OriginEntry { greyrig, build: *build })?;
+    }
     out.used()
 }
 
@@ -165,6 +172,10 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
             Tag::Correction => settings.correction = Some(whole::<CorrectionEntry>(tag, body)?.into()),
             Tag::Detector => settings.detector = Some(whole(tag, body)?),
             Tag::Rig => return Err(Error::Elsewhere(tag)),
+            Tag::Origin => {
+                let OriginEntry { greyrig, build } = whole(tag, body)?;
+                settings.origin = Some(Origin { greyrig: text(tag, greyrig)?, build });
+            }
         }
     }
     settings.rig = calibration.map(|calibration| Rig { name: rig, calibration });
@@ -175,76 +186,4 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
     }
     settings.build()?;
     Ok(settings)
-}
-
-/// The sections of a payload, one after another.
-pub(super) struct Sections<'a> {
-    rest: &'a [u8],
-    /// Which tags have come, in the order of [`Tag::ALL`].
-    seen: [bool; Tag::ALL.len()],
-}
-
-impl<'a> Sections<'a> {
-    pub(super) fn new(payload: &'a [u8]) -> Self {
-        Self { rest: payload, seen: [false; Tag::ALL.len()] }
-    }
-
-    /// The next one's tag and body; none at the end.
-    ///
-    /// # Errors
-    /// One that is not known here, is cut off, or has come before.
-    pub(super) fn next(&mut self) -> Result<Option<(Tag, &'a [u8])>, Error> {
-        let Some((&[number, version, low, high], after)) = self.rest.split_first_chunk::<HEAD>() else {
-            return if self.rest.is_empty() { Ok(None) } else { Err(Error::Truncated) };
-        };
-        let tag = Tag::known(number, version).ok_or(Error::Unsupported { tag: number, version })?;
-        let length = usize::from(u16::from_le_bytes([low, high]));
-        let (body, next) = after.split_at_checked(length).ok_or(Error::Truncated)?;
-        self.rest = next;
-        let place = Tag::ALL.iter().position(|(t, _)| *t == tag).and_then(|place| self.seen.get_mut(place));
-        if place.is_none_or(|seen| core::mem::replace(seen, true)) {
-            return Err(Error::Repeated(tag));
-        }
-        Ok(Some((tag, body)))
-    }
-}
-
-/// A body that is one value and nothing else.
-pub(super) fn whole<'a, T: Deserialize<'a>>(tag: Tag, body: &'a [u8]) -> Result<T, Error> {
-    match postcard::take_from_bytes(body) {
-        Ok((value, [])) => Ok(value),
-        _ => Err(Error::Malformed(tag)),
-    }
-}
-
-pub(super) fn text(tag: Tag, text: &str) -> Result<Text, Error> {
-    Text::try_from(text).map_err(|_| Error::Malformed(tag))
-}
-
-/// Writes sections one behind the other.
-pub(super) struct Writer<'b> {
-    payload: &'b mut [u8],
-    used: usize,
-}
-
-impl<'b> Writer<'b> {
-    pub(super) fn new(payload: &'b mut [u8]) -> Self {
-        Self { payload, used: 0 }
-    }
-
-    /// What has been written.
-    pub(super) fn used(self) -> Result<&'b [u8], Error> {
-        let Self { payload, used } = self;
-        payload.get(..used).ok_or(Error::TooLong)
-    }
-
-    pub(super) fn section(&mut self, tag: Tag, value: &impl Serialize) -> Result<(), Error> {
-        let free = self.payload.get_mut(self.used..).ok_or(Error::TooLong)?;
-        let (head, body) = free.split_first_chunk_mut::<HEAD>().ok_or(Error::TooLong)?;
-        let length = postcard::to_slice(value, body).map_err(|_| Error::TooLong)?.len();
-        let [low, high] = u16::try_from(length).map_err(|_| Error::TooLong)?.to_le_bytes();
-        *head = [tag as u8, tag.version(), low, high];
-        self.used += HEAD + length;
-        Ok(())
-    }
 }

@@ -22,11 +22,13 @@ pub enum Tag {
     Detector = 0x08,
     /// Name of the rig, in its own block.
     Rig = 0x09,
+    /// Which greyrig has written a motor's block, and for which image of the firmware; need not be there.
+    Origin = 0x0A,
 }
 
 impl Tag {
     /// All tags with the version that is written, and the only one that is read; none: reserved for later.
-    pub const ALL: [(Self, Option<u8>); 9] = [
+    pub const ALL: [(Self, Option<u8>); 10] = [
         (Self::Identity, Some(1)),
         (Self::Calibration, Some(1)),
         (Self::Filter, Some(1)),
@@ -36,6 +38,7 @@ impl Tag {
         (Self::Correction, Some(1)),
         (Self::Detector, Some(1)),
         (Self::Rig, Some(1)),
+        (Self::Origin, Some(1)),
     ];
 
     /// What messages call it.
@@ -50,12 +53,13 @@ impl Tag {
             Self::Correction => "correction",
             Self::Detector => "detector",
             Self::Rig => "rig",
+            Self::Origin => "origin",
         }
     }
 
     /// Whether a motor's block can do without.
     pub(super) const fn is_optional(self) -> bool {
-        matches!(self, Self::Calibration | Self::Correction | Self::Detector | Self::Rig)
+        matches!(self, Self::Calibration | Self::Correction | Self::Detector | Self::Rig | Self::Origin)
     }
 
     /// The tag of a number, where this version of its section can be read.

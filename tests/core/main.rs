@@ -9,6 +9,7 @@ mod effects;
 mod examples;
 mod faults;
 mod hybrid;
+mod incident;
 mod link;
 mod nor;
 mod parameters;

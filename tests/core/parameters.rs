@@ -10,7 +10,7 @@ use greyrig::parameters::Tag;
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::rig::MAX_RIG;
 use greyrig::parameters::section::{decode, encode};
-use greyrig::parameters::{Error, Rig, Settings};
+use greyrig::parameters::{Error, Origin, Rig, Settings};
 use greyrig::term::{Op, Target, Term};
 use greyrig::units::{CalibrationSettings, Scale};
 use proptest::prelude::*;
@@ -166,6 +166,7 @@ fn the_fullest_block_fits() {
     }
     settings.correction = Some(correction());
     settings.detector = Some(detector());
+    settings.origin = Some(Origin { greyrig: "0".repeat(32).as_str().try_into().unwrap(), build: [0xFF; 8] });
     assert_eq!(decode(&encoded(&settings)), Ok(settings));
 }
 
@@ -261,9 +262,14 @@ proptest! {
     }
 }
 
-/// The bytes of a rig's block in version 1, written down as those of the motor's above.
+/// The bytes of a rig's block and of a motor's origin in version 1, written down as those of the motor's above.
 #[test]
 fn a_rigs_block_comes_back_whole_or_is_refused() {
+    let origin = Origin { greyrig: "0.2.0".try_into().unwrap(), build: [1, 2, 3, 4, 5, 6, 7, 8] };
+    let written = encoded(&Settings { origin: Some(origin.clone()), ..settings() });
+    let last = [10, 1, 14, 0, 5].iter().chain(b"0.2.0").chain(&origin.build).copied().collect::<Vec<u8>>();
+    assert!(written.ends_with(&last), "{written:?}");
+    assert_eq!(decode(&written).unwrap().origin, Some(origin));
     let rig = settings().rig.unwrap();
     let payload = rig.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
     let mut expected = vec![9, 1, 13, 0, 12];

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use greyrig::app::bench::{CYCLE, MIDDLE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
-use greyrig::link::message::{Asked, Identity, Message, Reply, Request};
+use greyrig::link::message::{Asked, Request};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -199,17 +199,11 @@ fn an_older_protocol_is_told_at_once() {
         while host.read_exact(&mut byte).is_ok() {
             let Some(Ok(body)) = receiver.push(byte[0]) else { continue };
             let Asked { number, .. } = postcard::from_bytes(body).unwrap();
-            let identity = Identity {
-                protocol: 1,
-                fingerprint: 0,
-                firmware: "0.0.9",
-                board: "old",
-                chip: [0; 12],
-                sample_rate_hz: 10_000,
-                skew_s: [0.0; 2],
-            };
+            // As it was then: Message::Reply, Reply::Identity, protocol, fingerprint, firmware, board, chip, rate,
+            // skew.
+            let identity = (1_u16, 0_u32, "0.0.9", "old", [0_u8; 12], 10_000_u32, [0.0_f32; 2]);
             let mut frame = [0; MAX_FRAME];
-            let length = encode(&Message::Reply { number, reply: Reply::Identity(identity) }, &mut frame).unwrap();
+            let length = encode(&(0_u8, number, 0_u8, identity), &mut frame).unwrap();
             host.write_all(&frame[..length]).unwrap();
         }
     });
@@ -217,5 +211,8 @@ fn an_older_protocol_is_told_at_once() {
     let output = greyrig(folder.path(), &["monitor", "--port", &port, "--model", "station.toml"]);
     let talk = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(3), "{talk}");
-    assert!(talk.contains("0.0.9 speaks version 1 of the link, this greyrig version 2"), "{talk}");
+    assert!(
+        talk.contains("0.0.9 speaks version 1 of the link, this greyrig version 3") && talk.contains("cargo fw-run"),
+        "{talk}"
+    );
 }

@@ -66,8 +66,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if !args.unaccepted {
         model.require_accepted(&args.model)?;
     }
-    let settings = parameters::settings(&model, &args.model)?;
-    let payload = parameters::payload(&settings, &args.model)?;
+    let mut settings = parameters::settings(&model, &args.model)?;
     let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let name = args.rig.as_deref().map(parameters::rig_name).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
@@ -75,6 +74,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         Some(port) => of_port(port, name, calibration, &terminal.context())?,
         None => of_image(name, calibration)?,
     };
+    settings.origin = Some(parameters::origin(rig.build));
+    let payload = parameters::payload(&settings, &args.model)?;
     let rig_payload = rig.write.as_ref().map(parameters::rig_payload).transpose()?;
     let mut told = json!({
         "model": args.model.display().to_string(),
@@ -164,10 +165,13 @@ struct OfRig {
     /// Its name, as far as that is known.
     name: String,
     source: Calibration,
+    /// The image of the firmware on board, where that was asked.
+    build: [u8; 8],
 }
 
-/// Over the link the rig keeps what nobody gives anew. Where it stands in a motor's block of before, which is about to be
-/// replaced, it gets a block of its own. Parameters that cannot be read are an error: nobody may guess a calibration.
+/// Over the link the rig keeps what nobody gives anew. Where it stands in a motor's block of before, which is about to
+/// be replaced, it gets a block of its own. Parameters that cannot be read are an error: nobody may guess a
+/// calibration.
 fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSettings>, ctx: &Context) -> Result<OfRig> {
     let (mut connection, device) = Connection::open(port, ctx)?;
     check_layout(&device)?;
@@ -197,7 +201,7 @@ fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSetti
     let changes = calibration.is_some() || name.is_some() || (own.is_empty() && there.is_some());
     let before = there.unwrap_or_default();
     let rig = Rig { name: name.unwrap_or(before.name), calibration: calibration.unwrap_or(before.calibration) };
-    Ok(OfRig { name: rig.name.to_string(), write: changes.then_some(rig), source })
+    Ok(OfRig { name: rig.name.to_string(), write: changes.then_some(rig), source, build: device.digest() })
 }
 
 /// An image and a probe cannot ask the rig: its block is written whole, or stays as it is.
@@ -209,9 +213,9 @@ fn of_image(name: Option<Text>, calibration: Option<CalibrationSettings>) -> Res
         )),
         (name, Some(calibration)) => {
             let rig = Rig { name: name.unwrap_or_default(), calibration };
-            Ok(OfRig { name: rig.name.to_string(), write: Some(rig), source: Calibration::Given })
+            Ok(OfRig { name: rig.name.to_string(), write: Some(rig), source: Calibration::Given, build: [0; 8] })
         }
-        (None, None) => Ok(OfRig { write: None, name: String::new(), source: Calibration::Untouched }),
+        (None, None) => Ok(OfRig { write: None, name: String::new(), source: Calibration::Untouched, build: [0; 8] }),
     }
 }
 

@@ -105,7 +105,10 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     };
     row("rig", own.as_ref().map_or_else(|| "–".into(), |rig| named(&rig.name)));
     row("motor type on board", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.motor_type)));
-    row("board", format!("{}, firmware {}", device.board, device.firmware));
+    if let Some(origin) = settings.as_ref().and_then(|s| s.origin.as_ref()) {
+        row("written by", format!("greyrig {} to build {}", origin.greyrig, connection::hexadecimal(&origin.build)));
+    }
+    row("board", format!("{}, firmware {}, build {}", device.board, device.firmware, device.build));
     row("chip", device.chip.clone());
     row("runs", connection::mode(status.mode).to_owned());
     row("samples a second", device.sample_rate_hz.to_string());
@@ -121,6 +124,9 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     let so_far = if limits { verdict(status.verdict) } else { "no limits on board: greyrig calibrate, greyrig flash" };
     row("test under way", format!("{}: {so_far}", status.test));
     stdout::print_line(&table.to_string())?;
+    if let Some(incident) = &status.incident {
+        stdout::print_line(&format!("the last end of the program: {}", connection::incident(incident)))?;
+    }
     for fault in connection::faults(status) {
         stdout::print_line(&fault)?;
     }
@@ -144,6 +150,14 @@ fn told(rig: &Rig, port: &str, written: bool) -> serde_json::Value {
         "test": status.test,
         "verdict": verdict(status.verdict).replace(' ', "_"),
         "faults": connection::faults(status),
+        "origin": settings.as_ref().and_then(|s| s.origin.as_ref()).map(|origin| json!({
+            "greyrig": origin.greyrig.as_str(), "build": connection::hexadecimal(&origin.build),
+        })),
+        "plausible": status.plausible,
+        "incident": status.incident.as_ref().map(|i| json!({
+            "cause": i.cause, "at": i.at, "from": i.from, "status": i.status, "samples": i.samples, "place": i.place.as_str(),
+            "text": connection::incident(i),
+        })),
         "written": written,
     })
 }

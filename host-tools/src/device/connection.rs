@@ -5,8 +5,9 @@ use std::io::Write;
 use std::time::Duration;
 
 use greyrig::faults::TABLE;
+use greyrig::incident::{Cause, Incident};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
-use greyrig::link::message::{Asked, Message, Mode, PROTOCOL, Reply, Request, Status};
+use greyrig::link::message::{Asked, Greeting, Message, Mode, PROTOCOL, Reply, Request, Status};
 use greyrig::parameters::FINGERPRINT;
 
 use super::clock::Clock;
@@ -51,6 +52,8 @@ pub struct Device {
     pub board: String,
     /// Version of the firmware.
     pub firmware: String,
+    /// Which image of it, in hexadecimal; zeros where the linker does not say.
+    pub build: String,
     /// The chip's own number, in hexadecimal.
     pub chip: String,
     /// Samples per second.
@@ -71,6 +74,13 @@ pub struct Connection {
     unheard: VecDeque<Vec<u8>>,
     patience: Patience,
     ctx: Context,
+}
+
+impl Device {
+    /// The digest of its image.
+    pub fn digest(&self) -> [u8; 8] {
+        u64::from_str_radix(&self.build, 16).unwrap_or_default().to_be_bytes()
+    }
 }
 
 impl Connection {
@@ -106,7 +116,8 @@ impl Connection {
                 Device {
                     board: identity.board.to_owned(),
                     firmware: identity.firmware.to_owned(),
-                    chip: identity.chip.iter().map(|byte| format!("{byte:02x}")).collect(),
+                    build: hexadecimal(&identity.build),
+                    chip: hexadecimal(&identity.chip),
                     sample_rate_hz: identity.sample_rate_hz,
                     skew_s: identity.skew_s,
                     fingerprint: identity.fingerprint,
@@ -178,7 +189,7 @@ impl Connection {
     /// # Errors
     /// As [`Connection::ask`].
     pub fn status(&mut self) -> Result<Status> {
-        self.ask(Request::Status, |reply| if let Reply::Status(status) = reply { Some(*status) } else { None })
+        self.ask(Request::Status, |reply| if let Reply::Status(status) = reply { Some(status.clone()) } else { None })
     }
 
     /// The payload in force; none without.
@@ -232,10 +243,11 @@ impl Connection {
             let mut made = None;
             for &byte in &bytes[..count] {
                 // What is no frame has been lost on the way: samples are numbered, answers are asked for again.
-                if let Some(Ok(body)) = self.receiver.push(byte)
-                    && let Ok(message) = postcard::from_bytes::<Message>(body)
-                {
+                let Some(Ok(body)) = self.receiver.push(byte) else { continue };
+                if let Ok(message) = postcard::from_bytes::<Message>(body) {
                     made = handle(body, &message).or(made);
+                } else if let Some(Greeting { protocol, firmware, .. }) = Greeting::of_another_version(body) {
+                    return Err(Error::Protocol { firmware: firmware.to_owned(), protocol });
                 }
             }
             if made.is_some() {
@@ -257,6 +269,27 @@ impl Connection {
             .and_then(|()| self.line.flush())
             .map_err(|source| Error::Broken { port: self.port.name.clone(), source })
     }
+}
+
+/// Bytes in hexadecimal.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// How the program came to an end last, in a line.
+pub fn incident(incident: &Incident) -> String {
+    let Incident { cause, at, from, status: [first, second], samples, place } = incident;
+    let what = match cause {
+        Cause::Panic => format!("a panic at {place}:{at}"),
+        Cause::HardFault => {
+            format!("a hard fault at {at:#010x}, called from {from:#010x} (CFSR {first:#010x}, HFSR {second:#010x})")
+        }
+        Cause::Watchdog => "the watchdog".to_owned(),
+        Cause::SupplyDip => "a dip of the supply".to_owned(),
+        Cause::Program => format!("a word of the program that cannot be read, at {at:#07x} (ECCR {first:#010x})"),
+        Cause::Hardware => "the clock's security or the memory's parity".to_owned(),
+    };
+    format!("{what}, after {samples} samples")
 }
 
 /// Fails unless parameters of this greyrig mean the same to the device.

@@ -28,8 +28,8 @@ impl Image {
         if self.rig.is_some() { RIG.rig.address } else { RIG.slots.address }
     }
 
-    /// Its bytes: each block in the first of its slots, the other erased. They count whatever was there, since all of that
-    /// is replaced.
+    /// Its bytes: each block in the first of its slots, the other erased. They count whatever was there, since all of
+    /// that is replaced.
     pub fn bytes(&self) -> Vec<u8> {
         // One image: the rig's slots lie just before those of the parameters.
         const { assert!(RIG.rig.address + (SLOTS * RIG.rig.size) as u32 == RIG.slots.address) }

@@ -5,7 +5,7 @@ use std::path::Path;
 use greyrig::butterworth;
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::rig::{MAX_RIG, Rig};
-use greyrig::parameters::{MAX_TEXT, Settings, Text, section};
+use greyrig::parameters::{MAX_TEXT, Origin, Settings, Text, section};
 use greyrig::units::{CalibrationSettings, Scale};
 use serde::Deserialize;
 
@@ -87,6 +87,7 @@ pub fn settings_at(model: &Model, path: &Path, filter: butterworth::Settings) ->
         terms: motor.terms().iter().copied().collect(),
         correction: model.correction_settings()?,
         detector: model.detector.as_ref().map(|d| d.settings(1.0 / filter.sample_rate_hz)),
+        origin: None,
     };
     settings.build().map_err(|e| refuse(e.to_string()))?;
     Ok(settings)
@@ -100,6 +101,12 @@ pub fn payload(settings: &Settings, path: &Path) -> Result<Vec<u8>> {
     section::encode(settings, &mut [0; MAX_PAYLOAD])
         .map(<[u8]>::to_vec)
         .map_err(|e| Error::input(Place::file(path), e.to_string(), "use fewer effects or shorter terms"))
+}
+
+/// Who writes a block, for an image of the firmware.
+pub fn origin(build: [u8; 8]) -> Origin {
+    // A version is short.
+    Origin { greyrig: Text::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(), build }
 }
 
 /// A rig's name.

@@ -8,8 +8,8 @@ use probe_rs::probe::list::Lister;
 use super::error::{Error, Result};
 use super::image::Image;
 
-/// Erases the image's slots, writes its blocks to the first of them, and lets the probe verify them; then restarts the processor. A dry
-/// run checks the place against the chip's memory map and looks for no probe. Not run on silicon.
+/// Erases the image's slots, writes its blocks to the first of them, and lets the probe verify them; then restarts the
+/// processor. A dry run checks the place against the chip's memory map and looks for no probe. Not run on silicon.
 ///
 /// # Errors
 /// No probe, a chip that is not known, a flash that does not hold what was written.

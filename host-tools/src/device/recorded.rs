@@ -15,6 +15,7 @@ pub fn describe(metadata: &mut BTreeMap<String, String>, device: &Device) {
     add("board", device.board.clone());
     add("chip", device.chip.clone());
     add("firmware", device.firmware.clone());
+    add("firmware build", device.build.clone());
     for (key, skew) in ["skew_i_a_s", "skew_omega_rad_s_s"].into_iter().zip(device.skew_s) {
         if skew != 0.0 {
             add(key, format!("{skew:e}"));

@@ -60,6 +60,10 @@ impl app::Board for Board {
         None
     }
 
+    fn build(&self) -> [u8; 8] {
+        crate::build_id::build_id()
+    }
+
     fn alive(&mut self) {}
 
     fn restart(&mut self) -> ! {

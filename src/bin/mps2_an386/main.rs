@@ -16,6 +16,9 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
+#[path = "../build_id.rs"]
+mod build_id;
+#[cfg(target_os = "none")]
 #[path = "../start.rs"]
 mod start;
 
@@ -36,10 +39,11 @@ mod firmware {
     #![allow(unsafe_code)]
 
     use embassy_executor::Spawner;
-    use greyrig::app::{Sampler, Server, Shared, serve};
+    use greyrig::app::{Server, Shared, serve};
+
+    use static_cell::ConstStaticCell;
 
     use crate::board::Board;
-    use crate::figures::HARDWARE;
     use crate::sampling;
 
     static SHARED: Shared = Shared::new();
@@ -47,8 +51,11 @@ mod firmware {
     #[embassy_executor::main]
     async fn main(_spawner: Spawner) {
         let mut board = Board::new();
-        let (server, active) = Server::start(&mut board, &SHARED);
-        sampling::start(Sampler::new(active, &SHARED, &HARDWARE));
+        // In its place at once: nothing of it is ever on the stack.
+        static SERVER: ConstStaticCell<Server> = ConstStaticCell::new(Server::new(&SHARED));
+        let server = SERVER.take();
+        let active = server.load(&mut board);
+        sampling::start(active, &SHARED);
         serve(server, &SHARED, board).await
     }
 

@@ -7,8 +7,9 @@ use core::sync::atomic::{AtomicPtr, Ordering};
 use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::exception;
-use greyrig::app::Sampler;
 use greyrig::app::bench::{Bench, Trouble};
+use greyrig::app::{Sampler, Shared};
+use greyrig::parameters::Active;
 use static_cell::StaticCell;
 
 use crate::figures::HARDWARE;
@@ -27,11 +28,14 @@ struct Sampling {
 /// Set once, before the interrupt is enabled; from then on the interrupt's own.
 static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 
-/// Begins to sample.
-pub fn start(sampler: Sampler<'static>) {
+/// Begins to sample, with parameters or in safe mode without. By itself: what it takes of the stack is free afterwards.
+#[inline(never)]
+pub fn start(active: Option<Active>, shared: &'static Shared) {
     static PLACE: StaticCell<Sampling> = StaticCell::new();
     let (Ok(bench), Some(peripherals)) = (Bench::new(), Peripherals::take()) else { return };
-    SAMPLING.store(PLACE.init(Sampling { sampler, bench, knob: Knob::new() }), Ordering::Release);
+    let sampler = || Sampler::new(active, shared, &HARDWARE);
+    let sampling = PLACE.init_with(|| Sampling { sampler: sampler(), bench, knob: Knob::new() });
+    SAMPLING.store(sampling, Ordering::Release);
     let mut timer = peripherals.SYST;
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(CLOCK_HZ / HARDWARE.sample_rate_hz - 1);

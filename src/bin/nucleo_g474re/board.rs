@@ -11,8 +11,11 @@ use embassy_stm32::{Peri, bind_interrupts, dma};
 use embassy_time::{Duration, Instant, with_timeout};
 use greyrig::app;
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};
+use greyrig::incident::Kept;
 use greyrig::link::BAUD;
 use static_cell::StaticCell;
+
+use crate::ends;
 
 bind_interrupts!(struct Interrupts {
     USART2 => usart::InterruptHandler<USART2>;
@@ -118,6 +121,22 @@ impl app::Board for Board {
 
     fn micros(&self) -> Option<u64> {
         Some(Instant::now().as_micros())
+    }
+
+    fn build(&self) -> [u8; 8] {
+        crate::build_id::build_id()
+    }
+
+    fn kept(&self) -> Kept {
+        ends::kept()
+    }
+
+    fn keep(&mut self, samples: u32, settled: bool) {
+        ends::keep(samples, settled);
+    }
+
+    fn forget(&mut self) {
+        ends::forget();
     }
 
     fn alive(&mut self) {

@@ -1,6 +1,6 @@
-//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts. TIM5
-//! counts the same trigger (RM0440, internal triggers of the timers: TIM2_TRGO is ITR1), so that samples are numbered by
-//! hardware that counts whether the processor sleeps or not.
+//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts.
+//! TIM5 counts the same trigger (RM0440, internal triggers of the timers: TIM2_TRGO is ITR1), so that samples are
+//! numbered by hardware that counts whether the processor sleeps or not.
 //!
 //! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, timing of the
 //! converter); recordings say so, and the fit corrects it.
@@ -22,6 +22,7 @@ use embassy_stm32::{Peri, interrupt, triggers};
 use greyrig::app::Sampler;
 use greyrig::app::grid::Grid;
 use greyrig::hardware::NUCLEO_G474RE;
+use greyrig::parameters::Active;
 use greyrig::units::Counts;
 use static_cell::StaticCell;
 
@@ -56,8 +57,9 @@ const CYCLES_PER_SAMPLE: u32 = CLOCK_HZ / NUCLEO_G474RE.sample_rate_hz;
 /// Set once, before the interrupt is enabled; from then on the interrupt's own.
 static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 
-/// Begins to sample.
-pub fn start(converter: Converter, sampler: Sampler<'static>) {
+/// Begins to sample, with parameters or in safe mode without. By itself: what it takes of the stack is free afterwards.
+#[inline(never)]
+pub fn start(converter: Converter, active: Option<Active>) {
     static PLACE: StaticCell<Sampling> = StaticCell::new();
     const TIME: SampleTime = SampleTime::CYCLES24_5;
     if let Some(mut peripherals) = cortex_m::Peripherals::take() {
@@ -81,7 +83,13 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     );
     let busy = Output::new(busy, Level::Low, Speed::VeryHigh);
     timer.start();
-    let sampling = PLACE.init(Sampling { adc, sampler, busy, grid: Grid::new(), _timers: (timer, counter) });
+    let sampling = PLACE.init_with(|| Sampling {
+        adc,
+        sampler: Sampler::new(active, &SHARED, &NUCLEO_G474RE),
+        busy,
+        grid: Grid::new(),
+        _timers: (timer, counter),
+    });
     SAMPLING.store(sampling, Ordering::Release);
     // Every interrupt begins at the most urgent priority; only this one stays there. The link and the timer of the
     // executor can wait for a tick.

@@ -44,12 +44,12 @@ impl Block {
 }
 
 /// Stretches of memory from which code runs: first address and length.
-const PLACES: [(u32, u32); 2] = [(0x0800_0000, 0x4_0000), (0x1000_0000, 0x8000)];
+const PLACES: [(u32, u32); 3] = [(0x0800_0000, 0x4_0000), (0x1000_0000, 0x8000), (0x2000_0000, 0x1_8000)];
 
 /// What is known of all blocks, by address.
 #[derive(Debug, Clone)]
 pub struct Blocks {
-    known: [Vec<Block>; 2],
+    known: [Vec<Block>; PLACES.len()],
 }
 
 impl Default for Blocks {
@@ -75,7 +75,7 @@ impl Blocks {
 
     #[inline]
     fn place(&self, address: u32) -> Option<(usize, usize)> {
-        let n = usize::from(address >= PLACES[1].0);
+        let n = usize::from(address >= PLACES[1].0) + usize::from(address >= PLACES[2].0);
         let (begin, length) = PLACES[n];
         let offset = address.wrapping_sub(begin);
         (offset < length).then_some((n, offset as usize / 2))

@@ -2,13 +2,15 @@
 
 use std::cell::{Ref, RefMut};
 
+use unicorn_engine::RegisterARM;
+
 use crate::analog::Analog;
 use crate::fault::Fault;
 use crate::image::Image;
 use crate::machine::{Machine, Pace};
 use crate::peripherals::flash::Contents;
 use crate::peripherals::rcc::Reset;
-use crate::processor::{Processor, State};
+use crate::processor::{Processor, RAM, State};
 
 /// Clock of the processor once the firmware has set it up, Hz; virtual time is counted in its cycles.
 pub const CLOCK_HZ: u64 = 170_000_000;
@@ -115,6 +117,34 @@ impl Board {
             *machine = Machine::new(pace, contents);
         }
         self.processor.power_up()
+    }
+
+    /// The supply dips: a reset by brown-out, after which memory is as it was.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn dip_supply(&mut self, chance: impl FnMut() -> u32) -> Result<(), Fault> {
+        {
+            let pace = self.pace;
+            let mut machine = self.machine_mut();
+            let contents = machine.flash.cut(chance);
+            *machine = Machine::new(pace, contents);
+        }
+        self.processor.dip()
+    }
+
+    /// The program jumps to where no instruction is; gives the address.
+    pub fn jump_astray(&mut self) -> u32 {
+        // UDF, at the end of bank 1.
+        const PLACE: u32 = 0x0803_FFF0;
+        self.processor.set_word(PLACE, 0xDE00_DE00);
+        self.processor.divert(RegisterARM::PC, PLACE | 1);
+        PLACE
+    }
+
+    /// The stack is as deep as it can be.
+    pub fn exhaust_stack(&mut self) {
+        self.processor.divert(RegisterARM::SP, RAM + 8);
     }
 
     /// Keeps this moment.

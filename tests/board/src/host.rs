@@ -114,7 +114,11 @@ impl Host {
     /// # Errors
     /// As [`Host::ask`].
     pub fn status(&mut self, board: &mut Board) -> Result<Status, NoAnswer> {
-        self.ask(board, Request::Status, |reply| if let Reply::Status(status) = reply { Some(*status) } else { None })
+        self.ask(
+            board,
+            Request::Status,
+            |reply| if let Reply::Status(status) = reply { Some(status.clone()) } else { None },
+        )
     }
 
     /// Brings a payload into the firmware's waiting room.

@@ -100,6 +100,8 @@ pub struct Machine {
     pub event: bool,
     /// The trigger of the converter has come off (a test's doing).
     pub trigger_cut: bool,
+    /// Resets since power came.
+    pub resets: u32,
     /// The longest time from the end of a sequence to the begin of its interrupt's handler since the reset, cycles.
     pub latest: u64,
 }
@@ -133,6 +135,7 @@ impl Machine {
             reset: None,
             event: false,
             trigger_cut: false,
+            resets: 0,
             latest: 0,
         }
     }
@@ -142,18 +145,27 @@ impl Machine {
     pub fn restart(&mut self, reset: Reset) {
         let flash = self.flash.cut(|| 2);
         let line = std::mem::take(&mut self.usart2).reset();
-        let Self { now, fraction, limit, trigger_cut, .. } = *self;
+        let Self { now, fraction, limit, trigger_cut, resets, .. } = *self;
         let dbgmcu = self.dbgmcu.clone();
         *self = Self {
             now,
             fraction,
             limit,
             trigger_cut,
+            resets: resets + 1,
             rcc: Rcc::new(reset),
             dbgmcu,
             usart2: line,
             ..Self::new(self.pace, flash)
         };
+    }
+
+    /// A word of bank 1, the program's own, cannot be read (its reads are not modelled): ECCD with its offset, and the
+    /// non-maskable interrupt.
+    pub fn spoil_program(&mut self, offset: u32) {
+        self.flash.meet_unreadable(offset);
+        self.exceptions.pend(NMI);
+        self.next = 0;
     }
 
     /// Instructions have been executed.

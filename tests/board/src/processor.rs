@@ -34,6 +34,8 @@ pub const RAM_LENGTH: usize = 0x1_8000;
 pub const CCM: u32 = 0x1000_0000;
 /// Length of the CCM-SRAM.
 pub const CCM_LENGTH: usize = 0x8000;
+/// Below the RAM the bus answers nobody (RM0440, memory map: reserved): a stack that is too deep ends here.
+const BELOW_RAM: std::ops::Range<u32> = 0x1FFF_F900..RAM;
 /// Where values of EXC_RETURN lie.
 const RETURN_PAGE: u32 = 0xFFFF_F000;
 /// Cycles of an entry and of a return (Cortex-M4 technical reference manual, exception handling).
@@ -76,6 +78,8 @@ enum Why {
     Sleep,
     Undefined,
     Call,
+    /// An access below the RAM, to this address.
+    Bus(u32),
 }
 
 /// Whether and how the processor sleeps.
@@ -279,6 +283,10 @@ impl Processor {
         }
         let pc = self.get(R::PC);
         match (ended, why) {
+            (_, Why::Bus(address)) => {
+                // PRECISERR and BFARVALID, escalated: bus faults of their own are not modelled.
+                self.fault_hard(1 << 9 | 1 << 15, &format!("an access to {address:#010x} in the handler of faults"))
+            }
             (Err(e), _) => Err(Fault::Processor { pc, what: format!("{e:?}") }),
             (Ok(()), Why::Return) => self.leave(pc | 1),
             (Ok(()), Why::Sleep) => {
@@ -289,24 +297,27 @@ impl Processor {
                 self.shared.borrow_mut().machine.exceptions.pend(SV_CALL);
                 Ok(())
             }
-            (Ok(()), Why::Undefined) => {
-                let masks = self.masks();
-                let machine = &mut self.shared.borrow_mut().machine;
-                // UNDEFINSTR, escalated (FORCED): usage faults of their own are not modelled.
-                machine.system.cfsr |= 1 << 16;
-                machine.system.hfsr |= 1 << 30;
-                machine.exceptions.pend(HARD_FAULT);
-                if machine.exceptions.due(masks) != Some(HARD_FAULT) {
-                    return Err(Fault::Processor { pc, what: "lockup: a fault in the handler of faults".to_owned() });
-                }
-                Ok(())
-            }
+            // UNDEFINSTR, escalated: usage faults of their own are not modelled.
+            (Ok(()), Why::Undefined) => self.fault_hard(1 << 16, "a fault in the handler of faults"),
             (Ok(()), Why::Due) if stopped => Ok(()),
             (Ok(()), Why::Due) => {
                 self.sleep = Sleep::Interrupt;
                 Ok(())
             }
         }
+    }
+
+    /// A hard fault by escalation (FORCED), with these bits of CFSR.
+    fn fault_hard(&mut self, cfsr: u32, lockup: &str) -> Result<(), Fault> {
+        let (masks, pc) = (self.masks(), self.get(R::PC));
+        let machine = &mut self.shared.borrow_mut().machine;
+        machine.system.cfsr |= cfsr;
+        machine.system.hfsr |= 1 << 30;
+        machine.exceptions.pend(HARD_FAULT);
+        if machine.exceptions.due(masks) != Some(HARD_FAULT) {
+            return Err(Fault::Processor { pc, what: format!("lockup: {lockup}") });
+        }
+        Ok(())
     }
 
     /// Exception entry.
@@ -329,11 +340,16 @@ impl Processor {
         }
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let pc = self.get(R::PC);
-        self.emulator.mem_write(frame.into(), &bytes).map_err(|_| Fault::Memory {
-            address: frame,
-            access: "stacking",
-            pc,
-        })?;
+        match self.emulator.mem_write(frame.into(), &bytes) {
+            Ok(()) => {}
+            // The fault of the stacking comes first (ARMv7-M ARM, section B1.5.10, derived exceptions): STKERR. Its own
+            // frame is lost.
+            Err(_) if BELOW_RAM.contains(&frame) && number != HARD_FAULT => {
+                return self.fault_hard(1 << 12, "the stack of the handler of faults is at its end");
+            }
+            Err(_) if BELOW_RAM.contains(&frame) => {}
+            Err(_) => return Err(Fault::Memory { address: frame, access: "stacking", pc }),
+        }
         self.forget_exclusive()?;
         self.set(R::SP, frame);
         // The handler runs on the main stack, without a floating-point context of its own yet.
@@ -449,6 +465,20 @@ impl Processor {
         Ok(())
     }
 
+    /// The program goes on elsewhere, or with its stack elsewhere.
+    pub fn divert(&mut self, register: R, value: u32) {
+        self.set(register, value);
+        self.sleep = Sleep::Awake;
+    }
+
+    /// Power goes and comes again so soon that memory is kept.
+    ///
+    /// # Errors
+    /// The emulator's.
+    pub fn dip(&mut self) -> Result<(), Fault> {
+        self.reset()
+    }
+
     /// Power goes and comes again: memory is arbitrary, here a pattern that is neither zero nor erased.
     ///
     /// # Errors
@@ -497,7 +527,7 @@ fn masks(emulator: &Unicorn<'_, ()>) -> Masks {
 
 fn map(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Result<(), unicorn_engine::uc_error> {
     emulator.mem_map(FLASH.into(), u64::from(BANK_2 - FLASH), Prot::READ | Prot::EXEC)?;
-    emulator.mem_map(RAM.into(), RAM_LENGTH as u64, Prot::READ | Prot::WRITE)?;
+    emulator.mem_map(RAM.into(), RAM_LENGTH as u64, Prot::ALL)?;
     emulator.mem_map(CCM.into(), CCM_LENGTH as u64, Prot::ALL)?;
     emulator.mem_map(RETURN_PAGE.into(), 0x1000, Prot::READ | Prot::EXEC)?;
     // Branches to themselves: nothing beyond the end of memory is looked at.
@@ -576,7 +606,11 @@ fn hook(emulator: &mut Unicorn<'static, ()>, shared: &Rc<RefCell<Shared>>) -> Re
             M::FETCH_UNMAPPED | M::FETCH_PROT => "fetch",
             _ => "read",
         };
-        shared.machine.fault.get_or_insert(Fault::Memory { address: address as u32, access, pc });
+        if BELOW_RAM.contains(&(address as u32)) && access != "fetch" {
+            (shared.stopping, shared.why) = (true, Why::Bus(address as u32));
+        } else {
+            shared.machine.fault.get_or_insert(Fault::Memory { address: address as u32, access, pc });
+        }
         false
     })?;
     Ok(())

@@ -1,6 +1,7 @@
 //! The figures of an image, and what must hold for them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::code::{Facts, facts};
 use super::elf::Image;
@@ -12,6 +13,8 @@ pub const INDIRECT: &[(&str, &[&str])] = &[
     ("thread::Executor::run", &["embassy_executor::raw::TaskStorage"]),
     ("embassy_executor::raw::TaskStorage", WAKER),
     ("as greyrig::app::board::Board>", WAKER),
+    // What of the board is inlined into it.
+    ("____embassy_main_task", WAKER),
     ("embassy_stm32::", WAKER),
     ("embassy_sync::", WAKER),
     ("embassy_time", WAKER),
@@ -63,7 +66,7 @@ impl<'a> Program<'a> {
     }
 
     /// The sampling interrupt, by the name of its handler, calls nothing that could panic and nothing through a
-    /// pointer.
+    /// pointer; gives how many functions it can call.
     ///
     /// # Errors
     /// The way to what it must not reach.
@@ -100,6 +103,23 @@ impl<'a> Program<'a> {
             }
         }
         Ok(seen.len())
+    }
+
+    /// What a handler can call, by other ways than through functions whose names have one of these fragments, and that
+    /// begins within a stretch of memory: names with lengths in bytes.
+    pub fn within(&self, handler: &str, exempt: &[&str], memory: &Range<u32>) -> Vec<String> {
+        let root = self.image.symbol(handler).unwrap_or_default() & !1;
+        let (mut open, mut seen) = (vec![root], BTreeSet::from([root]));
+        while let Some(address) = open.pop() {
+            for &callee in self.facts.get(&address).map_or(&[][..], |facts| &facts.calls) {
+                if !exempt.iter().any(|fragment| self.name(callee).contains(fragment)) && seen.insert(callee) {
+                    open.push(callee);
+                }
+            }
+        }
+        let inside = seen.into_iter().filter(|address| memory.contains(address));
+        let functions = inside.filter_map(|address| self.image.function_at(address));
+        functions.map(|function| format!("{} ({} bytes)", function.name, function.range.len())).collect()
     }
 
     /// The deepest that the stack can get.
@@ -226,6 +246,21 @@ mod tests {
         let stack = program.stack().expect("a bound");
         assert_eq!((stack.thread, stack.handlers.clone()), (8 + 16, vec![("handler".to_owned(), 16 + 108)]));
         assert_eq!(stack.bound(), 24 + 124);
+    }
+
+    #[test]
+    fn what_lies_where_it_should_not_is_found() {
+        let image = image(&[
+            ("reset", &[BX_LR]),
+            ("handler", &[BL_TO_NEXT[0], BL_TO_NEXT[1]]),
+            ("step", &[0xB510, BL_TO_NEXT[0], BL_TO_NEXT[1]]),
+            ("libm::sinf", &[BX_LR]),
+        ]);
+        let program = Program::new(&image);
+        // By two bytes each: reset at 0x100, handler at 0x102, step at 0x106, sinf at 0x10C.
+        assert_eq!(program.within("handler", &[], &(0x108..0x200)), ["libm::sinf (2 bytes)"]);
+        assert_eq!(program.within("handler", &[], &(0x100..0x104)), ["handler (4 bytes)"]);
+        assert_eq!(program.within("handler", &["step"], &(0x104..0x200)), [""; 0]);
     }
 
     #[test]

@@ -27,6 +27,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "faults",
             "parameters",
             "exchange",
+            "incident",
             "link",
             "app",
         ],

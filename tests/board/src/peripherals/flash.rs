@@ -171,6 +171,11 @@ impl Flash {
         Ok((u32::from_le_bytes(value), unreadable))
     }
 
+    /// A double word of bank 1 that cannot be read has been met.
+    pub fn meet_unreadable(&mut self, offset: u32) {
+        self.eccr = self.eccr & 1 << 24 | offset & !7 | 1 << 31;
+    }
+
     /// Writes a word of bank 2: two of them make a double word, which is then programmed (section 3.3.7).
     ///
     /// # Errors

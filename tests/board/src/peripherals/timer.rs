@@ -1,5 +1,5 @@
-//! General-purpose timers (RM0440, sections 29 and 30: TIM2, TIM5; 31: TIM15), counting up, with update and compare events.
-//! TIM5 can be clocked by the trigger of TIM2 (external clock mode 1).
+//! General-purpose timers (RM0440, sections 29 and 30: TIM2, TIM5; 31: TIM15), counting up, with update and compare
+//! events. TIM5 can be clocked by the trigger of TIM2 (external clock mode 1).
 //!
 //! Prescaler and period take effect at the next update event, or at once if they are written while the counter stands
 //! still (ARR without ARPE always at once). Inputs, outputs, other slave modes and one-pulse mode are errors.

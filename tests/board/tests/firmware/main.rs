@@ -2,6 +2,7 @@
 
 mod bits;
 mod boot;
+mod ends;
 #[path = "../../../image.rs"]
 mod image;
 mod power_cut;

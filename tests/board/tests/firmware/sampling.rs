@@ -103,8 +103,8 @@ fn a_recording_has_every_sample_in_its_place() {
     }
 }
 
-/// A debugger goes and leaves DBG_SLEEP as it was before it came: the processor's cycle counter stands in sleep from then
-/// on, and the samples are numbered all the same.
+/// A debugger goes and leaves DBG_SLEEP as it was before it came: the processor's cycle counter stands in sleep from
+/// then on, and the samples are numbered all the same.
 #[test]
 fn time_goes_on_when_the_debugger_leaves() {
     let (mut board, mut host) = (board(), Host::default());
