@@ -137,6 +137,11 @@ fn swapped_and_dead_channels_are_found() {
         // With a slow voltage alone, current and voltage go together as those of a large resistance.
         let told = of(&findings, Code::ChannelDead).or_else(|| of(&findings, Code::Standstill));
         assert_eq!(told.and_then(|f| f.channel), Some(Channel::Speed), "{}", sound.recording.path().display());
+        // A set point in place of a measurement is no motor at rest.
+        let stuck = change(&sound.recording, Channel::Speed, |w| w.fill(300.0));
+        let findings = check(&[stuck], Some(sound.kind));
+        let told = of(&findings, Code::ChannelDead).or_else(|| of(&findings, Code::Standstill)).unwrap();
+        assert!(told.text.contains("300 rad/s in every sample"), "{}", told.text);
     }
 }
 

@@ -46,6 +46,11 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
     let moves = speed.is_some() && !rests(&speed, |x| x.w) && !locked;
 
     if still {
+        // One value that is not zero is no motor at rest.
+        let stuck = speed.as_deref().and_then(|w| w.first()).filter(|w| w.abs() > 0.0 && all_alike(&speed));
+        let rests = stuck.map_or("the speed rests at 0".to_owned(), |w| {
+            format!("the speed is {} rad/s in every sample", signals::short(*w))
+        });
         let alone = balance::voltage_at_rest(&e.short);
         let explained = alone.as_ref().is_some_and(|f| f.unexplained < BACK_EMF);
         if current.is_some() && voltage.is_some() && !dry && !explained && alone.is_some() {
@@ -53,7 +58,7 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
                 s.finding(
                     Code::ChannelDead,
                     Severity::Stop,
-                    "the speed rests at 0 while voltage and current move as those of a running motor: its sensor is dead",
+                    format!("{rests} while voltage and current move as those of a running motor: its sensor is dead"),
                 )
                 .on(s.speed_channel),
             );
@@ -62,7 +67,12 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
                 s.finding(
                     Code::Standstill,
                     Severity::Stop,
-                    "the speed rests at 0: the motor never moves, or its sensor is dead; if the rotor was held, say so with the line '# rotor: locked'",
+                    match stuck {
+                        Some(_) => format!("{rests}: its sensor is dead, or this is a set point and no measurement"),
+                        None => format!(
+                            "{rests}: the motor never moves, or its sensor is dead; if the rotor was held, say so with the line '# rotor: locked'"
+                        ),
+                    },
                 )
                 .on(s.speed_channel),
             );
@@ -105,6 +115,10 @@ pub fn look(s: &Signals<'_>, e: &Evidence, kind: Kind, found: &mut Vec<DataFindi
         let text = format!("{} samples are too few to tell anything from", s.len());
         found.push(s.finding(Code::TooShort, Severity::Warning, text).value(s.len() as f64 * s.interval_s, "s"));
     }
+}
+
+fn all_alike(samples: &Option<Vec<f64>>) -> bool {
+    samples.as_ref().is_some_and(|x| x.windows(2).all(|two| two[0] == two[1]))
 }
 
 /// Whether samples are white noise about their mean.
