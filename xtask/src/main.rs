@@ -11,6 +11,7 @@ mod fuzz;
 mod mutation;
 mod needs;
 mod packages;
+mod page;
 mod semver;
 mod size;
 mod structure;

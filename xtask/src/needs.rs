@@ -20,6 +20,8 @@ pub enum Need {
     Qemu,
     /// A browser and what lets a test drive it.
     Browser,
+    /// What checks and bundles the page.
+    Node,
     /// What the virtual board's processor is built with.
     BoardTools,
     /// Changes the code and looks which tests notice.
@@ -36,6 +38,7 @@ impl Need {
             Self::Target => target_is_there(),
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
+            Self::Node => on_path("node") && on_path("npm"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
             Self::Mutants => succeeds("cargo", &["mutants", "--version"]),
             Self::SemverChecks => succeeds("cargo", &["semver-checks", "--version"]),
@@ -66,6 +69,7 @@ impl Need {
         match self {
             Self::Qemu => &["qemu-system-arm"],
             Self::Browser => &["chromium", "chromium-driver"],
+            Self::Node => &["nodejs", "npm"],
             Self::BoardTools => &["cmake", "libclang-dev"],
             _ => &[],
         }

@@ -89,6 +89,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "firmware",
             "size",
             "packages",
+            "page",
             "semver",
             "dependencies",
             "mutation",
