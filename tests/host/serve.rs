@@ -498,6 +498,33 @@ async fn everything_is_in_sight_on_every_screen() {
 }
 
 #[tokio::test]
+async fn a_foreign_file_is_mapped_on_the_page() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &[]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#welcome') !== null").await;
+    let run = std::fs::read_to_string(folder.path().join("ramp.csv")).expect("the recording");
+    let rows = run.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+    let foreign: String = std::iter::once("a,b,c,d").chain(rows).flat_map(|line| [line, "\n"]).collect();
+    give(&browser, "foreign.csv", &foreign).await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length === 1").await;
+    let said = browser.text("#recordings .note.stop").await;
+    assert!(said.starts_with("foreign.csv") && said.contains("--map"), "{said}");
+    let rules = "const field = document.querySelector('.mapping input'); field.value = 't_s=a u_v=b i_a=c omega_rad_s=d*1'; \
+                 field.dispatchEvent(new Event('input', { bubbles: true })); return true";
+    browser.run(rules).await;
+    browser.click(".mapping button").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length === 0").await;
+    wait_for(&browser, DRAWN).await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    let command = browser.text("#command").await;
+    assert!(command.contains("--map 'u_v=b'") || command.contains("--map u_v=b"), "{command}");
+    browser.close().await;
+}
+
+#[tokio::test]
 async fn what_a_file_is_called_stays_text() {
     let folder = recorded();
     let name = "<img src=x onerror=document.title='pwned'>.csv";

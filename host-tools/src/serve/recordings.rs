@@ -160,10 +160,12 @@ impl Recordings {
     pub fn arguments(&self) -> Vec<String> {
         let entries = || self.ids.iter().filter_map(|id| self.entry(*id));
         let mut words: Vec<String> = entries().map(|e| e.kept.path.display().to_string()).collect();
-        let mut rules: Vec<&String> = entries().flat_map(|e| &e.kept.map).collect();
-        rules.dedup();
-        for rule in rules {
-            words.extend(["--map".to_owned(), rule.clone()]);
+        let mut rules: Vec<&String> = Vec::new();
+        for rule in entries().flat_map(|e| &e.kept.map) {
+            if !rules.contains(&rule) {
+                rules.push(rule);
+                words.extend(["--map".to_owned(), rule.clone()]);
+            }
         }
         words
     }

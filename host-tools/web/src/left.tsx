@@ -4,7 +4,7 @@ import type { Recording, Role, Version } from "./api";
 import { frequency, percent, seconds } from "./format";
 import { change, state } from "./server";
 import { beside, chosen, command, present, range, recording } from "./view";
-import { tree } from "./versions";
+import { SIGNALS, tree } from "./versions";
 import { addFiles, go } from "./work";
 
 const ROLES: [Role, string][] = [["fit", "Models are fitted to it"], ["judge", "What is added is judged on it"], ["off", "It is left out"]];
@@ -89,8 +89,8 @@ function VersionView({ v, depth }: { v: Version; depth: number }) {
         {leaf ? <button class="small bare remove" title="Remove this version; its model file stays" aria-label={`Remove ${v.label}`} disabled={busy} onClick={() => change("forget", { version: v.id })}>✕</button> : null}
       </div>
       <div class="line second figures" title={`Error in free run on data held out${other ? ", of other recordings than now" : ""}. ${judged}`}>
-        <span data-signal="current">i {percent(v.held_out.current)}</span><span data-signal="speed">ω {percent(v.held_out.speed)}</span>
-        <span class="muted">floor {percent(v.floor.current)}, {percent(v.floor.speed)}</span>
+        {SIGNALS.filter(([of]) => v.held_out[of] != null).map(([of, symbol]) => <span data-signal={of}>{symbol} {percent(v.held_out[of])}</span>)}
+        <span class="muted">floor {SIGNALS.filter(([of]) => v.held_out[of] != null).map(([of]) => percent(v.floor[of])).join(", ").replace(/^–(, –)*$/, "–")}</span>
         {v.diagnosis?.odds ? <span class="muted">{v.diagnosis.odds}</span> : null}
         {other ? <span class="mark warning" title="It rests on other recordings, or other roles, than there are now">≠</span> : null}
       </div>

@@ -127,7 +127,7 @@ function MapView({ plane }: { plane: string }) {
 }
 
 export function Maps() {
-  if (!present.value || !state.value?.recordings.some((r) => r.role !== "off" && !r.unusable)) return null;
+  if (!present.value || !planes.value.length || !state.value?.recordings.some((r) => r.role !== "off" && !r.unusable)) return null;
   return (
     <section id="maps" aria-label="Where the model fails">
       <div class="switch" role="group" aria-label="Which error">

@@ -12,13 +12,18 @@ interface Pane { key: string; label: string; unit: string; channel: string; resi
 interface Line { name: string; colour: string; dash?: number[]; width?: number; wanted: Wanted }
 
 const NAMES: Record<string, string> = { u_v: "u", i_a: "i", omega_rad_s: "ω", torque_n_m: "T", angle_rad: "φ" };
+/** Of linear drives, by their units. */
+const LINEAR: Record<string, string> = { m: "x", "m/s": "v", N: "F" };
 const COMPARED = ["i_a", "omega_rad_s", "torque_n_m"];
 
 function panes(): Pane[] {
   const r = recording.value;
   if (!r) return [];
-  return r.channels.flatMap(({ column, unit }) => {
-    const name = NAMES[column] ?? column;
+  // The speed of a recording with positions is their rate of change.
+  const angle = r.channels.find((c) => c.column === "angle_rad"), hasSpeed = r.channels.some((c) => c.column === "omega_rad_s");
+  const derived = simulated.value && angle && !hasSpeed ? [{ column: "omega_rad_s", unit: `${angle.unit}/s` }] : [];
+  return [...r.channels, ...derived].flatMap(({ column, unit }) => {
+    const name = LINEAR[unit] ?? NAMES[column] ?? column;
     const pane = { key: column, label: name, unit, channel: column, residual: false };
     const left = { key: `${column}-residual`, label: `Δ${name}`, unit, channel: column, residual: true };
     return simulated.value && COMPARED.includes(column) ? [pane, left] : [pane];

@@ -4,7 +4,7 @@ import type { Candidate, Diagnosis } from "./api";
 import { percent, rounded } from "./format";
 import { state, term } from "./server";
 import { command, hovered, present } from "./view";
-import { tried } from "./versions";
+import { SIGNALS, tried } from "./versions";
 import { add, adding, addTerm, diagnose } from "./work";
 
 function Bar({ c, best, named }: { c: Candidate; best: number; named: boolean }) {
@@ -19,7 +19,7 @@ function Bar({ c, best, named }: { c: Candidate; best: number; named: boolean })
       <span class="effect">{c.effect}</span>
       <span class="bar"><i style={{ width: `${100 * Math.max(0, c.gain) / best}%` }} /></span>
       <span class="gain">−{(100 * Math.max(0, c.gain)).toFixed(0)} %</span>
-      <span class="then">{ready ? "" : "≈ "}i {percent(error.current)} ω {percent(error.speed)}{c.objection ? `; ${c.objection}` : ""}</span>
+      <span class="then">{ready ? "" : "≈ "}{SIGNALS.filter(([of]) => error[of] != null).map(([of, symbol]) => `${symbol} ${percent(error[of])}`).join(" ")}{c.objection ? `; ${c.objection}` : ""}</span>
     </button>
   );
 }

@@ -1,6 +1,9 @@
 // Orders of versions and of what was tried.
 import type { Candidate, Version } from "./api";
 
+/** What can be compared, with its symbol. */
+export const SIGNALS = [["current", "i"], ["speed", "ω"], ["torque", "T"]] as const;
+
 /** Versions in the order of a tree, each with its depth. */
 export function tree(versions: Version[], parent: number | null = null, depth = 0): [Version, number][] {
   const known = new Set(versions.map((v) => v.id));

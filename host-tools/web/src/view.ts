@@ -59,7 +59,15 @@ effect(() => {
   last = v?.id;
 });
 
-export const planes = computed(() => (recording.value?.channels.some((c) => c.column === "u_v") ? ["i_omega", "phase_u"] : ["i_omega"]));
+/** The planes that the recordings span. */
+export const planes = computed(() => {
+  const used = state.value?.recordings.filter((r) => r.role !== "off" && !r.unusable) ?? [];
+  const has = (...names: string[]) => used.some((r) => r.channels.some((c) => names.includes(c.column)));
+  const all: string[] = [];
+  if (has("i_a") && has("omega_rad_s", "angle_rad")) all.push("i_omega");
+  if (has("i_a") && used.some((r) => r.mains_s != null)) all.push("phase_u");
+  return all;
+});
 
 const at = computed(() => (simulated.value && present.value && recording.value ? `${present.value.id} ${recording.value.id}` : null));
 const ids = () => at.value?.split(" ").map(Number) as [number, number] | undefined;
