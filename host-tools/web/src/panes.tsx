@@ -2,10 +2,11 @@
 import { effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
+import type { Recording } from "./api";
 import { picture, save, table } from "./exports";
 import { frequency, rounded, withPrefix } from "./format";
 import { points } from "./points";
-import { curve, type CurveOf, type Wanted } from "./server";
+import { changing, curve, type CurveOf, type Wanted } from "./server";
 import { cursors, dark, ghost, hovered, lit, mode, present, range, recording, shown, simulated, whole, zoom } from "./view";
 
 interface Pane { key: string; label: string; unit: string; channel: string; residual: boolean }
@@ -30,17 +31,42 @@ function panes(): Pane[] {
   });
 }
 
+function asked(r: Recording, channel: string, of: CurveOf, version?: number, candidate?: string): Wanted {
+  const all: Wanted = { recording: r.id, channel, of };
+  if (version != null) all.version = version;
+  if (candidate != null) all.candidate = candidate;
+  if (mode.value === "rms" && r.mains_s != null) all.rms = r.mains_s;
+  return all;
+}
+
+/** Stretches that a pane of a width has room for. */
+const room = (width: number) => Math.max(100, Math.ceil(width - 60));
+/** Milliseconds for which the view has to rest before curves are brought that nobody has asked for yet. */
+const REST = 400;
+let later = 0;
+// The curves of the candidates are there before the pointer is.
+effect(() => {
+  const r = recording.value, v = present.value, time = shown.value;
+  const ready = v?.diagnosis?.candidates.filter((c) => c.step === 1 && c.predicted != null) ?? [];
+  const all = panes().filter((pane) => COMPARED.includes(pane.channel));
+  const wanted = r && v && simulated.value
+    ? ready.flatMap((c) => all.map((pane) => asked(r, pane.channel, pane.residual ? "residual" : "modelled", v.id, c.effect))) : [];
+  clearTimeout(later);
+  if (!wanted.length || changing.value) return;
+  later = setTimeout(async () => {
+    for (const one of wanted) {
+      const width = document.querySelector(".plot")?.clientWidth;
+      if (width == null || shown.peek() !== time || present.peek()?.id !== v?.id || changing.peek()) return;
+      await curve(one, time, room(width));
+    }
+  }, REST);
+});
+
 function lines(pane: Pane): Line[] {
   const r = recording.value;
   if (!r) return [];
   const v = present.value;
-  const wanted = (of: CurveOf, version?: number, candidate?: string): Wanted => {
-    const all: Wanted = { recording: r.id, channel: pane.channel, of };
-    if (version != null) all.version = version;
-    if (candidate != null) all.candidate = candidate;
-    if (mode.value === "rms" && r.mains_s != null) all.rms = r.mains_s;
-    return all;
-  };
+  const wanted = (of: CurveOf, version?: number, candidate?: string) => asked(r, pane.channel, of, version, candidate);
   const comparable = v && simulated.value && COMPARED.includes(pane.channel);
   if (!comparable) return [{ name: "measured", colour: "--measured", wanted: wanted("raw") }];
   const of = pane.residual ? "residual" : "modelled";
@@ -105,7 +131,7 @@ class Plot {
     const mine = ++this.asked;
     // What comes at once needs no sign.
     const sign = setTimeout(() => this.at.classList.add("waiting"), SOON);
-    const windows = await Promise.all(all.map((line) => curve(line.wanted, time, Math.max(100, Math.ceil(width - 60)))));
+    const windows = await Promise.all(all.map((line) => curve(line.wanted, time, room(width))));
     clearTimeout(sign);
     // Meanwhile something else is looked at.
     if (mine !== this.asked) return;
