@@ -117,7 +117,7 @@ function MapView({ plane }: { plane: string }) {
         <span class="top">{rounded(m.y.edges[up], 3)}</span><span class="bottom">{rounded(m.y.edges[0], 3)}</span>
         <canvas ref={at} tabIndex={0} role="application" aria-label={`Map of the ${of}'s error over ${WORDS[plane]}; arrow keys move, Enter chooses a cell`} title={tip}
           onMouseMove={(event) => { const cell = cellAt(event); say(told(cell)); if (dragging.current && event.buttons === 1 && !chosen.has(cell)) choose(cell, true); }}
-          onMouseDown={(event) => { dragging.current = true; choose(cellAt(event), event.shiftKey); }} onMouseUp={() => { dragging.current = false; }}
+          onMouseDown={(event) => { dragging.current = true; move(cellAt(event)); choose(cellAt(event), event.shiftKey); }} onMouseUp={() => { dragging.current = false; }}
           onKeyDown={key} onFocus={() => move(focus < 0 ? Math.floor(up / 2) * across + Math.floor(across / 2) : focus)} />
         <span class="left">{rounded(m.x.edges[0], 3)}</span><span class="x">{m.x.name}, {m.x.unit}</span><span class="right">{rounded(m.x.edges[across], 3)}</span>
       </div>
