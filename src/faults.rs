@@ -18,6 +18,8 @@ pub enum Fault {
     CaptureLost = 11,
     /// Telemetry was lost because the link did not take it in time.
     TelemetryLost = 12,
+    /// Samples and the time driver disagree.
+    TimeBase = 13,
     /// The voltage is at the end of the converter's range.
     VoltageClipped = 20,
     /// The current is.
@@ -52,7 +54,7 @@ pub struct Description {
 }
 
 /// All faults, by rising numbers.
-pub const TABLE: [Description; 15] = [
+pub const TABLE: [Description; 16] = [
     Description {
         fault: Fault::NotConfigured,
         what: "no valid parameters in flash: safe mode, the model does not run",
@@ -76,7 +78,12 @@ pub const TABLE: [Description; 15] = [
     Description {
         fault: Fault::TelemetryLost,
         what: "telemetry was lost because the link did not take it in time",
-        remedy: "ask for fewer reports a second",
+        remedy: "connect the port to nothing else, and ask for fewer reports a second",
+    },
+    Description {
+        fault: Fault::TimeBase,
+        what: "within a second there were more or fewer samples than the time says: the sampling stood still or runs too slowly",
+        remedy: "record or test again; if it comes again, check the trigger of the converter (TIM2, TIM5) and the crystal",
     },
     Description {
         fault: Fault::VoltageClipped,

@@ -16,6 +16,8 @@ pub struct Hardware {
     pub skew_s: [f32; 2],
     /// Where the parameters are kept.
     pub slots: Slots,
+    /// Where what belongs to the rig is kept.
+    pub rig: Slots,
 }
 
 /// Two places in flash for a block of parameters, one behind the other.
@@ -37,4 +39,6 @@ pub const NUCLEO_G474RE: Hardware = Hardware {
     // The last two pages of bank 2, of 2 KiB in dual-bank mode (RM0440, section 3.3.1), so that the program in bank 1
     // runs on while they are erased. `memory.x` keeps the program away from there.
     slots: Slots { address: 0x0807_F000, size: 2048 },
+    // The two before.
+    rig: Slots { address: 0x0807_E000, size: 2048 },
 };

@@ -81,13 +81,27 @@ impl Default for CalibrationSettings {
     }
 }
 
+/// Least and greatest gain of a channel, V, A or rad/s per count, its sign left aside. With 12 bits the least is a
+/// range of 41 µV, µA or µrad/s and the greatest one of 4.1 MV, MA or Mrad/s: no motor of a rig is beyond either.
+/// Judgement.
+pub const GAINS: [f32; 2] = [1e-8, 1e3];
+/// The furthest that a zero may lie from the first count, counts: the range of the widest converter that
+/// [`Counts`] can hold. A live zero lies within the converter's range, a suppressed one outside it, but not by more.
+pub const FURTHEST_ZERO: f32 = 65_536.0;
+
 /// A scale that cannot be right, named by its channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CalibrationError(pub &'static str);
 
 impl fmt::Display for CalibrationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "calibration of the {}: zero and gain must be finite and the gain not zero", self.0)
+        let [least, most] = GAINS;
+        write!(
+            f,
+            "calibration of the {}: zero must lie within ±{FURTHEST_ZERO} counts and the gain between {least:e} and {most} a \
+             count, its sign left aside",
+            self.0
+        )
     }
 }
 
@@ -111,10 +125,13 @@ impl CalibrationSettings {
     /// Validates the settings.
     ///
     /// # Errors
-    /// The channel whose scale is not finite or has no gain.
+    /// The channel whose scale no rig has: see [`GAINS`] and [`FURTHEST_ZERO`].
     pub fn build(self) -> Result<Calibration, CalibrationError> {
+        let [least, most] = GAINS;
         for (name, scale) in [("voltage", self.voltage), ("current", self.current), ("speed", self.speed)] {
-            if !scale.zero.is_finite() || !scale.per_count.is_finite() || scale.per_count == 0.0 {
+            // What is not a number lies in no range.
+            let zero = (-FURTHEST_ZERO..=FURTHEST_ZERO).contains(&scale.zero);
+            if !zero || !(least..=most).contains(&scale.per_count.abs()) {
                 return Err(CalibrationError(name));
             }
         }

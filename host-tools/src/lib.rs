@@ -2,6 +2,7 @@
 
 pub mod addition;
 pub mod anfis;
+pub mod answers;
 pub mod averaging;
 pub mod between;
 pub mod challenge;

@@ -48,6 +48,14 @@ pub fn percent(ratio: Option<f64>) -> String {
     }
 }
 
+/// A ratio in per cent for a column of a table: two decimals, three below 0.1 %.
+pub fn percent_in_column(ratio: Option<f64>) -> String {
+    ratio.map_or_else(
+        || NONE.to_owned(),
+        |r| if r < 0.001 { format!("{:.3} %", 100.0 * r) } else { format!("{:.2} %", 100.0 * r) },
+    )
+}
+
 /// A value and its interval, rounded alike: to two digits of the interval's half width.
 pub fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, String) {
     let Some([low, high]) = interval.filter(|[a, b]| a.is_finite() && b.is_finite()) else {

@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::detector::Verdict;
+use super::lamps::Lamps;
 use crate::hardware::Hardware;
 
 /// A board, seen from the thread. The sampling interrupt is the board's own business.
@@ -12,8 +12,8 @@ pub trait Board {
     type Flash: NorFlash;
     /// Its figures.
     const HARDWARE: Hardware;
-    /// Where the slots begin in [`Board::flash`].
-    const STORE: u32;
+    /// Address at which [`Board::flash`] begins.
+    const FLASH: u32;
 
     /// The flash.
     fn flash(&mut self) -> &mut Self::Flash;
@@ -25,8 +25,10 @@ pub trait Board {
     async fn receive(&mut self, bytes: &mut [u8]) -> usize;
     /// Sends bytes to the host. What a disconnected line does not take is lost.
     async fn send(&mut self, bytes: &[u8]);
-    /// Shows the verdict on the pins for pass and alarm; the status light is lit while neither is.
-    fn show(&mut self, verdict: Verdict);
+    /// Shows the verdict.
+    fn show(&mut self, lamps: Lamps);
+    /// Time since some moment, µs, by a clock that is not the one of the sampling; none if there is no other.
+    fn micros(&self) -> Option<u64>;
     /// Says to the watchdog that all is well.
     fn alive(&mut self);
     /// Starts again, after what was sent has left.

@@ -1,8 +1,10 @@
-//! How many samples went by while nobody looked, from the processor's cycle counter.
+//! How many samples went by while nobody looked, by two timers.
 //!
 //! The converter is started by a timer with the processor's own clock, so that samples lie on a grid of CYCLES which
-//! never drifts; an interrupt may come late, never early. The flag that says "a sample has come" cannot count; this
-//! can.
+//! never drifts; an interrupt may come late, never early. The flag that says "a sample has come" cannot count. A second
+//! timer, which the first one's trigger clocks, can: `triggers · CYCLES + phase` is the time since sampling began, in
+//! cycles. The processor's own cycle counter would not do: it stands still while the processor sleeps, unless a
+//! debugger has asked for the contrary and has not taken it back.
 
 /// When samples came.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +24,16 @@ impl<const CYCLES: u32> Grid<CYCLES> {
         Self { last: None }
     }
 
-    /// At an interrupt, with the cycle counter, which may wrap: how many samples have come since the last call besides
+    /// The time, in cycles, wrapping, from the first timer's count, `phase`, and from what the second one has counted
+    /// `before` and `after` that was read. It counts some cycles after the first one has begun anew: where the phase is
+    /// low, this may have happened between the readings, and the second reading is the one that has it.
+    #[inline(always)]
+    pub fn time(before: u32, phase: u32, after: u32) -> u32 {
+        let triggers = if phase < CYCLES / 2 { after } else { before };
+        triggers.wrapping_mul(CYCLES).wrapping_add(phase)
+    }
+
+    /// At an interrupt, with the [time](Grid::time), which may wrap: how many samples have come since the last call besides
     /// the one that has just been read; none if it is the same one again.
     #[inline(always)]
     pub fn skipped(&mut self, now: u32) -> Option<u32> {

@@ -22,9 +22,11 @@
 
 pub mod bench;
 mod board;
+pub mod chain;
 mod fresh;
 pub mod grid;
 mod judged;
+pub mod lamps;
 pub mod plausibility;
 mod raw;
 pub mod ring;
@@ -33,8 +35,10 @@ mod serve;
 pub mod server;
 mod shared;
 pub mod telemetry;
+pub mod time_base;
 
 pub use board::Board;
+pub use lamps::Lamps;
 pub use raw::Raw;
 pub use sampler::Sampler;
 pub use serve::{receive_all, send_waiting, serve};

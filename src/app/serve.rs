@@ -1,16 +1,23 @@
 //! The thread's loop.
 
 use super::board::Board;
+use super::lamps::Lamps;
 use super::server::Server;
 use super::shared::Shared;
+use super::time_base::TimeBase;
+use crate::faults::Fault;
 
 /// Bytes taken from the line at once.
 const AT_ONCE: usize = 64;
+/// Frames sent in a turn at most, so that whatever waits to be sent, the host is heard and the watchdog told: 27 ms of
+/// the line.
+pub const FRAMES_A_TURN: usize = 8;
 
 /// Serves the host for ever. The watchdog is told that all is well only while samples come.
 pub async fn serve<B: Board>(mut server: Server<'_>, shared: &Shared, mut board: B) -> ! {
     let mut bytes = [0; AT_ONCE];
     let mut samples = shared.samples();
+    let mut time_base = TimeBase::new(B::HARDWARE.sample_rate_hz);
     loop {
         let count = board.receive(&mut bytes).await;
         receive_all(&mut server, &mut board, bytes.get(..count).unwrap_or_default()).await;
@@ -18,7 +25,10 @@ pub async fn serve<B: Board>(mut server: Server<'_>, shared: &Shared, mut board:
         if samples != shared.samples() {
             samples = shared.samples();
             board.alive();
-            board.show(shared.verdict());
+            board.show(Lamps::of(server.verdict(), samples, &B::HARDWARE));
+        }
+        if board.micros().is_some_and(|micros| time_base.disagrees(shared.samples(), micros)) {
+            shared.raise(Fault::TimeBase);
         }
     }
 }
@@ -35,9 +45,10 @@ pub async fn receive_all<B: Board>(server: &mut Server<'_>, board: &mut B, bytes
     }
 }
 
-/// Sends what waits to be sent unasked.
+/// Sends what waits to be sent unasked, [`FRAMES_A_TURN`] at most: while they leave, more may come.
 pub async fn send_waiting<B: Board>(server: &mut Server<'_>, board: &mut B) {
-    while let Some(outgoing) = server.unasked() {
+    for _ in 0..FRAMES_A_TURN {
+        let Some(outgoing) = server.unasked() else { return };
         board.send(outgoing.bytes()).await;
     }
 }

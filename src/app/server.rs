@@ -3,14 +3,19 @@
 use embedded_storage::nor_flash::NorFlash;
 
 use super::board::Board;
+use super::chain::Chain;
 use super::raw::Raw;
 use super::shared::Shared;
+use crate::detector::Verdict;
 use crate::faults::Fault;
+use crate::hardware::Slots;
 use crate::link::frame::{self, MAX_FRAME, Receiver};
+use crate::link::load::Load;
 use crate::link::message::{Asked, CHUNK, Identity, InForce, Message, Mode, PROTOCOL, Refusal, Reply, Request};
 use crate::link::message::{Samples, Status};
 use crate::link::packing;
-use crate::parameters::block::{Header, MAX_BLOCK, MAX_PAYLOAD, payload_crc};
+use crate::parameters::block::{Header, MAX_BLOCK, MAX_PAYLOAD, SLOTS, payload_crc};
+use crate::parameters::rig::{MAX_RIG, Rig};
 use crate::parameters::store::{Slot, Store};
 use crate::parameters::{Active, Error, FINGERPRINT, Settings, section};
 use crate::units::Counts;
@@ -30,6 +35,9 @@ struct Desk<'a> {
     /// The payload in force.
     payload: [u8; MAX_PAYLOAD],
     in_force: Option<InForce>,
+    /// The rig's payload in force.
+    rig: heapless::Vec<u8, MAX_RIG>,
+    rig_in_force: Option<InForce>,
     mode: Mode,
     /// Whether a detector runs.
     judges: bool,
@@ -37,6 +45,8 @@ struct Desk<'a> {
     waiting: [u8; MAX_PAYLOAD],
     /// A sample that has been taken from the queue and belongs to the next frame.
     next: Option<Raw>,
+    /// Whether the test under way may be passed.
+    chain: Chain,
 }
 
 /// A frame to send.
@@ -68,12 +78,15 @@ impl<'a> Server<'a> {
             shared,
             payload: [0; MAX_PAYLOAD],
             in_force: None,
+            rig: heapless::Vec::new(),
+            rig_in_force: None,
             mode: Mode::Safe,
             judges: false,
             waiting: [0; MAX_PAYLOAD],
             next: None,
+            chain: Chain::new(),
         };
-        let active = desk.load(board);
+        let active = desk.start(board);
         (Self { receiver: Receiver::new(), desk }, active)
     }
 
@@ -97,22 +110,67 @@ impl<'a> Server<'a> {
         if let Some(outgoing) = self.desk.samples() {
             return Some(outgoing);
         }
-        if let Some(judged) = self.desk.shared.judged.pop() {
+        if let Some(mut judged) = self.desk.shared.judged.pop() {
+            judged.verdict = self.desk.chain.allow(judged.verdict, judged.test, self.desk.shared);
             return Outgoing::new(&Message::Judged(judged));
         }
         let window = self.desk.shared.reports.pop()?;
         Outgoing::new(&Message::Report(window.report()))
     }
+
+    /// The verdict on the test under way: no pass where the measuring chain was not plausible.
+    pub fn verdict(&mut self) -> Verdict {
+        self.desk.verdict()
+    }
 }
 
-/// The slots of a board.
-fn store<B: Board>(board: &mut B) -> Store<&mut B::Flash> {
-    const {
-        let size = B::HARDWARE.slots.size;
-        assert!(size >= MAX_BLOCK && size.is_multiple_of(B::Flash::ERASE_SIZE), "a slot is whole pages");
-        assert!(B::HARDWARE.full_scale < 1 << packing::BITS, "the link has no room for such counts");
+/// A kind of block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A motor's parameters.
+    Parameters,
+    /// What belongs to the rig.
+    Rig,
+}
+
+impl Kind {
+    /// Its slots on a board.
+    fn slots<B: Board>(self) -> Slots {
+        const {
+            let (slots, rig) = (B::HARDWARE.slots, B::HARDWARE.rig);
+            assert!(
+                slots.size >= MAX_BLOCK && slots.size.is_multiple_of(B::Flash::ERASE_SIZE),
+                "a slot is whole pages"
+            );
+            assert!(rig.size >= MAX_BLOCK && rig.size.is_multiple_of(B::Flash::ERASE_SIZE), "a slot is whole pages");
+            let (low, high) = if rig.address < slots.address { (rig, slots) } else { (slots, rig) };
+            assert!(low.address + (SLOTS * low.size) as u32 <= high.address, "slots of rig and parameters overlap");
+            assert!(B::HARDWARE.full_scale < 1 << packing::BITS, "the link has no room for such counts");
+        }
+        match self {
+            Self::Parameters => B::HARDWARE.slots,
+            Self::Rig => B::HARDWARE.rig,
+        }
     }
-    Store::new(board.flash(), B::STORE, B::HARDWARE.slots.size)
+
+    fn store<B: Board>(self, board: &mut B) -> Store<&mut B::Flash> {
+        let Slots { address, size } = self.slots::<B>();
+        Store::new(board.flash(), address - B::FLASH, size)
+    }
+
+    /// Whether a board can use a payload.
+    fn check<B: Board>(self, payload: &[u8]) -> Result<(), Error> {
+        match self {
+            Self::Parameters => decode::<B>(payload).map(|_| ()),
+            Self::Rig if payload.len() > MAX_RIG => Err(Error::TooLong),
+            Self::Rig => Rig::decode(payload).map(|_| ()),
+        }
+    }
+}
+
+fn described(slot: Slot, Header { length, sequence, .. }: Header, payload: &[u8]) -> InForce {
+    let crc = payload_crc(payload.get(..usize::from(length)).unwrap_or_default());
+    InForce { slot: slot as u8, sequence, length, crc }
 }
 
 /// The parameters of a payload, if a board can run with them.
@@ -122,14 +180,20 @@ fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
 }
 
 impl Desk<'_> {
-    fn load<B: Board>(&mut self, board: &mut B) -> Option<Active> {
-        let Some((slot, header)) = store(board).load(&mut self.payload) else {
+    fn start<B: Board>(&mut self, board: &mut B) -> Option<Active> {
+        let rig = self.start_rig(board);
+        let Some((slot, header)) = Kind::Parameters.store(board).load(&mut self.payload) else {
             self.shared.raise(Fault::NotConfigured);
             return None;
         };
-        self.in_force = Some(self.described(slot, header));
+        self.in_force = Some(described(slot, header, &self.payload));
         let payload = self.payload.get(..usize::from(header.length))?;
-        match decode::<B>(payload).and_then(|settings| settings.build()) {
+        // A rig whose own block cannot be used is not run with another one's calibration.
+        let settings = rig.and_then(|rig| {
+            let settings = decode::<B>(payload)?;
+            Settings { rig: rig.or(settings.rig.clone()), ..settings }.build()
+        });
+        match settings {
             Ok(active) => {
                 self.mode = Mode::Running;
                 self.judges = active.detector.is_some();
@@ -142,9 +206,13 @@ impl Desk<'_> {
         }
     }
 
-    fn described(&self, slot: Slot, Header { length, sequence, .. }: Header) -> InForce {
-        let crc = payload_crc(self.payload.get(..usize::from(length)).unwrap_or_default());
-        InForce { slot: slot as u8, sequence, length, crc }
+    /// What belongs to the rig, if it has a block of its own. The room for the motor's payload is free meanwhile.
+    fn start_rig<B: Board>(&mut self, board: &mut B) -> Result<Option<Rig>, Error> {
+        let Some((slot, header)) = Kind::Rig.store(board).load(&mut self.payload) else { return Ok(None) };
+        self.rig_in_force = Some(described(slot, header, &self.payload));
+        let payload = self.payload.get(..usize::from(header.length)).unwrap_or_default();
+        self.rig.extend_from_slice(payload).map_err(|_| Error::TooLong)?;
+        Rig::decode(payload).map(Some)
     }
 
     fn answer<B: Board>(&mut self, number: u8, request: Request, board: &mut B) -> Option<Outgoing> {
@@ -165,8 +233,10 @@ impl Desk<'_> {
                 faults: self.shared.faults(),
                 cycles: self.shared.cycles(),
                 test: self.shared.test(),
-                verdict: self.shared.verdict(),
+                verdict: self.verdict(),
+                plausible: self.chain.is_plausible(self.shared),
                 deepest_stack: board.deepest_stack(),
+                rig: self.rig_in_force,
             }),
             Request::ReadParameters { offset } => {
                 let length = self.in_force.map_or(0, |block| usize::from(block.length));
@@ -175,30 +245,33 @@ impl Desk<'_> {
             }
             Request::WriteParameters { offset, data } => self.take_bytes(offset, data),
             Request::CommitParameters { fingerprint, length, crc } => {
-                self.commit(fingerprint, length, crc, board).unwrap_or_else(Reply::Refused)
+                self.commit(Kind::Parameters, fingerprint, length, crc, board).unwrap_or_else(Reply::Refused)
+            }
+            Request::ReadRig => Reply::Parameters(&self.rig),
+            Request::CommitRig { fingerprint, length, crc } => {
+                self.commit(Kind::Rig, fingerprint, length, crc, board).unwrap_or_else(Reply::Refused)
             }
             Request::StartTelemetry { every: 1..=60_000 } if self.mode == Mode::Safe => {
                 Reply::Refused(Refusal::NotConfigured)
             }
-            Request::StartTelemetry { every: every @ 1..=60_000 } => {
-                self.shared.report(every.into());
-                Reply::Done
-            }
+            Request::StartTelemetry { every: every @ 1..=60_000 } => self
+                .if_carried::<B>(Load { every: every.into(), ..self.load() }, |desk| desk.shared.report(every.into())),
             Request::StartTelemetry { .. } => Reply::Refused(Refusal::Range),
             Request::BeginTest { .. } if self.mode == Mode::Safe => Reply::Refused(Refusal::NotConfigured),
             Request::BeginTest { .. } if !self.judges => Reply::Refused(Refusal::NoLimits),
-            Request::BeginTest { test } => {
-                self.shared.begin_test(test);
-                self.shared.follow(true);
-                Reply::Done
-            }
-            Request::StartCapture => {
-                if !self.shared.capturing() {
-                    self.drop_samples();
-                    self.shared.capture(true);
+            Request::BeginTest { test } => self.if_carried::<B>(Load { follow: true, ..self.load() }, |desk| {
+                if desk.shared.test() != test {
+                    desk.shared.begin_test(test);
+                    desk.chain.begin(test, desk.shared);
                 }
-                Reply::Done
-            }
+                desk.shared.follow(true);
+            }),
+            Request::StartCapture => self.if_carried::<B>(Load { capture: true, ..self.load() }, |desk| {
+                if !desk.shared.capturing() {
+                    desk.drop_samples();
+                    desk.shared.capture(true);
+                }
+            }),
             Request::Stop => {
                 self.shared.capture(false);
                 self.shared.report(0);
@@ -207,7 +280,10 @@ impl Desk<'_> {
                 Reply::Done
             }
             Request::ClearFaults => {
+                // What has come up in the test under way stays.
+                self.chain.is_plausible(self.shared);
                 self.shared.clear();
+                self.chain.cleared();
                 Reply::Done
             }
             Request::Restart => Reply::Done,
@@ -215,6 +291,24 @@ impl Desk<'_> {
         let mut outgoing = Outgoing::new(&Message::Reply { number, reply })?;
         outgoing.restart = request == Request::Restart;
         Some(outgoing)
+    }
+
+    fn verdict(&mut self) -> Verdict {
+        self.chain.allow(self.shared.verdict(), self.shared.test(), self.shared)
+    }
+
+    /// What is sent unasked.
+    fn load(&self) -> Load {
+        Load { every: self.shared.report_every(), capture: self.shared.capturing(), follow: self.shared.following() }
+    }
+
+    /// Does something that makes the line carry so much, if it does.
+    fn if_carried<B: Board>(&mut self, load: Load, work: impl FnOnce(&mut Self)) -> Reply<'static> {
+        if !load.fits(B::HARDWARE.sample_rate_hz) {
+            return Reply::Refused(Refusal::Line);
+        }
+        work(self);
+        Reply::Done
     }
 
     fn take_bytes(&mut self, offset: u16, data: &[u8]) -> Reply<'static> {
@@ -232,6 +326,7 @@ impl Desk<'_> {
     /// interrupt goes on; during a capture the queue would be full.
     fn commit<B: Board>(
         &mut self,
+        kind: Kind,
         fingerprint: u32,
         length: u16,
         crc: u32,
@@ -247,8 +342,8 @@ impl Desk<'_> {
         if payload_crc(payload) != crc {
             return Err(Refusal::OtherBytes);
         }
-        decode::<B>(payload).map_err(|_| Refusal::Parameters)?;
-        let mut store = store(board);
+        kind.check::<B>(payload).map_err(|_| Refusal::Parameters)?;
+        let mut store = kind.store(board);
         // What is in force stays so until the next start, and so does its copy.
         let mut scratch = [0; MAX_PAYLOAD];
         // A repetition, because the host did not get the answer, writes nothing.

@@ -9,7 +9,7 @@ use crate::detector::{Period, Verdict};
 use crate::faults::{Fault, TABLE};
 
 /// Version of the conversation.
-pub const PROTOCOL: u16 = 2;
+pub const PROTOCOL: u16 = 3;
 
 /// Most bytes of parameters in a message.
 pub const CHUNK: usize = 256;
@@ -44,7 +44,8 @@ pub enum Request<'a> {
     },
     /// A report every so many samples, or one more where the modelled rotor is turned round with the last.
     StartTelemetry {
-        /// 1 … 60,000 samples; less than 10 is more than the line carries beside a capture.
+        /// 1 … 60,000 samples; less than 5, and less than 10 beside a capture, is more than the
+        /// [line carries](crate::link::load) and refused.
         every: u16,
     },
     /// All samples from now on.
@@ -61,6 +62,17 @@ pub enum Request<'a> {
     BeginTest {
         /// Number of the test, chosen by the host; after a start, test 0 is under way.
         test: u32,
+    },
+    /// The [block of the rig](crate::parameters::rig) in force.
+    ReadRig,
+    /// Check what is in the waiting room and write it to flash as the rig's block. It counts from the next start on.
+    CommitRig {
+        /// [`FINGERPRINT`](crate::parameters::FINGERPRINT) of the host.
+        fingerprint: u32,
+        /// Length of the payload, bytes.
+        length: u16,
+        /// CRC-32 of the payload.
+        crc: u32,
     },
 }
 
@@ -130,10 +142,15 @@ pub struct Status {
     pub cycles: [u32; 2],
     /// Number of the test under way; 0 after a start.
     pub test: u32,
-    /// The detector's verdict on it so far; without limits it cannot judge.
+    /// The verdict on it so far: the detector's, but no pass where the measuring chain was not plausible; without limits
+    /// it cannot judge.
     pub verdict: Verdict,
+    /// Whether the [measuring chain](crate::app::chain) has been plausible since it began.
+    pub plausible: bool,
     /// The most that the stack has taken since the start, bytes.
     pub deepest_stack: u32,
+    /// The rig's own block.
+    pub rig: Option<InForce>,
 }
 
 /// A report of a stretch of samples.
@@ -169,7 +186,7 @@ pub struct Judged {
     pub sample: u32,
     /// What it has brought.
     pub period: Period,
-    /// The verdict on the test so far.
+    /// The verdict on the test so far, as in [`Status::verdict`].
     pub verdict: Verdict,
 }
 
@@ -203,6 +220,8 @@ pub enum Refusal {
     Fault(Fault),
     /// Not without the detector's limits.
     NoLimits,
+    /// More than the [line carries](crate::link::load).
+    Line,
 }
 
 /// What the microcontroller answers.
@@ -213,9 +232,9 @@ pub enum Reply<'a> {
     Identity(Identity<'a>),
     /// To [`Request::Status`].
     Status(Status),
-    /// To [`Request::ReadParameters`]; empty at the end.
+    /// To [`Request::ReadParameters`], empty at the end, and to [`Request::ReadRig`], empty without a block.
     Parameters(&'a [u8]),
-    /// To [`Request::CommitParameters`]: what counts from the next start on.
+    /// To [`Request::CommitParameters`] and [`Request::CommitRig`]: what counts from the next start on.
     Committed(InForce),
     /// To the other requests.
     Done,

@@ -16,9 +16,10 @@
 //! # Baud rate
 //! A raw capture takes 10,000 samples/s × 4.5 bytes = 45 kB/s. Frames of 64 samples add at most 18 bytes each, 2.9
 //! kB/s; at ten bits a byte on the line that is 479 kbit/s. [`BAUD`] carries 92.2 kB/s: 52 % of it is used, and a frame
-//! waits for no more than its predecessor.
+//! waits for no more than its predecessor. What is more than the line carries is refused ([`load`]).
 
 pub mod frame;
+pub mod load;
 pub mod message;
 pub mod packing;
 

@@ -31,6 +31,8 @@ pub enum Error {
     Repeated(Tag),
     /// A section that every block has is not there.
     Missing(Tag),
+    /// A section that belongs into a block of the other kind, of a motor's parameters or of the rig.
+    Elsewhere(Tag),
     /// A name holds control characters.
     Text(&'static str),
     /// An effect that this program's catalogue does not have, by its place in the block.
@@ -66,6 +68,7 @@ impl fmt::Display for Error {
             Self::Malformed(tag) => write!(f, "the section {} is not as its version says", tag.name()),
             Self::Repeated(tag) => write!(f, "the section {} is there twice", tag.name()),
             Self::Missing(tag) => write!(f, "the section {} is missing", tag.name()),
+            Self::Elsewhere(tag) => write!(f, "the section {} belongs to another block", tag.name()),
             Self::Text(name) => write!(f, "the name of the {name} holds control characters"),
             Self::UnknownEffect(index) => write!(f, "effect {} is not in the catalogue", index + 1),
             Self::Calibration(error) => error.fmt(f),

@@ -1,4 +1,5 @@
-//! The parameters of the rig: what the microcontroller needs beside its program, as one block in flash.
+//! The parameters: what the microcontroller needs beside its program, as a block in flash for the motor type, and one
+//! for the [rig].
 //!
 //! ```text
 //! model.toml ─► Settings ─ encode ─► payload ─ header ─► block ─► slot A or B of the flash
@@ -23,12 +24,14 @@
 pub mod block;
 mod error;
 pub mod fingerprint;
+pub mod rig;
 pub mod section;
 pub mod store;
 mod tag;
 
 pub use error::Error;
 pub use fingerprint::FINGERPRINT;
+pub use rig::Rig;
 pub use tag::Tag;
 
 use crate::anfis::Settings3x3;
@@ -39,7 +42,7 @@ use crate::hardware::Hardware;
 use crate::motor::{MAX_TERMS, Motor, Parameters, Stepper};
 use crate::term::Term;
 use crate::tick::Tick;
-use crate::units::{Calibration, CalibrationSettings};
+use crate::units::Calibration;
 
 /// Longest name of a motor type or serial number, bytes of UTF-8.
 pub const MAX_TEXT: usize = 32;
@@ -47,15 +50,13 @@ pub const MAX_TEXT: usize = 32;
 /// A name of a motor type or a serial number.
 pub type Text = heapless::String<MAX_TEXT>;
 
-/// Everything that is set for a rig and a motor type, as the user gives it.
+/// Everything that is set for a motor type, as the user gives it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// The motor type that the model is of.
     pub motor_type: Text,
-    /// Serial number of the rig that the calibration is of.
-    pub rig: Text,
-    /// Straight lines from counts to V, A and rad/s.
-    pub calibration: CalibrationSettings,
+    /// The rig that it was written for, in blocks of before. Now a rig has a [block of its own](rig), and here is none.
+    pub rig: Option<Rig>,
     /// The filter behind measurement and model. Its sampling rate is that of all the rest.
     pub filter: butterworth::Settings,
     /// The base model.
@@ -71,12 +72,11 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// No names, the usual calibration and filter, and a motor that [`Settings::build`] refuses.
+    /// No name, the usual filter, and a motor that [`Settings::build`] refuses.
     fn default() -> Self {
         Self {
             motor_type: Text::new(),
-            rig: Text::new(),
-            calibration: CalibrationSettings::default(),
+            rig: None,
             filter: butterworth::Settings::default(),
             motor: Parameters::default(),
             effects: heapless::Vec::new(),
@@ -105,17 +105,19 @@ impl Settings {
         self.filter.sample_rate_hz == f64::from(hardware.sample_rate_hz)
     }
 
-    /// Checks every value, by the same rules as the host tool, and makes from them what runs.
+    /// Checks every value, by the same rules as the host tool, and makes from them what runs; with the usual calibration
+    /// where no rig is given.
     ///
     /// # Errors
     /// The first value that cannot be.
     pub fn build(&self) -> Result<Active, Error> {
-        for (name, text) in [("motor type", &self.motor_type), ("rig", &self.rig)] {
-            if text.chars().any(char::is_control) {
-                return Err(Error::Text(name));
-            }
+        if self.motor_type.chars().any(char::is_control) {
+            return Err(Error::Text("motor type"));
         }
-        let calibration = self.calibration.build().map_err(Error::Calibration)?;
+        let usual = Rig::default();
+        let rig = self.rig.as_ref().unwrap_or(&usual);
+        rig.validate()?;
+        let calibration = rig.calibration.build().map_err(Error::Calibration)?;
         let filter = self.filter.build().map_err(Error::Filter)?;
         self.motor.validate().map_err(Error::Motor)?;
         for effect in &self.effects {

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block::MAX_PAYLOAD;
 use super::tag::Tag;
-use super::{Error, Settings, Text};
+use super::{Error, Rig, Settings, Text};
 use crate::anfis::{Firing, Premise, Settings3x3, Shape};
 use crate::effects::{Effect, MAX_EFFECT_PARAMETERS, MAX_EFFECTS};
 use crate::motor::MAX_TERMS;
@@ -24,6 +24,7 @@ use crate::term::{MAX_OPS, MAX_UNKNOWNS, Op, Target, Term};
 /// Length of what stands before a section's body, bytes.
 const HEAD: usize = 4;
 
+/// Since a rig has a block of its own, its name is empty here.
 #[derive(Serialize, Deserialize)]
 struct Identity<'a> {
     motor_type: &'a str,
@@ -97,9 +98,13 @@ impl From<CorrectionEntry> for Settings3x3 {
 /// # Errors
 /// [`Error::TooLong`]; the values are not checked, see [`Settings::build`].
 pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Result<&'b [u8], Error> {
-    let mut out = Writer { payload, used: 0 };
-    out.section(Tag::Identity, &Identity { motor_type: &settings.motor_type, rig: &settings.rig })?;
-    out.section(Tag::Calibration, &settings.calibration)?;
+    let mut out = Writer::new(payload);
+    let rig = settings.rig.as_ref();
+    let name = rig.map_or("", |rig| rig.name.as_str());
+    out.section(Tag::Identity, &Identity { motor_type: &settings.motor_type, rig: name })?;
+    if let Some(rig) = rig {
+        out.section(Tag::Calibration, &rig.calibration)?;
+    }
     out.section(Tag::Filter, &settings.filter)?;
     out.section(Tag::Motor, &settings.motor)?;
     let effects: heapless::Vec<_, MAX_EFFECTS> =
@@ -117,8 +122,7 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
     if let Some(detector) = &settings.detector {
         out.section(Tag::Detector, detector)?;
     }
-    let Writer { payload, used } = out;
-    payload.get(..used).ok_or(Error::TooLong)
+    out.used()
 }
 
 /// Reads a payload and checks every value.
@@ -127,24 +131,16 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
 /// The first section or value that cannot be used. Never panics, whatever the bytes.
 pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
     let mut settings = Settings::default();
-    let mut seen = [false; Tag::ALL.len()];
-    let mut rest = payload;
-    while let Some((&[number, version, low, high], after)) = rest.split_first_chunk::<HEAD>() {
-        let tag = Tag::known(number, version).ok_or(Error::Unsupported { tag: number, version })?;
-        let length = usize::from(u16::from_le_bytes([low, high]));
-        let (body, next) = after.split_at_checked(length).ok_or(Error::Truncated)?;
-        rest = next;
-        let place = Tag::ALL.iter().position(|(t, _)| *t == tag).and_then(|place| seen.get_mut(place));
-        if place.is_none_or(|seen| core::mem::replace(seen, true)) {
-            return Err(Error::Repeated(tag));
-        }
+    let (mut rig, mut calibration) = (Text::new(), None);
+    let mut sections = Sections::new(payload);
+    while let Some((tag, body)) = sections.next()? {
         match tag {
             Tag::Identity => {
                 let identity: Identity = whole(tag, body)?;
                 settings.motor_type = text(tag, identity.motor_type)?;
-                settings.rig = text(tag, identity.rig)?;
+                rig = text(tag, identity.rig)?;
             }
-            Tag::Calibration => settings.calibration = whole(tag, body)?,
+            Tag::Calibration => calibration = Some(whole(tag, body)?),
             Tag::Filter => settings.filter = whole(tag, body)?,
             Tag::Motor => settings.motor = whole(tag, body)?,
             Tag::Effects => {
@@ -168,12 +164,11 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
             }
             Tag::Correction => settings.correction = Some(whole::<CorrectionEntry>(tag, body)?.into()),
             Tag::Detector => settings.detector = Some(whole(tag, body)?),
+            Tag::Rig => return Err(Error::Elsewhere(tag)),
         }
     }
-    if !rest.is_empty() {
-        return Err(Error::Truncated);
-    }
-    for ((tag, version), seen) in Tag::ALL.into_iter().zip(seen) {
+    settings.rig = calibration.map(|calibration| Rig { name: rig, calibration });
+    for ((tag, version), seen) in Tag::ALL.into_iter().zip(sections.seen) {
         if version.is_some() && !tag.is_optional() && !seen {
             return Err(Error::Missing(tag));
         }
@@ -182,25 +177,68 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
     Ok(settings)
 }
 
+/// The sections of a payload, one after another.
+pub(super) struct Sections<'a> {
+    rest: &'a [u8],
+    /// Which tags have come, in the order of [`Tag::ALL`].
+    seen: [bool; Tag::ALL.len()],
+}
+
+impl<'a> Sections<'a> {
+    pub(super) fn new(payload: &'a [u8]) -> Self {
+        Self { rest: payload, seen: [false; Tag::ALL.len()] }
+    }
+
+    /// The next one's tag and body; none at the end.
+    ///
+    /// # Errors
+    /// One that is not known here, is cut off, or has come before.
+    pub(super) fn next(&mut self) -> Result<Option<(Tag, &'a [u8])>, Error> {
+        let Some((&[number, version, low, high], after)) = self.rest.split_first_chunk::<HEAD>() else {
+            return if self.rest.is_empty() { Ok(None) } else { Err(Error::Truncated) };
+        };
+        let tag = Tag::known(number, version).ok_or(Error::Unsupported { tag: number, version })?;
+        let length = usize::from(u16::from_le_bytes([low, high]));
+        let (body, next) = after.split_at_checked(length).ok_or(Error::Truncated)?;
+        self.rest = next;
+        let place = Tag::ALL.iter().position(|(t, _)| *t == tag).and_then(|place| self.seen.get_mut(place));
+        if place.is_none_or(|seen| core::mem::replace(seen, true)) {
+            return Err(Error::Repeated(tag));
+        }
+        Ok(Some((tag, body)))
+    }
+}
+
 /// A body that is one value and nothing else.
-fn whole<'a, T: Deserialize<'a>>(tag: Tag, body: &'a [u8]) -> Result<T, Error> {
+pub(super) fn whole<'a, T: Deserialize<'a>>(tag: Tag, body: &'a [u8]) -> Result<T, Error> {
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
         _ => Err(Error::Malformed(tag)),
     }
 }
 
-fn text(tag: Tag, text: &str) -> Result<Text, Error> {
+pub(super) fn text(tag: Tag, text: &str) -> Result<Text, Error> {
     Text::try_from(text).map_err(|_| Error::Malformed(tag))
 }
 
-struct Writer<'b> {
-    payload: &'b mut [u8; MAX_PAYLOAD],
+/// Writes sections one behind the other.
+pub(super) struct Writer<'b> {
+    payload: &'b mut [u8],
     used: usize,
 }
 
-impl Writer<'_> {
-    fn section(&mut self, tag: Tag, value: &impl Serialize) -> Result<(), Error> {
+impl<'b> Writer<'b> {
+    pub(super) fn new(payload: &'b mut [u8]) -> Self {
+        Self { payload, used: 0 }
+    }
+
+    /// What has been written.
+    pub(super) fn used(self) -> Result<&'b [u8], Error> {
+        let Self { payload, used } = self;
+        payload.get(..used).ok_or(Error::TooLong)
+    }
+
+    pub(super) fn section(&mut self, tag: Tag, value: &impl Serialize) -> Result<(), Error> {
         let free = self.payload.get_mut(self.used..).ok_or(Error::TooLong)?;
         let (head, body) = free.split_first_chunk_mut::<HEAD>().ok_or(Error::TooLong)?;
         let length = postcard::to_slice(value, body).map_err(|_| Error::TooLong)?.len();

@@ -4,9 +4,9 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Tag {
-    /// Names of the motor type and the rig.
+    /// Names of the motor type and, in blocks of before, the rig.
     Identity = 0x01,
-    /// Calibration of the three channels.
+    /// Calibration of the three channels: in the rig's block, and in a motor's of before.
     Calibration = 0x02,
     /// Settings of the filter.
     Filter = 0x03,
@@ -20,11 +20,13 @@ pub enum Tag {
     Correction = 0x07,
     /// Thresholds of the detector; need not be there.
     Detector = 0x08,
+    /// Name of the rig, in its own block.
+    Rig = 0x09,
 }
 
 impl Tag {
     /// All tags with the version that is written, and the only one that is read; none: reserved for later.
-    pub const ALL: [(Self, Option<u8>); 8] = [
+    pub const ALL: [(Self, Option<u8>); 9] = [
         (Self::Identity, Some(1)),
         (Self::Calibration, Some(1)),
         (Self::Filter, Some(1)),
@@ -33,6 +35,7 @@ impl Tag {
         (Self::Terms, Some(1)),
         (Self::Correction, Some(1)),
         (Self::Detector, Some(1)),
+        (Self::Rig, Some(1)),
     ];
 
     /// What messages call it.
@@ -46,12 +49,13 @@ impl Tag {
             Self::Terms => "terms",
             Self::Correction => "correction",
             Self::Detector => "detector",
+            Self::Rig => "rig",
         }
     }
 
-    /// Whether a block can do without.
+    /// Whether a motor's block can do without.
     pub(super) const fn is_optional(self) -> bool {
-        matches!(self, Self::Correction | Self::Detector)
+        matches!(self, Self::Calibration | Self::Correction | Self::Detector | Self::Rig)
     }
 
     /// The tag of a number, where this version of its section can be read.

@@ -14,7 +14,8 @@ pub fn root(x: f32) -> f32 {
     if x > f32::MAX {
         return x;
     }
-    let mut y = f32::from_bits(START - (x.to_bits() >> 1));
+    // Wrapping: a NaN comes here, too, and half of the bits of one with its sign set is more than the start.
+    let mut y = f32::from_bits(START.wrapping_sub(x.to_bits() >> 1));
     let half = 0.5 * x;
     for _ in 0..2 {
         y *= 1.5 - half * (y * y);

@@ -1,10 +1,13 @@
 //! The application on a board that is a struct: parameters over the link, capture, telemetry, faults, safe mode.
 
 use greyrig::app::bench::{self, Bench, Trouble};
+use greyrig::app::chain::FAULTS;
 use greyrig::app::grid::Grid;
+use greyrig::app::lamps::{Lamps, PULSES_HZ};
 use greyrig::app::plausibility::Watch;
 use greyrig::app::ring::{Ring, Words};
 use greyrig::app::telemetry::displayed_root;
+use greyrig::app::time_base::{SLACK, TimeBase};
 use greyrig::app::{self, Raw, Sampler, Server, Shared};
 use greyrig::butterworth;
 use greyrig::detector::{self, Features, Kind, Limits, Period, Verdict};
@@ -15,8 +18,9 @@ use greyrig::link::message::{Asked, CHUNK, InForce, Judged, Message, Mode, PROTO
 use greyrig::link::packing;
 use greyrig::motor::{Constraints, State};
 use greyrig::parameters::block::{MAX_PAYLOAD, SLOTS, payload_crc};
+use greyrig::parameters::rig::MAX_RIG;
 use greyrig::parameters::store::Store;
-use greyrig::parameters::{Active, FINGERPRINT, Settings, section};
+use greyrig::parameters::{Active, FINGERPRINT, Rig as OfRig, Settings, section};
 use greyrig::units::{CalibrationSettings, Counts, Scale};
 
 use crate::nor::{Cut, Nor};
@@ -28,7 +32,7 @@ struct Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = Hardware { board: "struct", skew_s: [0.0; 2], ..NUCLEO_G474RE };
-    const STORE: u32 = 0;
+    const FLASH: u32 = NUCLEO_G474RE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash
@@ -43,7 +47,11 @@ impl app::Board for Board {
         0
     }
     async fn send(&mut self, _: &[u8]) {}
-    fn show(&mut self, _: Verdict) {}
+    fn show(&mut self, _: Lamps) {}
+
+    fn micros(&self) -> Option<u64> {
+        None
+    }
     fn alive(&mut self) {}
     fn restart(&mut self) -> ! {
         panic!("the test restarts by itself")
@@ -66,6 +74,7 @@ enum Heard {
         faults: [u32; TABLE.len()],
         test: u32,
         verdict: Verdict,
+        rig: Option<InForce>,
     },
     Parameters(Vec<u8>),
     Committed(InForce),
@@ -101,6 +110,7 @@ fn heard(bytes: &[u8]) -> Heard {
                     faults: s.faults,
                     test: s.test,
                     verdict: s.verdict,
+                    rig: s.rig,
                 },
                 Reply::Parameters(data) => Heard::Parameters(data.to_vec()),
                 Reply::Committed(block) => Heard::Committed(block),
@@ -179,12 +189,12 @@ fn payload() -> Vec<u8> {
 }
 
 fn configured() -> Nor {
-    run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&payload()), Heard::Committed(_)))).0
+    run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&payload()), Heard::Committed(_)))).0
 }
 
 #[test]
 fn without_parameters_it_is_safe_and_records() {
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         let Heard::Identity { protocol, fingerprint, board, chip } = rig.ask(Request::Hello) else { panic!() };
         assert_eq!((protocol, fingerprint), (PROTOCOL, FINGERPRINT));
         assert_eq!((board.as_str(), &chip), ("struct", b"no chip here"));
@@ -205,7 +215,7 @@ fn without_parameters_it_is_safe_and_records() {
 #[test]
 fn parameters_go_over_the_link_and_survive_a_restart() {
     let payload = payload();
-    let (flash, before) = run(Nor::erased(SLOTS), |rig| {
+    let (flash, before) = run(Nor::erased(2 * SLOTS), |rig| {
         let Heard::Committed(block) = rig.upload(&payload) else { panic!() };
         assert_eq!((block.slot, block.sequence, block.crc), (0, 1, payload_crc(&payload)));
         // It counts from the next start on.
@@ -232,9 +242,93 @@ fn parameters_go_over_the_link_and_survive_a_restart() {
     });
 }
 
+impl Rig<'_> {
+    fn commit_rig(&mut self, payload: &[u8]) -> Heard {
+        assert_eq!(self.ask(Request::WriteParameters { offset: 0, data: payload }), Heard::Done);
+        let (length, crc) = (payload.len() as u16, payload_crc(payload));
+        self.ask(Request::CommitRig { fingerprint: FINGERPRINT, length, crc })
+    }
+
+    fn rig_block(&mut self) -> Option<InForce> {
+        let Heard::Status { rig, .. } = self.ask(Request::Status) else { panic!() };
+        rig
+    }
+
+    /// Volts that the calibration in force makes of a count above zero and one of 2100.
+    fn volts(&mut self) -> f32 {
+        self.ask(Request::StartTelemetry { every: 10 });
+        for _ in 0..10 {
+            self.sampler.sample(Counts { voltage: 2100, current: 2048, speed: 0 }, 0);
+        }
+        let Some(Heard::Report(report)) = self.unasked().pop() else { panic!() };
+        report.voltage_rms
+    }
+}
+
+/// Calibration and name are the rig's: a motor's parameters come and go, with or without a rig in them.
+#[test]
+fn a_rig_has_a_block_of_its_own() {
+    let voltage = Scale { zero: 2000.0, per_count: 0.5 };
+    let own = OfRig {
+        name: "rig 7".try_into().unwrap(),
+        calibration: CalibrationSettings { voltage, ..CalibrationSettings::default() },
+    };
+    let rig = own.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
+    // A motor's block of before: 0.195 V a count from 2047.3 on. 0.2 % of a displayed RMS.
+    let near = |volts: f32, expected: f32| (volts / expected - 1.0).abs() < 2.5e-3;
+    let (flash, ()) = run(configured(), |board| {
+        assert!(near(board.volts(), 0.195 * (2100.0 - 2047.3)));
+        assert_eq!((board.rig_block(), board.ask(Request::ReadRig)), (None, Heard::Parameters(vec![])));
+        let Heard::Committed(block) = board.commit_rig(&rig) else { panic!() };
+        assert_eq!((block.slot, block.sequence, block.crc), (0, 1, payload_crc(&rig)));
+        let operations = board.board.flash.operations;
+        assert_eq!(board.commit_rig(&rig), Heard::Committed(block), "a repetition writes nothing");
+        assert_eq!(board.board.flash.operations, operations);
+    });
+    let (flash, ()) = run(flash, |board| {
+        assert!(near(board.volts(), 50.0), "its own counts, whatever the motor's block says");
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        // A motor's block as they are now, without a rig; and the old one again.
+        let bare = Settings { rig: None, motor_type: "another".try_into().unwrap(), ..settings() };
+        let bare = section::encode(&bare, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
+        assert!(matches!(board.upload(&bare), Heard::Committed(_)));
+    });
+    let (flash, ()) = run(flash, |board| {
+        assert!(near(board.volts(), 50.0), "another motor leaves it as it is");
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        let bad = OfRig {
+            calibration: CalibrationSettings { speed: Scale { zero: 0.0, per_count: -1e18 }, ..own.calibration },
+            ..own.clone()
+        };
+        let bad = bad.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
+        assert_eq!(board.commit_rig(&bad), Heard::Refused(Refusal::Parameters));
+        assert_eq!(board.commit_rig(&payload()[..200]), Heard::Refused(Refusal::Parameters), "a motor's");
+        assert_eq!(board.upload(&rig), Heard::Refused(Refusal::Parameters), "a rig's as a motor's");
+        board.ask(Request::StartCapture);
+        assert_eq!(board.commit_rig(&rig), Heard::Refused(Refusal::Capturing));
+        board.ask(Request::Stop);
+    });
+    // Its own block is whole, but of another version: no motor runs with another rig's calibration.
+    let mut newer = rig.clone();
+    newer[1] = 2;
+    let mut store = Store::new(flash, 0, 2048);
+    store.write(&newer, &mut [0; MAX_PAYLOAD]).unwrap();
+    run(store.into_flash(), |board| {
+        let Heard::Status { mode, .. } = board.ask(Request::Status) else { panic!() };
+        assert_eq!((mode, board.faults(Fault::ParametersRefused)), (Mode::Safe, 1));
+    });
+    // A rig without a motor has its calibration all the same.
+    let (flash, ()) =
+        run(Nor::erased(2 * SLOTS), |board| assert!(matches!(board.commit_rig(&rig), Heard::Committed(_))));
+    run(flash, |board| {
+        assert_eq!(board.ask(Request::ReadRig), Heard::Parameters(rig.clone()));
+        assert_eq!(board.faults(Fault::NotConfigured), 1);
+    });
+}
+
 #[test]
 fn what_cannot_be_used_never_reaches_the_flash() {
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         let good = payload();
         let (length, crc) = (good.len() as u16, payload_crc(&good));
         let commit = |fingerprint, length, crc| Request::CommitParameters { fingerprint, length, crc };
@@ -304,7 +398,7 @@ fn the_verdict_is_that_of_the_limits_in_flash() {
         };
         let plain = Settings { motor: bench::MOTOR, detector: Some(detector), ..Settings::default() };
         let block = section::encode(&plain, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
-        let flash = run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0;
+        let flash = run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0;
         run(flash, |rig| {
             let mut bench = Bench::new().unwrap();
             let mut early = None;
@@ -343,7 +437,7 @@ fn station() -> Settings {
 
 fn board_with(settings: &Settings) -> Nor {
     let block = section::encode(settings, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
-    run(Nor::erased(SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0
+    run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0
 }
 
 impl Rig<'_> {
@@ -439,7 +533,7 @@ fn a_test_needs_limits() {
     run(configured(), |rig| {
         assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Refused(Refusal::NoLimits));
     });
-    run(Nor::erased(SLOTS), |rig| {
+    run(Nor::erased(2 * SLOTS), |rig| {
         assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Refused(Refusal::NotConfigured));
     });
 }
@@ -505,7 +599,7 @@ fn reports_tell_rms_values() {
     run(configured(), |rig| {
         assert_eq!(rig.ask(Request::StartTelemetry { every: 0 }), Heard::Refused(Refusal::Range));
         assert_eq!(rig.ask(Request::StartTelemetry { every: 200 }), Heard::Done);
-        let scale = settings().calibration.voltage;
+        let scale = settings().rig.expect("a block with a rig").calibration.voltage;
         let mut bench = Bench::new().unwrap();
         let mut reports = 0;
         for _ in 0..20 {
@@ -618,8 +712,8 @@ fn parameters_for_another_sampling_rate_are_refused() {
     let other = Settings { filter: butterworth::Settings { sample_rate_hz: 8e3, ..settings().filter }, ..settings() };
     let payload = section::encode(&other, &mut [0; MAX_PAYLOAD]).unwrap().to_vec();
     assert_eq!(section::decode(&payload), Ok(other));
-    run(Nor::erased(SLOTS), |rig| assert_eq!(rig.upload(&payload), Heard::Refused(Refusal::Parameters)));
-    let mut store = Store::new(Nor::erased(SLOTS), 0, 2048);
+    run(Nor::erased(2 * SLOTS), |rig| assert_eq!(rig.upload(&payload), Heard::Refused(Refusal::Parameters)));
+    let mut store = Store::new(Nor::erased(2 * SLOTS), NUCLEO_G474RE.slots.address - NUCLEO_G474RE.rig.address, 2048);
     store.write(&payload, &mut [0; MAX_PAYLOAD]).unwrap();
     run(store.into_flash(), |rig| assert_eq!(rig.faults(Fault::ParametersRefused), 1));
 }
@@ -735,4 +829,185 @@ fn skipped_samples_are_a_gap_in_a_capture() {
             .collect();
         assert_eq!(firsts[..2], [(0, 10), (13, 64)]);
     });
+}
+
+/// A timer counts to 17,000, and another one what the first one has triggered, some cycles later. In whatever order the
+/// three readings fall around that moment, the time rises by the cycles that have passed.
+#[test]
+fn the_time_of_two_timers_never_jumps() {
+    const CYCLES: u32 = 17_000;
+    // Later than a bus access takes, the count of triggers would come too late for the second reading.
+    for lag in 0..4 {
+        let begin = u64::from(u32::MAX) * u64::from(CYCLES) - 3 * u64::from(CYCLES);
+        for at in (begin..begin + 6 * u64::from(CYCLES)).filter(|at| at % 16_997 < 60 || at % u64::from(CYCLES) < 40) {
+            let triggers = |at: u64| ((at - lag) / u64::from(CYCLES)) as u32;
+            for read in [4, 9, 30] {
+                let phase = ((at + read) % u64::from(CYCLES)) as u32;
+                let time = Grid::<CYCLES>::time(triggers(at), phase, triggers(at + 2 * read));
+                assert_eq!(time, (at + read) as u32, "lag {lag}, readings {read} cycles apart at {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn samples_that_are_fewer_than_the_time_says_are_told() {
+    // A stretch a second long, read every 10 ms; so many samples are missing or too many in its third.
+    let disagreements = |wrong: i64| {
+        let mut base = TimeBase::new(10_000);
+        (0..1000_u64)
+            .filter(|n| {
+                let extra = if *n > 250 { wrong } else { 0 };
+                // Around the wrap of both.
+                let samples = (u32::MAX - 30_000).wrapping_add(((n * 100) as i64 + extra) as u32);
+                base.disagrees(samples, (u64::MAX - 3_000_000).wrapping_add(n * 10_000))
+            })
+            .count()
+    };
+    let slack = SLACK as i64;
+    for (wrong, times) in [(0, 0), (slack, 0), (-slack, 0), (slack + 1, 1), (-slack - 1, 1), (-2_000, 1)] {
+        assert_eq!(disagreements(wrong), times, "{wrong} samples");
+    }
+    // A counter that stands in sleep and a rate that is a thousandth off: every second.
+    for rate in [175, 9_990, 10_010] {
+        let mut base = TimeBase::new(10_000);
+        let told = (0..=50_u64).filter(|n| base.disagrees((n * rate / 10) as u32, n * 100_000)).count();
+        assert_eq!(told, 5, "{rate} samples a second");
+    }
+}
+
+/// Whoever asks for more than the line carries is told so, and what is granted is carried (tests/board has it in time).
+#[test]
+fn more_than_the_line_carries_is_refused() {
+    let full = Heard::Refused(Refusal::Line);
+    run(board_with(&station()), |rig| {
+        for every in 1..=4 {
+            assert_eq!(rig.ask(Request::StartTelemetry { every }), full);
+        }
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 5 }), Heard::Done);
+        assert_eq!(rig.ask(Request::StartCapture), full, "beside reports every 5 samples");
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 10 }), Heard::Done);
+        assert_eq!(rig.ask(Request::StartCapture), Heard::Done);
+        assert_eq!(rig.ask(Request::StartTelemetry { every: 9 }), full, "beside a capture");
+        assert_eq!(rig.ask(Request::BeginTest { test: 1 }), full);
+        assert_eq!(rig.test_under_way().0, 0);
+        // Nothing of what was refused is under way: a report has ten samples.
+        rig.ask(Request::Stop);
+        rig.ask(Request::StartTelemetry { every: 10 });
+        rig.ask(Request::StartTelemetry { every: 3 });
+        let mut bench = Bench::new().unwrap();
+        (0..100).for_each(|_| {
+            rig.sampler.sample(bench.counts(), 0);
+        });
+        let reports = rig.unasked();
+        assert_eq!(reports.len(), 8, "as many as wait");
+        assert!(
+            reports.iter().all(|heard| matches!(heard, Heard::Report(report) if report.count == 10)),
+            "{reports:?}"
+        );
+    });
+}
+
+/// A line so slow that, while a frame leaves, as much comes anew: a turn ends all the same, and the host is heard.
+#[test]
+fn a_turn_of_the_loop_ends_whatever_waits() {
+    let shared = Shared::new();
+    struct Slow<'a>(Board, &'a Shared, usize);
+    impl app::Board for Slow<'_> {
+        type Flash = Nor;
+        const HARDWARE: Hardware = Board::HARDWARE;
+        const FLASH: u32 = NUCLEO_G474RE.rig.address;
+        fn flash(&mut self) -> &mut Nor {
+            self.0.flash()
+        }
+        fn chip(&self) -> [u8; 12] {
+            self.0.chip()
+        }
+        fn deepest_stack(&self) -> u32 {
+            0
+        }
+        async fn receive(&mut self, _: &mut [u8]) -> usize {
+            0
+        }
+        async fn send(&mut self, _: &[u8]) {
+            self.2 += 1;
+            assert!(self.2 < 1_000, "it never ends");
+            while self.1.reports.push(&app::Window::default()) {}
+        }
+        fn show(&mut self, _: Lamps) {}
+        fn micros(&self) -> Option<u64> {
+            None
+        }
+        fn alive(&mut self) {}
+        fn restart(&mut self) -> ! {
+            panic!()
+        }
+    }
+    let mut board = Slow(Board { flash: Nor::erased(2 * SLOTS) }, &shared, 0);
+    let (mut server, _) = Server::start(&mut board, &shared);
+    assert!(shared.reports.push(&app::Window::default()));
+    let mut work = std::pin::pin!(app::send_waiting(&mut server, &mut board));
+    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+    assert!(work.as_mut().poll(&mut context).is_ready());
+}
+
+/// One sample of each kind that cannot be, once the motor passes: no pass any more, until the next test.
+#[test]
+fn an_implausible_chain_passes_no_motor() {
+    let pass = |rig: &mut Rig| rig.test_under_way();
+    for fault in FAULTS {
+        run(board_with(&station()), |rig| {
+            let mut bench = Bench::new().unwrap();
+            rig.ask(Request::BeginTest { test: 1 });
+            rig.sample(&mut bench, 20_000);
+            assert_eq!(pass(rig), (1, Verdict::Pass));
+            rig.ask(Request::ClearFaults);
+            assert_eq!(pass(rig), (1, Verdict::Pass), "clearing what was none changes nothing");
+            let good = bench.counts();
+            match fault {
+                Fault::TickOverrun => drop(rig.sampler.sample(good, 1)),
+                Fault::VoltageClipped => drop(rig.sampler.sample(Counts { voltage: 4095, ..good }, 0)),
+                Fault::CurrentClipped => drop(rig.sampler.sample(Counts { current: 0, ..good }, 0)),
+                Fault::SpeedClipped => drop(rig.sampler.sample(Counts { speed: 4095, ..good }, 0)),
+                Fault::SpeedJump => drop(rig.sampler.sample(Counts { speed: good.speed / 2, ..good }, 0)),
+                // By what else watches them.
+                _ => rig.shared.raise(fault),
+            }
+            assert!(rig.faults(fault) >= 1, "{fault:?}");
+            assert_eq!(pass(rig), (1, Verdict::CannotJudge), "{fault:?}");
+            let told = rig.sample(&mut bench, 1_000);
+            assert!(told.iter().all(|judged| judged.verdict != Verdict::Pass), "{fault:?}: {told:?}");
+            rig.ask(Request::ClearFaults);
+            assert_eq!(pass(rig).1, Verdict::CannotJudge, "{fault:?} is forgotten, the test goes on");
+            assert_eq!(rig.ask(Request::BeginTest { test: 1 }), Heard::Done);
+            assert_eq!(pass(rig).1, Verdict::CannotJudge, "a repetition begins nothing");
+            rig.ask(Request::BeginTest { test: 2 });
+            rig.sample(&mut bench, 15_000);
+            assert_eq!(pass(rig), (2, Verdict::Pass), "{fault:?} before the test");
+        });
+    }
+    // A motor that fails is not saved by it.
+    run(board_with(&station()), |rig| {
+        let mut bench = Bench::new().unwrap();
+        rig.ask(Request::BeginTest { test: 1 });
+        rig.sample(&mut bench, 20_000);
+        bench.set_trouble(Trouble::Resistance);
+        rig.sample(&mut bench, 6_000);
+        rig.shared.raise(Fault::CurrentClipped);
+        assert_eq!(pass(rig), (1, Verdict::Fail));
+    });
+}
+
+/// A pass is a change, and no other state of the pins has one.
+#[test]
+fn a_pass_pulses() {
+    let rate = NUCLEO_G474RE.sample_rate_hz;
+    let second = |verdict| (0..rate).map(move |n| Lamps::of(verdict, n.wrapping_sub(rate / 2), &NUCLEO_G474RE));
+    let edges =
+        second(Verdict::Pass).collect::<Vec<_>>().windows(2).filter(|pair| pair[0].pass != pair[1].pass).count();
+    assert!(edges.abs_diff(2 * PULSES_HZ as usize) <= 1, "{edges} edges in a second");
+    assert!(second(Verdict::Pass).all(|lamps| !lamps.alarm && !lamps.status));
+    let still = |verdict, expected: Lamps| assert!(second(verdict).all(|lamps| lamps == expected), "{verdict:?}");
+    still(Verdict::Fail, Lamps { alarm: true, ..Lamps::default() });
+    still(Verdict::CannotJudge, Lamps { status: true, ..Lamps::default() });
 }

@@ -1,8 +1,10 @@
 //! Messages over a line that loses and invents bytes.
 
+use greyrig::detector::{Alarm, Cause, Features, Kind, Period, Verdict};
 use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::link::frame::{FrameError, MAX_FRAME, Receiver, encode};
-use greyrig::link::message::{Asked, CHUNK, Message, Reply, Request, Samples};
+use greyrig::link::load::{self, Load};
+use greyrig::link::message::{Asked, CHUNK, Judged, Message, Reply, Report, Request, Samples};
 use greyrig::link::packing::{self, pack, packed_length, unpack};
 use greyrig::link::{BAUD, MAX_BODY};
 use greyrig::units::Counts;
@@ -42,6 +44,46 @@ fn the_longest_messages_fit() {
     assert!((0.5..0.53).contains(&load), "{load}");
     let mut bytes = [0; MAX_FRAME];
     assert_eq!(encode(&vec![1_u8; MAX_BODY], &mut bytes), Err(FrameError::TooLong));
+}
+
+/// Frames as they are made, of the largest numbers: none is longer than the load of the line takes it for.
+#[test]
+fn the_load_of_the_line_is_that_of_its_longest_frames() {
+    let largest = f32::from_bits(0x7F7F_FFFF);
+    let report = Report {
+        sample: u32::MAX,
+        count: u16::MAX,
+        voltage_rms: largest,
+        current_rms: largest,
+        speed: largest,
+        residual_current_rms: largest,
+        residual_speed_rms: largest,
+    };
+    let alarm = Alarm { cause: Cause::CurrentDeviation, kind: Kind::Mechanical, ratio: largest };
+    // Numbers of four bytes each, whatever they are.
+    let features = Features { current: largest, ..Features::default() };
+    let period = Period { features, jumps: [largest; 2], judged: true, alarm: Some(alarm) };
+    let [test, first, index, sample] = [u32::MAX; 4];
+    let judged = Judged { test, first, index, sample, period, verdict: Verdict::Fail };
+    let packed = [0xFF; packing::BYTES];
+    let samples = Samples { first: u32::MAX, count: packing::SAMPLES as u8, packed: &packed };
+    for (message, longest) in [
+        (Message::Report(report), load::REPORT),
+        (Message::Judged(judged), load::JUDGED),
+        (Message::Samples(samples), load::CAPTURED),
+    ] {
+        let length = frame(&message).len() as u32;
+        // Close to it, too: a tenth of the line is not much.
+        assert!((longest * 4 / 5..=longest).contains(&length), "{length} of {longest}: {message:?}");
+    }
+    let load = Load { every: 10, capture: true, follow: false };
+    // In ten seconds 10,000 reports and 1,562 frames of 64 samples and half a one.
+    let ten_seconds = 20_000 * load::REPORT / 2 + 3_125 * load::CAPTURED / 2;
+    assert!((10 * load.bytes_per_second(10_000)).abs_diff(ten_seconds) <= 10);
+    assert!(load.fits(10_000) && !Load { every: 9, ..load }.fits(10_000));
+    assert!(Load { every: 60, capture: true, follow: true }.fits(10_000));
+    assert_eq!(Load::default().bytes_per_second(10_000), 0);
+    assert!(!Load { every: 1, ..Load::default() }.fits(u32::MAX));
 }
 
 #[test]

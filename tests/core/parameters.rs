@@ -8,20 +8,24 @@ use greyrig::effects::{BrushDrop, Effect, EffectId, MAX_EFFECTS, Saturation};
 use greyrig::motor::ParameterError;
 use greyrig::parameters::Tag;
 use greyrig::parameters::block::MAX_PAYLOAD;
+use greyrig::parameters::rig::MAX_RIG;
 use greyrig::parameters::section::{decode, encode};
-use greyrig::parameters::{Error, Settings};
+use greyrig::parameters::{Error, Rig, Settings};
 use greyrig::term::{Op, Target, Term};
 use greyrig::units::{CalibrationSettings, Scale};
 use proptest::prelude::*;
 
+/// With all that a block may hold, a rig as in those of before.
 pub fn settings() -> Settings {
     let mut settings = Settings {
         motor_type: "VC-1400".try_into().unwrap(),
-        rig: "rig 3, Kranj".try_into().unwrap(),
-        calibration: CalibrationSettings {
-            voltage: Scale { zero: 2047.3, per_count: 0.195 },
-            ..CalibrationSettings::default()
-        },
+        rig: Some(Rig {
+            name: "rig 3, Kranj".try_into().unwrap(),
+            calibration: CalibrationSettings {
+                voltage: Scale { zero: 2047.3, per_count: 0.195 },
+                ..CalibrationSettings::default()
+            },
+        }),
         filter: butterworth::Settings { order: 5, cutoff_hz: 333.3, sample_rate_hz: 10_000.0 },
         motor: MOTOR,
         ..Settings::default()
@@ -32,6 +36,11 @@ pub fn settings() -> Settings {
     let ops = [Op::Unknown(0), Op::Current, Op::Mul, Op::Current, Op::Abs, Op::Constant(0.5), Op::Pow, Op::Mul];
     settings.terms.push(Term::build(Target::Torque, &ops, [1e-3, 0.0, 0.0, 0.0]).unwrap()).unwrap();
     settings
+}
+
+/// The rig of settings that have one.
+fn of(settings: &mut Settings) -> &mut Rig {
+    settings.rig.as_mut().expect("a rig")
 }
 
 fn encoded(settings: &Settings) -> Vec<u8> {
@@ -143,7 +152,7 @@ fn bytes_of_version_1() {
 fn the_fullest_block_fits() {
     let mut settings = settings();
     settings.motor_type = "m".repeat(32).as_str().try_into().unwrap();
-    settings.rig = "r".repeat(32).as_str().try_into().unwrap();
+    of(&mut settings).name = "r".repeat(32).as_str().try_into().unwrap();
     let longest = EffectId::ALL.iter().copied().max_by_key(|id| id.id().len()).unwrap();
     settings.effects.clear();
     while settings.effects.len() < MAX_EFFECTS {
@@ -168,12 +177,18 @@ fn sections_that_are_unknown_missing_or_repeated_are_refused() {
         newer[at + 1] = 2;
         assert_eq!(decode(&newer), Err(Error::Unsupported { tag, version: 2 }));
         let without: Vec<u8> = [&payload[..at], &payload[at + length..]].concat();
-        assert!(matches!(decode(&without), Err(Error::Missing(missing)) if missing as u8 == tag));
+        if tag == Tag::Calibration as u8 {
+            assert_eq!(decode(&without), Ok(Settings { rig: None, ..settings() }), "the rig has it");
+        } else {
+            assert!(matches!(decode(&without), Err(Error::Missing(missing)) if missing as u8 == tag));
+        }
         let twice: Vec<u8> = [&payload[..], &payload[at..at + length]].concat();
         assert!(matches!(decode(&twice), Err(Error::Repeated(repeated)) if repeated as u8 == tag));
     }
-    let further: Vec<u8> = [&payload[..], &[9, 1, 0, 0]].concat();
-    assert_eq!(decode(&further), Err(Error::Unsupported { tag: 9, version: 1 }));
+    let further: Vec<u8> = [&payload[..], &[99, 1, 0, 0]].concat();
+    assert_eq!(decode(&further), Err(Error::Unsupported { tag: 99, version: 1 }));
+    let elsewhere: Vec<u8> = [&payload[..], &[Tag::Rig as u8, 1, 1, 0, 0]].concat();
+    assert_eq!(decode(&elsewhere), Err(Error::Elsewhere(Tag::Rig)));
     let empty: Vec<u8> = [&payload[..], &[Tag::Detector as u8, 1, 0, 0]].concat();
     assert_eq!(decode(&empty), Err(Error::Malformed(Tag::Detector)));
     for cut in 1..payload.len() {
@@ -193,9 +208,20 @@ fn values_out_of_range_are_refused_by_name() {
     assert!(refused(|s| s.motor.inertia = 2e-10).contains("faster than the sampling"));
     assert!(refused(|s| s.filter.order = 9).contains("order"));
     assert!(refused(|s| s.filter.cutoff_hz = 6e3).contains("cutoff_hz"));
-    assert!(refused(|s| s.calibration.speed.per_count = 0.0).contains("speed"));
-    assert!(refused(|s| s.calibration.current.zero = f32::INFINITY).contains("current"));
-    assert!(refused(|s| s.rig = "a\nb".try_into().unwrap()).contains("rig"));
+    assert!(refused(|s| of(s).calibration.speed.per_count = 0.0).contains("speed"));
+    assert!(refused(|s| of(s).calibration.current.zero = f32::INFINITY).contains("current"));
+    for gain in [-1e18, 1e4, 1e-9, -0.0, f32::NAN, f32::INFINITY] {
+        let mut settings = settings();
+        of(&mut settings).calibration.current.per_count = gain;
+        let told = decode(&encoded(&settings)).expect_err("it is refused").to_string();
+        assert!(told.starts_with("calibration of the current"), "{gain}: {told}");
+    }
+    assert!(refused(|s| of(s).calibration.voltage.zero = -1e5).contains("voltage"));
+    // A sensor that was built in the other way round, and a live zero.
+    let mut turned = settings();
+    of(&mut turned).calibration.current = Scale { zero: 819.0, per_count: -0.02 };
+    assert_eq!(decode(&encoded(&turned)), Ok(turned));
+    assert!(refused(|s| of(s).name = "a\nb".try_into().unwrap()).contains("rig"));
     assert!(refused(|s| s.effects[0] = Effect::BrushDrop(BrushDrop { drop: -1e9, transition: 0.1 })).contains("drop"));
     let term = |s: &mut Settings| s.terms[0] = s.terms[0].with_unknowns([f32::NAN; 4]);
     assert!(refused(term).contains("term"));
@@ -233,4 +259,27 @@ proptest! {
             prop_assert!(settings.build().is_ok());
         }
     }
+}
+
+/// The bytes of a rig's block in version 1, written down as those of the motor's above.
+#[test]
+fn a_rigs_block_comes_back_whole_or_is_refused() {
+    let rig = settings().rig.unwrap();
+    let payload = rig.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
+    let mut expected = vec![9, 1, 13, 0, 12];
+    expected.extend(b"rig 3, Kranj");
+    expected.extend([2, 1, 24, 0]);
+    for scale in [rig.calibration.voltage, rig.calibration.current, rig.calibration.speed] {
+        expected.extend(scale.zero.to_le_bytes());
+        expected.extend(scale.per_count.to_le_bytes());
+    }
+    assert_eq!(payload, expected);
+    assert_eq!(Rig::decode(&payload), Ok(rig.clone()));
+    for cut in 0..payload.len() {
+        assert!(Rig::decode(&payload[..cut]).is_err(), "cut at {cut}");
+    }
+    let motor = [&payload[..], &[Tag::Terms as u8, 1, 1, 0, 0]].concat();
+    assert_eq!(Rig::decode(&motor), Err(Error::Elsewhere(Tag::Terms)));
+    let longest = Rig { name: "r".repeat(32).as_str().try_into().unwrap(), ..rig };
+    assert_eq!(Rig::decode(longest.encode(&mut [0; MAX_RIG]).unwrap()), Ok(longest));
 }

@@ -191,7 +191,10 @@ fn memory_map_and_constants_agree() {
         (number("ORIGIN"), number("LENGTH"))
     };
     let Slots { address, size } = NUCLEO_G474RE.slots;
-    assert_eq!(region("PARAMS"), (address, (SLOTS * size) as u32));
+    let rig = NUCLEO_G474RE.rig;
+    let length = (SLOTS * (rig.size + size)) as u32;
+    assert_eq!(region("PARAMS"), (rig.address, length));
+    assert_eq!(rig.address + (SLOTS * rig.size) as u32, address, "one behind the other");
     // The end of 512 KiB of flash (STM32G474xE).
     assert_eq!(address + (SLOTS * size) as u32, 0x0808_0000);
     // Bank 1 alone.

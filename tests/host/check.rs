@@ -246,6 +246,54 @@ fn what_a_converter_does_is_found_and_rest_is_left_alone() {
 }
 
 #[test]
+fn two_recordings_without_current_whose_speeds_are_of_other_units_are_told() {
+    let without_current = |kind: Kind, factor: f64| {
+        let mut recording =
+            SOUND.iter().find(|s| s.kind == kind && s.profile == "staircase").unwrap().recording.clone();
+        recording.remove_channel(Channel::Current);
+        times(&recording, Channel::Speed, factor).named(format!("times {factor}"))
+    };
+    // Degrees a second taken for radians a second in one of the two, and half of the volts.
+    for factor in [57.3, 0.5] {
+        for kind in [Some(Kind::PmDc), None] {
+            let found = check(&[without_current(Kind::PmDc, 1.0), without_current(Kind::PmDc, factor)], kind);
+            assert!(of(&found, Code::DifferentMotors).is_some(), "{factor} {kind:?}: {found:?}");
+        }
+    }
+    let told = |kind, factor, asked| {
+        let found = check(&[without_current(kind, 1.0), without_current(kind, factor)], asked);
+        of(&found, Code::DifferentMotors).cloned()
+    };
+    assert_eq!(told(Kind::PmDc, 1.1, None), None);
+    // The speed of a universal motor on the mains does not go with the voltage.
+    assert_eq!(told(Kind::Universal, 0.5, None), None);
+    assert_eq!(told(Kind::PmDc, 0.5, Some(Kind::Universal)), None);
+}
+
+#[test]
+fn a_supply_that_steps_within_a_period_has_lost_nothing_and_one_whose_phase_jumps_has() {
+    let of_universal = SOUND.iter().find(|s| s.kind == Kind::Universal && s.profile == "steady").unwrap();
+    let recording = &of_universal.recording;
+    let lost = |volts: &dyn Fn(f64) -> f64| {
+        let changed = change(recording, Channel::Voltage, |u| (0..u.len()).for_each(|n| u[n] = volts(n as f64 * 1e-4)));
+        of(&check(std::slice::from_ref(&changed), Some(Kind::Universal)), Code::SamplesLost).cloned()
+    };
+    let mains = |t: f64| (std::f64::consts::TAU * 50.0 * t).sin();
+    for within in 0..20 {
+        let at = 2.0 + f64::from(within) * 1e-3 + 3e-5;
+        for ratio in [0.5, 0.88, 0.93, 1.08, 1.7] {
+            let found = lost(&|t| if t < at { 150.0 } else { 150.0 * ratio } * mains(t));
+            assert!(found.is_none(), "{at} {ratio}: {found:?}");
+        }
+        // A gap of 0.5 ms or more in the samples, whose stamps go on.
+        for gap in [0.5e-3, 3e-3, 11e-3] {
+            let found = lost(&|t| 150.0 * mains(if t < at { t } else { t + gap }));
+            assert!(found.is_some(), "{at} {gap}");
+        }
+    }
+}
+
+#[test]
 fn the_same_recording_twice_is_found() {
     let [a, b] = [&SOUND[0].recording, &SOUND[1].recording];
     assert!(same(a, a) && !same(a, b));

@@ -5,7 +5,7 @@ use std::path::Path;
 use greyrig_host::context::Context;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::monitor::test::{Outcome, test};
 use greyrig_host::recording::{Recording, write};
 use greyrig_host::rig::{Motor, Setup};
@@ -50,7 +50,8 @@ fn station(supply: &Supply, change: impl Fn(&mut Recording)) -> Model {
     let mut healthy: Vec<Recording> =
         (1..=10).map(|seed| run(supply, "steady", supply.of_the_lot(seed), seed, None)).collect();
     healthy.iter_mut().for_each(change);
-    let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
+    let detector =
+        calibrate(&model, &healthy, calibrate::Settings::blanking(BLANKING_S), &Context::quiet()).unwrap().detector;
     Model { detector: Some(detector), ..model }
 }
 

@@ -413,12 +413,28 @@ fn a_rig_keeps_its_calibration() {
         let told = json(here, &[&flash[..], more].concat());
         assert_eq!((&told["calibration"], &told["rig"], &told["crc32"]), (&"kept".into(), &"rig 3".into(), &given));
     }
-    // An image cannot ask, and says so.
-    let output = greyrig(here, &["flash", "--model", "model.toml", "--image", "p.bin", "--json"]);
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(told["calibration"], "usual");
-    let talk = String::from_utf8(output.stderr).unwrap();
-    assert!(talk.contains("in the place of any that the rig has"), "{talk}");
+    let told = json(here, &["rig", "--port", port]);
+    assert_eq!(told["calibration"][0]["per_count"], 0.25);
+    // A recording is in its units.
+    json(here, &["record", "--port", port, "--seconds", "0.01", "--out", "run.csv"]);
+    let (_, columns) = columns(&here.join("run.csv"));
+    let counts = |value: f64| value / 0.25 + 2000.0;
+    assert!(columns[1].iter().all(|&u| (counts(u) - counts(u).round()).abs() < 1e-3 && u.abs() < 0.25 * 4096.0));
+    // An image without a calibration leaves the rig's slots alone; one with it has them before the motor's.
+    let image = ["flash", "--model", "model.toml", "--image"];
+    let told = json(here, &[&image[..], &["p.bin"]].concat());
+    assert_eq!((&told["calibration"], &told["address"]), (&"untouched".into(), &0x0807_F000_u32.into()));
+    assert_eq!(std::fs::read(here.join("p.bin")).unwrap().len(), 4096);
+    let told = json(here, &[&image[..], &["r.bin", "--calibration", "rig.toml", "--rig", "rig 9"]].concat());
+    assert_eq!((&told["calibration"], &told["address"]), (&"given".into(), &0x0807_E000_u32.into()));
+    let bytes = std::fs::read(here.join("r.bin")).unwrap();
+    let header = Header::from_bytes(bytes[..HEADER].try_into().unwrap()).unwrap();
+    let payload = &bytes[HEADER..HEADER + usize::from(header.length)];
+    assert_eq!(header.check(payload), Ok(()));
+    let rig = greyrig::parameters::Rig::decode(payload).unwrap();
+    assert_eq!((rig.name.as_str(), rig.calibration.speed.per_count), ("rig 9", 1.5));
+    assert_eq!(bytes[4096..], std::fs::read(here.join("p.bin")).unwrap());
+    refused(here, &[&image[..], &["q.bin", "--rig", "rig 9"]].concat(), &["--calibration"]);
 }
 
 #[test]
@@ -482,10 +498,10 @@ fn what_belongs_to_a_rig_is_shown_and_written_beside_the_motor() {
         "[voltage]\nzero = 2000\nper_count = 0.25\n[current]\nzero = 2048\nper_count = 0.0125\n[speed]\nzero = 0\nper_count = 1.5\n",
     )
     .unwrap();
-    // Without parameters there is nothing beside which a name could stand.
-    let refused = greyrig(here, &rig(&board, &["--name", "rig 7"]));
-    assert_eq!(refused.status.code(), Some(2), "{}", String::from_utf8_lossy(&refused.stderr));
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("greyrig flash"));
+    // A rig has a name before it has a motor.
+    let told = json(here, &rig(&board, &["--name", "rig 0"]));
+    assert_eq!((&told["rig"], &told["motor"], &told["mode"]), (&"rig 0".into(), &Value::Null, &"safe mode".into()));
+    refused(here, &rig(&board, &["--name", &"r".repeat(33)]), &["longer than 32 bytes"]);
 
     json(here, &["flash", "--model", "model.toml", "--port", &board.port, "--rig", "rig 1"]);
     let told = json(here, &rig(&board, &[]));
@@ -494,7 +510,7 @@ fn what_belongs_to_a_rig_is_shown_and_written_beside_the_motor() {
     assert_eq!((&told["rig"], &told["motor"], &told["mode"]), (&"rig 7".into(), &"VC-1400".into(), &"running".into()));
     let voltage = &told["calibration"][0];
     assert_eq!((&voltage["zero"], &voltage["per_count"]), (&2000.0.into(), &0.25.into()), "{told}");
-    // The motor's parameters are as they were: those of the model with this name and calibration.
+    // The motor's parameters are as they were: those of the model.
     let same = ["flash", "--model", "model.toml", "--port", &board.port, "--dry-run"];
     assert_eq!(json(here, &same)["already_there"], true);
     let text = String::from_utf8(greyrig(here, &rig(&board, &["--clear-faults"])).stdout).unwrap();

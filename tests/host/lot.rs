@@ -8,8 +8,8 @@ use greyrig_host::context::Context;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::lot::{Fault, Onset};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
-use greyrig_host::monitor::lot::blocks::Cut;
+use greyrig_host::monitor::calibrate::{self, calibrate};
+use greyrig_host::monitor::lot::blocks::{Cut, whole};
 use greyrig_host::monitor::lot::learn;
 use greyrig_host::monitor::test::{Outcome, Test, test};
 use greyrig_host::recording::{Channel, Recording};
@@ -51,10 +51,11 @@ fn what_a_resistance_leaves_of_the_power_is_its_losses() {
     };
     let recording = recorded(20_000, at);
     let truth = model("pm-dc", [r, l, k, 1e-4, 0.0]);
-    let cut = Cut::of(&truth, &recording).unwrap();
+    let e = whole(&truth, &recording).unwrap();
+    let cut = Cut::of(&e);
     assert!((cut.block_s - 0.1).abs() < 1e-4, "{cut:?}");
     let power = |model: &Model| -> Vec<f64> {
-        let run = cut.run(model, &recording).unwrap();
+        let run = cut.run(model, &e).unwrap();
         assert!(run.blocks.len() >= 18);
         run.blocks.iter().filter(|b| b.counts[0]).map(|b| b.rows[0]).collect()
     };
@@ -65,7 +66,7 @@ fn what_a_resistance_leaves_of_the_power_is_its_losses() {
     // 10 % of R I²/2 = 1.6 W.
     assert!(power(&lower).iter().all(|p| (p - 1.6).abs() < 2e-3), "{:?}", power(&lower));
     // And that is a tenth of what the hypothesis of another resistance says, which is of another motor: 1/0.9.
-    let run = cut.run(&lower, &recording).unwrap();
+    let run = cut.run(&lower, &e).unwrap();
     for block in run.blocks.iter().filter(|b| b.counts[0]) {
         let size = block.rows[0] / block.columns[Fault::Resistance as usize][0];
         assert!((size - 0.1 / 0.9).abs() < 2e-3, "{size}");
@@ -83,8 +84,8 @@ fn what_a_friction_leaves_of_the_torque_is_itself() {
     };
     let recording = recorded(10_000, at);
     let model = model("pm-dc", [1.0, 1e-3, k, j, mu0]);
-    let cut = Cut::of(&model, &recording).unwrap();
-    let run = cut.run(&model, &recording).unwrap();
+    let e = whole(&model, &recording).unwrap();
+    let run = Cut::of(&e).run(&model, &e).unwrap();
     for block in run.blocks.iter().filter(|b| b.counts[1]) {
         // A straight line is averaged exactly.
         assert!((block.rows[1] - more).abs() < 1e-9, "{:?}", block.rows);
@@ -116,7 +117,7 @@ fn station() -> &'static Model {
         let settings = Settings { effects, ..Settings::new(Kind::Universal) };
         let model = identify(&training, &settings, &Context::quiet()).unwrap().model;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-        let calibration = calibrate(&model, &healthy, 3.0, &Context::quiet()).unwrap();
+        let calibration = calibrate(&model, &healthy, calibrate::Settings::blanking(3.0), &Context::quiet()).unwrap();
         assert_eq!(calibration.without_lot, None);
         // What is kept in a file is what was learnt.
         let model = Model { detector: Some(calibration.detector), ..model };
@@ -178,10 +179,23 @@ fn another_profile_is_not_judged_by_the_lot() {
 fn what_is_too_short_for_a_lot_says_so() {
     let healthy: Vec<Recording> =
         (1..=4).map(|seed| rig(seed).seconds(0.9).motor(Motor::universal()).run().unwrap().recording).collect();
-    let cut = Cut::of(station(), &healthy[0]).unwrap();
     let motors: Vec<Vec<usize>> = (0..4).map(|k| vec![k]).collect();
-    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, &Context::quiet()).unwrap();
-    assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"), "{cut:?}");
+    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, 1e-3, &Context::quiet()).unwrap();
+    assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"));
+}
+
+#[test]
+fn a_lot_of_an_older_layout_is_refused_with_the_command_that_renews_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("station.toml");
+    station().save(&path, false).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches("layout = 2").count(), 1);
+    for older in ["layout = 1", ""] {
+        std::fs::write(&path, text.replace("layout = 2", older)).unwrap();
+        let refused = Model::load(&path).unwrap_err().to_string();
+        assert!(refused.contains("layout 1 of a lot") && refused.contains("greyrig calibrate"), "{refused}");
+    }
 }
 
 #[test]
@@ -189,10 +203,18 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
     let motors: Vec<Vec<usize>> = (0..10).map(|k| vec![k]).collect();
     let learnt = |fault: Option<&str>| {
         let lot: Vec<Recording> = (1..=10).map(|seed| motor(seed, fault.filter(|_| seed == 4))).collect();
-        learn(|_| Ok(station().clone()), &lot, &motors, &Context::quiet()).unwrap()
+        learn(|_| Ok(station().clone()), &lot, &motors, 1e-3, &Context::quiet()).unwrap()
     };
     let clean = learnt(None);
     assert!(clean.outsiders.is_empty(), "{:?}", clean.outsiders);
+    // From the start the limits go by Student's t of 9 degrees of freedom: 2.262 for a tenth of false alarms, half of
+    // it for this group, on both sides; 3.690 for a hundredth.
+    let [tenth, hundredth] = [0, 1].map(|point| &clean.operating_points[point].limits);
+    for (a, b) in tenth.iter().zip(hundredth) {
+        assert!(b.seen > a.seen, "{a:?} {b:?}");
+        let from_the_start = a.onset == Onset::Start;
+        assert!(!from_the_start || (b.z / a.z - 3.690 / 2.262).abs() < 1e-3, "{a:?} {b:?}");
+    }
     let spoilt = learnt(Some("resistance_up=0.3@4.6"));
     let [outsider] = spoilt.outsiders.as_slice() else { panic!("{:?}", spoilt.outsiders) };
     assert_eq!((outsider.motor, outsider.finding.fault), (3, Fault::Resistance));

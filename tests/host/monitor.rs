@@ -12,7 +12,7 @@ use greyrig_host::context::Context;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::monitor::test::{Outcome, Test, test};
 use greyrig_host::monitor::tolerance::factor;
 use greyrig_host::recording::{Recording, write};
@@ -43,7 +43,9 @@ fn station() -> &'static (Model, Model, Model) {
         let settings = hybrid::settings(Method::Varpro, 60);
         let corrected = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-        let detector = calibrate(&corrected, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
+        let detector = calibrate(&corrected, &healthy, calibrate::Settings::blanking(BLANKING_S), &Context::quiet())
+            .unwrap()
+            .detector;
         let station = Model { detector: Some(detector), ..corrected.clone() };
         (bare, corrected, station)
     })
@@ -103,7 +105,8 @@ fn parameters_tell_what_was_wrong_from_the_start() {
     let model =
         identify(&training, &Settings { effects, ..Settings::new(Kind::Universal) }, &Context::quiet()).unwrap().model;
     let healthy: Vec<Recording> = (1..=10).map(|seed| motor(seed, None)).collect();
-    let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
+    let detector =
+        calibrate(&model, &healthy, calibrate::Settings::blanking(BLANKING_S), &Context::quiet()).unwrap().detector;
     let verdict = |fault: &str| test(&model, &detector, &motor(77, Some(fault)), &Context::quiet()).unwrap();
     // Without the effects saturation passes for resistance, so that a run does not determine it.
     assert!(!station().2.detector.as_ref().unwrap().parameters.contains_key("R"));
@@ -254,4 +257,10 @@ fn limits_need_several_motors() {
     let out = greyrig(folder.path(), &["calibrate", "one.csv", "--model", "model.toml"]);
     assert_eq!(out.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&out.stderr).contains("at least 4 healthy motors"));
+    for share in ["0", "0.6", "nan", "-1e-3"] {
+        let option = format!("--false-alarms={share}");
+        let out = greyrig(folder.path(), &["calibrate", "one.csv", "--model", "model.toml", &option]);
+        assert_eq!(out.status.code(), Some(2), "{share}");
+        assert!(String::from_utf8_lossy(&out.stderr).contains("share of healthy motors"), "{share}");
+    }
 }

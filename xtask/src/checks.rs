@@ -10,6 +10,7 @@ use crate::fuzz;
 use crate::needs::{self, Need};
 use crate::packages;
 use crate::page;
+use crate::python;
 use crate::size;
 use crate::structure;
 use crate::tally::Tally;
@@ -116,6 +117,12 @@ pub const ALL: &[Check] = &[
         run: tests,
     },
     Check {
+        name: "python",
+        what: "the Python package builds as a wheel, answers as the command does, and its types fit",
+        needs: &[Need::Python],
+        run: |_| python::check(as_tests, &[]),
+    },
+    Check {
         name: "fuzz",
         what: "no fuzz target fails within some seconds; overflows panic",
         needs: &[],
@@ -141,6 +148,19 @@ pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
         Ok(_) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("xtask: cargo cannot be run: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Builds and tests the Python package, with options of pytest's.
+pub fn python(arguments: &[String]) -> ExitCode {
+    let tested = needs::provide([Need::Python].iter()).and_then(|()| python::check(as_tests, arguments));
+    match tested {
+        Ok(tally) if tally.failed == 0 => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(sentence) => {
+            eprintln!("xtask: {sentence}");
             ExitCode::FAILURE
         }
     }
@@ -274,7 +294,7 @@ mod tests {
             let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
             choose(&wanted).map(|(checks, length)| (checks.iter().map(|check| check.name).collect::<Vec<_>>(), length))
         };
-        let usual = vec!["fmt", "structure", "dependencies", "page", "clippy", "doc", "firmware", "tests"];
+        let usual = vec!["fmt", "structure", "dependencies", "page", "clippy", "doc", "firmware", "tests", "python"];
         assert_eq!(names(&[]), Ok((usual.clone(), Length::Usual)));
         assert_eq!(names(&["tests", "fmt"]), Ok((vec!["fmt", "tests"], Length::Usual)));
         assert_eq!(names(&["--long"]), Ok((usual, Length::Long)));

@@ -1,7 +1,8 @@
 //! Chores of the repository: `cargo xtask test` runs every check, having provided what the checks need; `cargo xtask
 //! exam` examines the diagnosis on blind cases, `cargo xtask lot` the detector on a virtual production lot; `cargo
-//! xtask size` prints what the firmware takes; `cargo xtask fuzz` looks for inputs that anything that reads bytes
-//! cannot stand, `cargo xtask mutants` finds what no test notices, and `cargo xtask semver` what breaks users.
+//! xtask size` prints what the firmware takes; `cargo xtask python` builds and tests the Python package; `cargo xtask
+//! fuzz` looks for inputs that anything that reads bytes cannot stand, `cargo xtask mutants` finds what no test
+//! notices, and `cargo xtask semver` what breaks users.
 
 mod cargo;
 mod checks;
@@ -12,6 +13,7 @@ mod mutation;
 mod needs;
 mod packages;
 mod page;
+mod python;
 mod semver;
 mod size;
 mod structure;
@@ -37,6 +39,7 @@ fn main() -> ExitCode {
         Some((command, arguments)) if command == "fuzz" => fuzz::run(arguments),
         Some((command, arguments)) if command == "mutants" => ended(mutation::run(arguments)),
         Some((command, [revision])) if command == "semver" => ended(semver::run(revision)),
+        Some((command, arguments)) if command == "python" => checks::python(arguments),
         Some((command, arguments)) if command == "exam" => checks::exam("greyrig-exam", arguments),
         Some((command, arguments)) if command == "lot" => checks::exam("greyrig-lot", arguments),
         _ => {
@@ -62,6 +65,7 @@ fn usage() -> String {
         checks::ALL.iter().map(|check| format!("  {:12} {}{}\n", check.name, check.what, mark(check))).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
+         cargo xtask python [OPTION]…   (the Python package; options are pytest's)\n       \
          cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
          cargo xtask fuzz [--seconds N] [--seed N] [TARGET]…   (N seconds for each target)\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\

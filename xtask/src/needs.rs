@@ -24,6 +24,8 @@ pub enum Need {
     Node,
     /// What the virtual board's processor is built with.
     BoardTools,
+    /// What the Python package is tested with; what else it takes comes from Python's registry.
+    Python,
     /// Changes the code and looks which tests notice.
     Mutants,
     /// Compares the public interface with that of an earlier version.
@@ -40,6 +42,7 @@ impl Need {
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
             Self::Node => on_path("node") && on_path("npm"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
+            Self::Python => succeeds("python3", &["-c", "import ensurepip, venv"]),
             Self::Mutants => succeeds("cargo", &["mutants", "--version"]),
             Self::SemverChecks => succeeds("cargo", &["semver-checks", "--version"]),
         }
@@ -71,6 +74,7 @@ impl Need {
             Self::Browser => &["chromium", "chromium-driver"],
             Self::Node => &["nodejs", "npm"],
             Self::BoardTools => &["cmake", "libclang-dev"],
+            Self::Python => &["python3", "python3-venv"],
             _ => &[],
         }
     }

@@ -193,6 +193,33 @@ pub struct Trained {
     pub reach: Reach,
 }
 
+impl Trained {
+    /// What is to be known before the network is used.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let pruned = self.support.iter().filter(|s| s.pruned).count();
+        let weak = self.support.iter().filter(|s| s.largest < 0.01 && !s.pruned).count();
+        let rules = self.support.len();
+        if pruned > 0 {
+            notes.push(format!("{pruned} of {rules} rules have no data and were set to zero: there the output fades"));
+        }
+        if weak > 0 {
+            notes.push(format!("{weak} of {rules} rules have no data, yet take part: --prune 0.01 sets them to zero"));
+        }
+        if self.reach.excess > Reach::FLAGGED {
+            let times = match self.reach.excess {
+                excess if excess < 1e4 => format!("{excess:.1}"),
+                excess => format!("{excess:.0e}"),
+            };
+            notes.push(format!(
+                "between the data the output leaves the range of the targets by {times} times that range; evaluation clamps it, \
+                 a larger --ridge bounds it"
+            ));
+        }
+        notes
+    }
+}
+
 /// Trains a network.
 ///
 /// # Errors

@@ -98,11 +98,18 @@ fn of_mains(s: &Signals<'_>, u: &[f64], period: f64, interval_s: f64) -> (Vec<us
         (1..phases.len() - 1).map(|k| if has_phase(k) { wrap(change(k) - usual) } else { 0.0 }).collect();
     let scatter = noise::median(off.iter().map(|x| x.abs()).collect());
     let limit = (PHASE * scatter).max(SAMPLES * TAU / period).max(if chopped { BY_CONTROL } else { 0.0 });
+    // What is lost shifts the phase for good, an amplitude that steps within a period only that period's.
+    let for_good = |k: usize| {
+        let (before, after) = (k.saturating_sub(2), (k + 2).min(phases.len() - 1));
+        let loud = [before, after].iter().all(|k| periods[*k].1 > loud);
+        let shift = wrap(phases[after] - phases[before] - 0.5 * usual * (after - before) as f64);
+        !loud || (shift.abs() > 0.5 * limit && shift * off[k - 1] > 0.0)
+    };
     let mut places: Vec<usize> = Vec::new();
     let mut first = None;
     let mut last = 0;
     for (k, off) in off.iter().enumerate() {
-        if off.abs() > limit {
+        if off.abs() > limit && for_good(k + 1) {
             if places.is_empty() || k > last + 2 {
                 places.push((k + 1) * length);
                 first.get_or_insert(off.rem_euclid(TAU) / TAU * period * interval_s);

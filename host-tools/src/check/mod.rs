@@ -49,9 +49,10 @@ mod timing;
 
 pub use sets::same;
 
+use crate::error::{Error, Place, Result};
 use crate::model::Kind;
-use crate::recording::Recording;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+use crate::recording::{Channel, Recording};
 use evidence::Evidence;
 use signals::Signals;
 
@@ -66,7 +67,7 @@ pub fn check(recordings: &[Recording], asked: Option<Kind>) -> Vec<DataFinding> 
             one(s, e, asked, &mut found);
         }
     }
-    let kind = asked.or_else(|| evidence.iter().find_map(|e| e.told)).unwrap_or_default();
+    let kind = asked.or_else(|| evidence.iter().find_map(|e| e.told));
     let pairs: Vec<(&Signals<'_>, &Evidence)> = signals.iter().zip(&evidence).collect();
     let blamed = |f: &DataFinding| matches!(f.code, Code::SignReversed | Code::ChannelsSwapped | Code::UnitSuspect);
     if !found.iter().any(blamed) {
@@ -141,6 +142,35 @@ pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> V
         timing::correct(recordings, &mut found);
     }
     found
+}
+
+/// Questions the input of a prediction. With a measured current or speed it is a recording, as in a comparison; a
+/// voltage alone is what somebody wants to know about, and stays as it is. Nothing refuses it: what is wrong with a
+/// measured channel does not change what the model makes of the voltage.
+pub fn question_an_input(recordings: &mut [Recording], kind: Kind) -> Vec<DataFinding> {
+    if recordings.iter().any(is_recorded) {
+        return question(recordings, kind, Purpose::Fit);
+    }
+    let mut found = check(recordings, Some(kind));
+    let as_it_is =
+        |f: &&mut DataFinding| matches!(f.handled, Handled::Masked | Handled::Corrected) && f.code != Code::TimeGap;
+    found.iter_mut().filter(as_it_is).for_each(|f| f.handled = Handled::None);
+    found
+}
+
+/// Whether a recording holds what a motor did, and not a voltage alone.
+pub fn is_recorded(recording: &Recording) -> bool {
+    [Channel::Current, Channel::Speed, Channel::Angle].iter().any(|channel| recording.channel(*channel).is_some())
+}
+
+/// Refuses recordings from which any answer would mean nothing.
+///
+/// # Errors
+/// The first finding that stops.
+pub fn refuse(findings: &[DataFinding]) -> Result<()> {
+    let Some(stop) = stop(findings) else { return Ok(()) };
+    let remedy = stop.remedy.clone().unwrap_or_else(|| "record again; `greyrig check` tells more".to_owned());
+    Err(Error::input(Place::file(&stop.recording), &stop.text, remedy))
 }
 
 /// The finding, if any, that makes every answer meaningless.

@@ -4,6 +4,7 @@ use super::balance::voltage_without_current;
 use super::criteria::T_SIGN;
 use super::evidence::Evidence;
 use super::signals::{Signals, short};
+use crate::mains;
 use crate::model::Kind;
 use crate::recording::Recording;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
@@ -53,8 +54,9 @@ pub fn duplicates(recordings: &[Recording]) -> Vec<DataFinding> {
 /// Factor between the constants of two motors of one type: windings scatter by a few per cent, warm by 40 %.
 const SAME_MOTOR: f64 = 1.6;
 
-/// Recordings whose motors have constants further apart than motors of one type.
-pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Kind) -> Vec<DataFinding> {
+/// Recordings whose motors have constants further apart than motors of one type. `kind`: what motor they are of, if
+/// that is known.
+pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Option<Kind>) -> Vec<DataFinding> {
     let constants: Vec<Option<(f64, f64)>> = all.iter().map(|(s, e)| constant(s, e, kind)).collect();
     let mut found = Vec::new();
     let Some(first) = constants.iter().position(Option::is_some) else { return found };
@@ -71,9 +73,13 @@ pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Kind) -> Vec<DataFindi
                         Code::DifferentMotors,
                         Severity::Warning,
                         format!(
-                            "its back-EMF constant is {} times that of {}: other motors, or another unit of a channel",
+                            "its back-EMF constant is {} times that of {}: {}",
                             short(ratio.exp()),
-                            all[first].0.path().display()
+                            all[first].0.path().display(),
+                            match kind {
+                                Some(_) => "other motors, or another unit of a channel",
+                                None => "other motors, another unit of a channel, or no magnets (--kind universal)",
+                            }
                         ),
                     )
                     .value(ratio.exp(), ""),
@@ -84,13 +90,15 @@ pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Kind) -> Vec<DataFindi
 }
 
 /// K, or volts per speed, with its relative standard error.
-fn constant(s: &Signals<'_>, e: &Evidence, kind: Kind) -> Option<(f64, f64)> {
-    let kind = e.told.unwrap_or(kind);
-    if let Some(fit) = e.voltage(kind) {
-        let sound = fit.t[3] > T_SIGN && e.unexplained(kind)? < 0.2;
+fn constant(s: &Signals<'_>, e: &Evidence, kind: Option<Kind>) -> Option<(f64, f64)> {
+    let kind = e.told.or(kind);
+    if let Some(fit) = e.voltage(kind.unwrap_or_default()) {
+        let sound = fit.t[3] > T_SIGN && e.unexplained(kind.unwrap_or_default())? < 0.2;
         return sound.then(|| (fit.b[3], 1.0 / fit.t[3]));
     }
-    if s.voltage.is_none() || s.current.is_some() || kind != Kind::PmDc {
+    // Without a current nothing tells the kind. On alternating voltage it is no magnet motor.
+    let alternates = s.voltage.is_some_and(|u| mains::period_s(u, s.interval_s).is_some());
+    if s.voltage.is_none() || s.current.is_some() || kind == Some(Kind::Universal) || alternates {
         return None;
     }
     let fit = voltage_without_current(&e.long)?;

@@ -12,7 +12,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::csv::{self, Named};
-use crate::anfis::{Epoch, Keep, Method, Reach, Ridge, Settings, Trained, train};
+use crate::anfis::{Epoch, Keep, Method, Ridge, Settings, Trained, train};
 use crate::error::{Error, Result};
 use crate::network::{FiringName, ShapeName};
 use crate::output;
@@ -164,7 +164,7 @@ fn fit(args: &Fit, terminal: &Terminal) -> Result<ExitCode> {
     let settings = args.settings(data.inputs.len());
     let check = check.as_ref().map(|c| &c.table);
     let trained = terminal.watching("training", |ctx| train(&data.table, check, &settings, ctx))?;
-    for note in notes(&trained) {
+    for note in trained.notes() {
         eprintln!("greyrig: {note}");
     }
     if let Some(path) = &args.out {
@@ -195,31 +195,6 @@ fn columns(table: &Named) -> String {
     names.join(", ")
 }
 
-/// What is to be known before the network is used.
-pub(super) fn notes(trained: &Trained) -> Vec<String> {
-    let mut notes = Vec::new();
-    let pruned = trained.support.iter().filter(|s| s.pruned).count();
-    let weak = trained.support.iter().filter(|s| s.largest < 0.01 && !s.pruned).count();
-    let rules = trained.support.len();
-    if pruned > 0 {
-        notes.push(format!("{pruned} of {rules} rules have no data and were set to zero: there the output fades"));
-    }
-    if weak > 0 {
-        notes.push(format!("{weak} of {rules} rules have no data, yet take part: --prune 0.01 sets them to zero"));
-    }
-    if trained.reach.excess > Reach::FLAGGED {
-        let times = match trained.reach.excess {
-            excess if excess < 1e4 => format!("{excess:.1}"),
-            excess => format!("{excess:.0e}"),
-        };
-        notes.push(format!(
-            "between the data the output leaves the range of the targets by {times} times that range; evaluation clamps it, \
-             a larger --ridge bounds it"
-        ));
-    }
-    notes
-}
-
 fn as_json(data: &Named, trained: &Trained, args: &Fit) -> serde_json::Value {
     let net = &trained.net;
     let (n, m) = (net.inputs, net.functions);
@@ -248,7 +223,7 @@ fn as_json(data: &Named, trained: &Trained, args: &Fit) -> serde_json::Value {
         "premise": net.premise.iter().map(|p| [p.a, p.b, p.c]).collect::<Vec<_>>(),
         "support": trained.support,
         "reach": trained.reach,
-        "notes": notes(trained),
+        "notes": trained.notes(),
         "net": args.out,
         "report": args.answer.report,
     })

@@ -4,18 +4,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::motor::BaseParameter;
-use serde_json::json;
 
 use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::Purpose;
+use crate::answers::calibrate::Request;
 use crate::error::Result;
-use crate::model::lot::{Fault, Onset, Population};
+use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::model::{DetectorEntry, Model};
-use crate::monitor::calibrate::{Calibration, Shown, calibrate};
-use crate::monitor::lot::Outsider;
+use crate::monitor::calibrate::{Calibration, FALSE_ALARMS, Shown};
+use crate::monitor::lot::{OperatingPoint, Outsider};
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
 use crate::output;
@@ -37,6 +36,12 @@ pub struct Args {
     /// Begin of each run that is not judged, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     blanking: f64,
+    /// Share of healthy motors that may fail by what is watched, and as many by the parameters and by the balances
+    #[arg(long, value_name = "SHARE", default_value_t = FALSE_ALARMS)]
+    false_alarms: f64,
+    /// Print what more or fewer false alarms would show
+    #[arg(long)]
+    what_would_be_seen: bool,
     /// Replace existing files
     #[arg(long)]
     force: bool,
@@ -54,39 +59,31 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let Calibration { detector, shown, without_lot, outsiders } =
-        terminal.watching("calibration", |ctx| calibrate(&model, &recordings, args.blanking, ctx))?;
-    let calibrated = Model { detector: Some(detector.clone()), ..model };
+    let request = Request { blanking_s: args.blanking, false_alarms: args.false_alarms };
+    let given = request.question(&model, args.input.load(&terminal.context())?);
+    input::tell(&given.findings);
+    let answer = terminal.watching("calibration", |ctx| request.answer(&model, given, ctx))?;
     if let Some(path) = &args.out {
-        calibrated.save(path, args.force)?;
+        answer.model.save(path, args.force)?;
     }
     if args.json {
-        let body = json!({
-            "detector": detector,
-            "runs": shown,
-            "without_lot": without_lot,
-            "outsiders": outsiders,
-            "model": args.out,
-            "data_findings": findings,
-        });
-        stdout::print_json("calibrate", &args.input.names(), body)?;
+        stdout::print_as_it_is(&answer.as_json(args.out.as_deref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
-    stdout::print_line(&table(&detector, &shown))?;
+    let Calibration { detector, shown, without_lot, outsiders, operating_points } = &answer.calibration;
+    stdout::print_line(&table(detector, shown))?;
     stdout::print_line(&format!(
-        "\nlimits from {} runs of {} motors: they hold {:.1} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
+        "\nlimits from {} runs of {} motors: they hold {} % of healthy motors with {:.0} % confidence, if errors and noise are lognormal and \
          deviations normal over the motors",
         detector.runs,
         detector.motors,
-        100.0 * detector.holds[0],
+        percent(detector.holds[0]),
         100.0 * detector.holds[1]
     ))?;
-    for line in of_parameters(&calibrated, &detector) {
+    for line in of_parameters(&answer.model, detector) {
         stdout::print_line(&line)?;
     }
-    for Outsider { recording, finding, .. } in &outsiders {
+    for Outsider { recording, finding, .. } in outsiders {
         stdout::print_line(&format!(
             "{recording} looks like none of the others: {}, {:.1} times what they allow; calibrate without it if it is not healthy",
             finding.text, finding.ratio
@@ -99,7 +96,15 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
              what is there from the start has to exceed the lot's own scatter",
         )?;
     }
-    if let Some(why) = &without_lot {
+    if args.what_would_be_seen && !operating_points.is_empty() {
+        for (onset, words) in [(Onset::During, "begins during the test"), (Onset::Start, "is there from the start")] {
+            stdout::print_line(&format!("\n{}", by_false_alarms(operating_points, onset)))?;
+            stdout::print_line(&format!(
+                "\nsmallest fault that {words} which 95 % of motors show, by the share of healthy ones that fail"
+            ))?;
+        }
+    }
+    if let Some(why) = without_lot {
         stdout::print_line(&format!(
             "without what is usual in the lot: {why}; give whole runs of one profile to find smaller faults"
         ))?;
@@ -138,15 +143,35 @@ fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
 fn smallest(lot: &Population) -> String {
     let mut table = words::table(&["fault", "during the test", "from the start"]);
     for fault in Fault::ALL {
-        let of = |onset: Onset| {
-            let limit = lot.limits.iter().find(|limit| limit.fault == fault && limit.onset == onset)?;
-            Some(fault.told(limit.seen)).filter(|_| fault.holds(limit.seen))
-        };
-        let cells = [Onset::During, Onset::Start].map(|onset| of(onset).unwrap_or_else(|| "–".to_owned()));
-        let [during, start] = cells;
+        let [during, start] = [Onset::During, Onset::Start].map(|onset| seen(&lot.limits, fault, onset));
         table.add_row([fault.words().to_owned(), during, start]);
     }
     table.to_string()
+}
+
+/// The same by how many healthy motors fail.
+fn by_false_alarms(points: &[OperatingPoint], onset: Onset) -> String {
+    let shares: Vec<String> = points.iter().map(|point| format!("{} %", percent(point.false_alarms))).collect();
+    let heads: Vec<&str> = std::iter::once("fault").chain(shares.iter().map(String::as_str)).collect();
+    let mut table = words::table(&heads);
+    for fault in
+        Fault::ALL.into_iter().filter(|fault| points[0].limits.iter().any(|l| l.fault == *fault && l.onset == onset))
+    {
+        let cells = points.iter().map(|point| seen(&point.limits, fault, onset));
+        table.add_row(std::iter::once(fault.words().to_owned()).chain(cells));
+    }
+    table.to_string()
+}
+
+fn seen(limits: &[Limit], fault: Fault, onset: Onset) -> String {
+    let limit = limits.iter().find(|limit| limit.fault == fault && limit.onset == onset);
+    let told = limit.filter(|limit| fault.holds(limit.seen)).map(|limit| fault.told(limit.seen));
+    told.unwrap_or_else(|| "–".to_owned())
+}
+
+/// A share in per cent, without what rounding adds.
+fn percent(share: f64) -> f64 {
+    (1e8 * share).round() / 1e6
 }
 
 fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {

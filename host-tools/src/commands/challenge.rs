@@ -8,7 +8,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::challenge::{Challenge, Challenged, challenge};
-use crate::check::Purpose;
+use crate::check::{self, Purpose};
 use crate::error::Result;
 use crate::model::{Model, catalogue};
 
@@ -40,7 +40,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let effects = catalogue::effects(&args.effect)?;
     let mut recordings = args.input.load(&terminal.context())?;
     let findings = input::question(&mut recordings, model.kind, Purpose::Fit);
-    input::refuse(&findings)?;
+    check::refuse(&findings)?;
     let result = terminal.watching("challenge", |ctx| challenge(&recordings, &model, &effects, ctx))?;
     if args.json {
         let answer = Answered { answer: &result, data_findings: &findings };

@@ -2,14 +2,12 @@
 
 use std::process::ExitCode;
 
-use clap::ValueEnum;
-use serde_json::json;
-
 use super::input::Input;
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
-use crate::check::{check, stop};
+use crate::answers::check::Request;
+use crate::check::stop;
 use crate::error::{EXIT_BAD_INPUT, Result};
 use crate::model::Kind;
 use crate::recording::finding::DataFinding;
@@ -37,14 +35,14 @@ pub struct Args {
 /// Recordings that cannot be read.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let recordings = args.input.load(&terminal.context())?;
-    let told = || recordings.iter().find_map(|r| Kind::from_str(r.metadata().get("motor")?, false).ok());
-    let found = check(&recordings, args.kind.or_else(told));
+    let answer = Request { kind: args.kind }.answer(&recordings);
+    let found = &answer.findings;
     if args.json {
-        stdout::print_json("check", &args.input.names(), json!({ "data_findings": found }))?;
+        stdout::print_as_it_is(&answer.as_json()?.to_string())?;
     } else {
-        stdout::print_line(&in_words(&found, &args.input.names()))?;
+        stdout::print_line(&in_words(found, &args.input.names()))?;
     }
-    Ok(if stop(&found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
+    Ok(if stop(found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
 }
 
 fn in_words(found: &[DataFinding], names: &[String]) -> String {

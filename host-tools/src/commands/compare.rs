@@ -1,23 +1,19 @@
 //! `greyrig compare`: a model against measurements, and where it fails.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use serde::Serialize;
-
 use super::answer::Answer;
-use super::input::{self, Answered, Input};
+use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::compare::Request;
 use crate::between::Course;
-use crate::check::Purpose;
-use crate::compare::{Comparison, compare_along};
 use crate::error::Result;
-use crate::model::{Model, Origin};
+use crate::model::Model;
 use crate::output;
 use crate::recording::check_extension;
-use crate::report::Report;
 
 /// Model against measurement, and where the model fails.
 #[derive(Debug, clap::Args)]
@@ -41,15 +37,6 @@ pub struct Args {
     answer: Answer,
 }
 
-/// A comparison, and where it was written to sample by sample.
-#[derive(Serialize)]
-struct Written<'a> {
-    #[serde(flatten)]
-    comparison: &'a Comparison,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    out: Option<&'a Path>,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -60,31 +47,22 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     args.out.as_deref().map_or(Ok(()), check_extension)?;
     let model = Model::load(&args.model)?;
-    let mut recordings = args.input.load(&terminal.context())?;
-    let findings = input::question(&mut recordings, model.kind, Purpose::Fit);
-    input::refuse(&findings)?;
-    let comparison = compare_along(&model, &recordings, args.course, &terminal.context())?;
+    let request = Request { course: args.course };
+    let given = request.question(&model, args.input.load(&terminal.context())?);
+    input::tell(&given.findings);
+    let answer = request.answer(&model, given, &terminal.context())?;
     if let Some(path) = &args.out {
-        comparison.series(recordings[0].motion()).write(path, args.answer.force, &terminal.context())?;
+        answer.series().write(path, args.answer.force, &terminal.context())?;
     }
     if let Some(path) = &args.answer.report {
-        let files: Vec<Origin> = recordings.iter().map(Origin::from).collect();
-        let name = model.motor.as_deref().unwrap_or("motor");
-        Report::new(format!("{name}: model against measurement"))
-            .comparison("Model against measurement", &comparison, &model)
-            .recordings(&files)
-            .write(path, args.answer.force)?;
+        answer.report().write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        let answer = Answered {
-            answer: Written { comparison: &comparison, out: args.out.as_deref() },
-            data_findings: &findings,
-        };
-        stdout::print_json("compare", &args.input.names(), answer)?;
+        stdout::print_as_it_is(&answer.as_json(args.out.as_deref())?.to_string())?;
     } else {
-        stdout::print_line(&words::errors(&comparison))?;
-        stdout::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&comparison)))?;
+        stdout::print_line(&words::errors(&answer.comparison))?;
+        stdout::print_line(&format!("\nwhere the model fails:\n{}", words::regions(&answer.comparison)))?;
         if let Some(path) = &args.out {
             stdout::print_line(&format!("\nwritten: {}", path.display()))?;
         }

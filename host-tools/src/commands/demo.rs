@@ -186,7 +186,7 @@ impl Story {
                 self.attempts.noise_floor(),
             )
             .text("Why", self.diagnosis.verdict.text.clone())
-            .table("Candidates", super::diagnose::candidates_in_report(&self.diagnosis))
+            .table("Candidates", crate::answers::diagnose::candidates_in_report(&self.diagnosis))
             .table("A learned correction beside the model", corrections_in_report(&self.corrections))
             .table("Motors judged", station_in_report(&self.station));
         figures(page, alone, with_correction, &self.station.of_the_type)

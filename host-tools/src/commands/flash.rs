@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::parameters::block::payload_crc;
-use greyrig::parameters::{Settings, section};
+use greyrig::parameters::{Rig, Text, section};
 use greyrig::units::CalibrationSettings;
 use serde_json::json;
 
@@ -12,7 +12,8 @@ use super::stdout;
 use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::connection::check_layout;
-use crate::device::{Connection, Port, image, parameters, update};
+use crate::device::image::{self, Image};
+use crate::device::{Connection, Port, parameters, rig, update};
 use crate::error::{Error, Result};
 use crate::model::Model;
 
@@ -36,11 +37,10 @@ pub struct Args {
     /// By a debug probe (cargo greyrig-full); the chip is an STM32G474RETx unless another is named
     #[arg(long, value_name = "CHIP", num_args = 0..=1, default_missing_value = "STM32G474RETx")]
     probe: Option<String>,
-    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own over --port, and gets
-    /// the usual ranges elsewhere
+    /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
-    /// Serial number or name of the rig; without it the rig keeps its own over --port
+    /// Serial number or name of the rig; without it the rig keeps its own
     #[arg(long, value_name = "NAME")]
     rig: Option<String>,
     /// Also a model of which the data held out said that what was added last does not belong to it
@@ -66,32 +66,28 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if !args.unaccepted {
         model.require_accepted(&args.model)?;
     }
-    let given = args.calibration.as_deref().map(parameters::calibration).transpose()?;
-    let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
-    // Over the link the rig keeps what nobody gives anew.
-    let there = match &port {
-        Some(port) if given.is_none() || args.rig.is_none() => in_force(port, given.is_none(), &terminal.context())?,
-        _ => None,
-    };
-    let (calibration, source) = match (given, &there) {
-        (Some(given), _) => (given, Calibration::Given),
-        (None, Some(there)) => (there.calibration, Calibration::Kept),
-        (None, None) => (CalibrationSettings::default(), Calibration::Usual),
-    };
-    let kept = there.as_ref().map_or("", |settings| settings.rig.as_str());
-    let rig = args.rig.as_deref().unwrap_or(kept);
-    let settings = parameters::settings(&model, &args.model, calibration, rig)?;
+    let settings = parameters::settings(&model, &args.model)?;
     let payload = parameters::payload(&settings, &args.model)?;
+    let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
+    let name = args.rig.as_deref().map(parameters::rig_name).transpose()?;
+    let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
+    let rig = match &port {
+        Some(port) => of_port(port, name, calibration, &terminal.context())?,
+        None => of_image(name, calibration)?,
+    };
+    let rig_payload = rig.write.as_ref().map(parameters::rig_payload).transpose()?;
     let mut told = json!({
         "model": args.model.display().to_string(),
         "bytes": payload.len(),
         "crc32": format!("{:08x}", payload_crc(&payload)),
-        "calibration": source,
-        "rig": rig,
+        "calibration": rig.source,
+        "rig": rig.name,
+        "rig_written": rig.write.is_some() && !args.dry_run,
         "dry_run": args.dry_run,
         "verified": !args.dry_run,
     });
     let mut add = |key: &str, value: serde_json::Value| told[key] = value;
+    let image = Image { parameters: payload.clone(), rig: rig_payload.clone() };
     let where_to = if let Some(port) = &port {
         let name = &port.name;
         add("port", json!(name));
@@ -103,6 +99,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             add("already_there", json!(same));
             format!("{} on {name}{}", device.board, if same { ", which has them already" } else { "" })
         } else {
+            // The rig first: a motor never runs with another rig's calibration.
+            if let Some(rig) = &rig_payload {
+                terminal.watching("writing the rig", |ctx| update::write_rig(port, rig, ctx))?;
+            }
             let (device, block) = terminal.watching("writing", |ctx| update::write(port, &payload, ctx))?;
             add("device", json!(device));
             add("slot", json!(block.slot));
@@ -111,29 +111,28 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         }
     } else if let Some(path) = &args.image {
         add("image", json!(path.display().to_string()));
+        add("address", json!(image.address()));
         if !args.dry_run {
-            image::write(&payload, path, args.force)?;
+            image::write(&image, path, args.force)?;
         }
-        path.display().to_string()
+        format!("{}, for {:#010X}", path.display(), image.address())
     } else if let Some(chip) = &args.probe {
         add("chip", json!(chip));
-        by_probe(&payload, chip, args.dry_run)?;
+        by_probe(&image, chip, args.dry_run)?;
         format!("{chip} by debug probe")
     } else {
         return Err(Error::usage("there is nowhere to write to", "give --port, --image or --probe"));
     };
-    match source {
+    match rig.source {
         Calibration::Given => {}
         Calibration::Kept => eprintln!("greyrig: no --calibration: the rig keeps the one that it has"),
-        Calibration::Usual if port.is_some() => {
-            eprintln!(
-                "greyrig: no --calibration, and the rig has none: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s"
-            );
-        }
         Calibration::Usual => eprintln!(
-            "greyrig: no --calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s, in the place of any that the rig has; \
-             over --port it would keep its own"
+            "greyrig: no --calibration, and the rig has none: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s; set one with \
+             `greyrig rig --calibration`"
         ),
+        Calibration::Untouched => {
+            eprintln!("greyrig: no --calibration: what the rig has of its own stays as it is");
+        }
     }
     if args.json {
         stdout::print_json("flash", &[], told)?;
@@ -144,41 +143,85 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where the calibration that is written comes from.
+/// Where the calibration that the motor runs with comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Calibration {
     /// From a file.
     Given,
-    /// The rig's own, read back.
+    /// The rig's own.
     Kept,
     /// The usual ranges.
     Usual,
+    /// The rig was not asked: whatever it has.
+    Untouched,
 }
 
-/// The parameters that the rig runs with, none if it has none. Where its calibration is wanted, parameters that cannot
-/// be read are an error: nobody may guess it.
-fn in_force(port: &Port, calibration: bool, ctx: &Context) -> Result<Option<Settings>> {
+/// What of the rig goes with the motor's parameters.
+struct OfRig {
+    /// Its block, if one is to be written.
+    write: Option<Rig>,
+    /// Its name, as far as that is known.
+    name: String,
+    source: Calibration,
+}
+
+/// Over the link the rig keeps what nobody gives anew. Where it stands in a motor's block of before, which is about to be
+/// replaced, it gets a block of its own. Parameters that cannot be read are an error: nobody may guess a calibration.
+fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSettings>, ctx: &Context) -> Result<OfRig> {
     let (mut connection, device) = Connection::open(port, ctx)?;
     check_layout(&device)?;
-    let payload = connection.read_parameters()?;
-    match section::decode(&payload) {
-        Ok(settings) => Ok(Some(settings)),
-        Err(error) if calibration && !payload.is_empty() => Err(Error::link(
-            format!("the rig's parameters cannot be read, and so not its calibration: {error}"),
-            "give --calibration RIG.toml",
+    let own = connection.read_rig()?;
+    let there = if own.is_empty() {
+        let payload = connection.read_parameters()?;
+        match section::decode(&payload) {
+            Ok(settings) => settings.rig,
+            Err(error) if calibration.is_none() && !payload.is_empty() => {
+                return Err(Error::link(
+                    format!("the rig's parameters cannot be read, and so not its calibration: {error}"),
+                    "give --calibration RIG.toml",
+                ));
+            }
+            Err(_) => None,
+        }
+    } else if calibration.is_some() && name.is_some() {
+        None
+    } else {
+        rig::of(&mut connection, None)?
+    };
+    let source = match (&calibration, &there) {
+        (Some(_), _) => Calibration::Given,
+        (None, Some(_)) => Calibration::Kept,
+        (None, None) => Calibration::Usual,
+    };
+    let changes = calibration.is_some() || name.is_some() || (own.is_empty() && there.is_some());
+    let before = there.unwrap_or_default();
+    let rig = Rig { name: name.unwrap_or(before.name), calibration: calibration.unwrap_or(before.calibration) };
+    Ok(OfRig { name: rig.name.to_string(), write: changes.then_some(rig), source })
+}
+
+/// An image and a probe cannot ask the rig: its block is written whole, or stays as it is.
+fn of_image(name: Option<Text>, calibration: Option<CalibrationSettings>) -> Result<OfRig> {
+    match (name, calibration) {
+        (Some(_), None) => Err(Error::usage(
+            "the rig's name cannot be written without its calibration here",
+            "give --calibration RIG.toml, too, or set the name with greyrig rig --port PORT --name NAME",
         )),
-        Err(_) => Ok(None),
+        (name, Some(calibration)) => {
+            let rig = Rig { name: name.unwrap_or_default(), calibration };
+            Ok(OfRig { name: rig.name.to_string(), write: Some(rig), source: Calibration::Given })
+        }
+        (None, None) => Ok(OfRig { write: None, name: String::new(), source: Calibration::Untouched }),
     }
 }
 
 #[cfg(feature = "probe")]
-fn by_probe(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
-    Ok(crate::device::probe::write(payload, chip, dry_run)?)
+fn by_probe(image: &Image, chip: &str, dry_run: bool) -> Result<()> {
+    Ok(crate::device::probe::write(image, chip, dry_run)?)
 }
 
 #[cfg(not(feature = "probe"))]
-fn by_probe(_: &[u8], _: &str, _: bool) -> Result<()> {
+fn by_probe(_: &Image, _: &str, _: bool) -> Result<()> {
     Err(Error::usage(
         "this greyrig was built without debug probes",
         "use `cargo greyrig-full flash …`, or --port or --image",

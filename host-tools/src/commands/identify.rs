@@ -3,18 +3,14 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use serde_json::json;
-
 use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::identify::{Answer, Request};
 use crate::between::Course;
-use crate::check::Purpose;
-use crate::compare::compare_along;
-use crate::diagnose::change;
-use crate::error::{Error, Result, if_possible};
-use crate::identify::{self, Method, Settings};
+use crate::error::Result;
+use crate::identify::Method;
 use crate::model::{Assignment, Base, Kind, catalogue};
 use crate::output;
 use crate::term::Formula;
@@ -85,71 +81,38 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         output::refuse_overwrite(path, args.force)?;
     }
-    if args.cutoff.is_some_and(|hz| !(hz > 0.0 && hz.is_finite())) {
-        return Err(Error::usage("--cutoff must be a positive frequency", "give it in Hz, such as --cutoff 250"));
-    }
-    let mut recordings = args.input.load(&terminal.context())?;
-    let kind = Kind::of(args.kind, &recordings);
-    let findings = input::question(&mut recordings, kind, Purpose::Fit);
-    input::refuse(&findings)?;
-    let mut settings = Settings::new(kind);
-    settings.method = args.method;
-    settings.base = args.base.unwrap_or(settings.base);
-    settings.effects = catalogue::effects(&args.effect)?;
-    settings.terms.clone_from(&args.term);
-    settings.fixed.clone_from(&args.fix);
-    settings.bounds.clone_from(&args.bound);
-    settings.course = args.course;
-    settings.filter.order = args.order;
-    if let Some(cutoff) = args.cutoff {
-        settings.filter.cutoff_hz = cutoff;
-        settings.cutoff_given = true;
-    }
-    let mut identification = terminal.watching("output error", |ctx| {
-        change::hold(&mut settings, &recordings, ctx)?;
-        identify::identify(&recordings, &settings, ctx)
-    })?;
-    // A model without K, say, cannot be simulated on these recordings; the estimate stands all the same.
-    let comparison = if_possible(compare_along(&identification.model, &recordings, args.course, &terminal.context()))?;
-    if let Some(c) = &comparison {
-        for (name, esr) in [("current", c.esr.current), ("speed", c.esr.speed), ("torque", c.esr.torque)] {
-            if let Some(esr) = esr {
-                identification.model.provenance.esr.insert(name.to_owned(), esr);
-            }
-        }
-    }
+    let request = Request {
+        kind: args.kind,
+        method: args.method,
+        base: args.base,
+        effects: catalogue::effects(&args.effect)?,
+        terms: args.term.clone(),
+        fixed: args.fix.clone(),
+        bounds: args.bound.clone(),
+        course: args.course,
+        cutoff_hz: args.cutoff,
+        order: Some(args.order),
+    };
+    request.check()?;
+    let given = request.question(args.input.load(&terminal.context())?);
+    input::tell(&given.findings);
+    let answer = terminal.watching("output error", |ctx| request.answer(given, ctx))?;
+    let Answer { identification, comparison, .. } = &answer;
     if let Some(path) = &args.out {
         identification.model.save(path, args.force)?;
     }
     if args.json {
-        stdout::print_json(
-            "identify",
-            &args.input.names(),
-            json!({
-                "kind": kind,
-                "parameters": identification.parameters,
-                "flux_at_peak": identification.flux,
-                "condition": identification.condition,
-                "esr": comparison.as_ref().map(|c| c.esr),
-                "noise_floor": comparison.as_ref().map(|c| c.noise_floor),
-                "noise_floor_source": comparison.as_ref().and_then(|c| c.noise_floor_source.clone()),
-                "filter": identification.model.filter,
-                "input": comparison.as_ref().and_then(|c| c.input),
-                "notes": identification.notes,
-                "data_findings": findings,
-                "model": args.out,
-            }),
-        )?;
+        stdout::print_as_it_is(&answer.as_json(args.out.as_deref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
-    stdout::print_line(&words::parameters(&identification))?;
+    stdout::print_line(&words::parameters(identification))?;
     if let Some(flux) = &identification.flux {
         stdout::print_line(&words::flux(flux))?;
     }
     for note in &identification.notes {
         stdout::print_line(&format!("note: {note}"))?;
     }
-    if let Some(comparison) = &comparison {
+    if let Some(comparison) = comparison {
         stdout::print_line(&format!("\n{}", words::errors(comparison)))?;
     }
     if let Some(path) = &args.out {

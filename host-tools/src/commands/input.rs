@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::next::CommandLine;
+use crate::answers::next::Files;
 use crate::check::{self, Purpose};
 use crate::context::Context;
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
 use crate::model::Kind;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
-use crate::recording::{self, Channel, MapArgs, Recording};
+use crate::recording::{self, MapArgs, Recording};
 
 /// Recordings and how their columns are named.
 #[derive(Debug, clap::Args)]
@@ -31,20 +31,9 @@ impl Input {
         load(&self.recordings, &self.map, ctx)
     }
 
-    /// A command on the same recordings, read in the same way.
-    pub fn again(&self, command: CommandLine) -> CommandLine {
-        self.again_with(command, "")
-    }
-
-    /// The same with the option that mends them: a channel is mapped once.
-    pub fn again_with(&self, command: CommandLine, remedy: &str) -> CommandLine {
-        let words = shlex::split(remedy).unwrap_or_default();
-        let mapped = |map: &&String| {
-            let target = map.split('=').next().unwrap_or_default();
-            words.iter().any(|word| word.split('=').next() == Some(target))
-        };
-        let others = self.map.map.iter().filter(|map| !mapped(map));
-        command.files(&self.recordings).option("--map", others).with(&words)
+    /// The files, and how their columns are named.
+    pub fn files(&self) -> Files {
+        Files { recordings: self.recordings.clone(), map: self.map.map.clone() }
     }
 
     /// The names of the recordings, as the user gave them.
@@ -71,33 +60,26 @@ pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recor
 /// their purpose allows.
 pub fn question(recordings: &mut [Recording], kind: Kind, purpose: Purpose) -> Vec<DataFinding> {
     let found = check::question(recordings, kind, purpose);
-    // Of what is masked the reader has told already.
-    let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
-    for finding in found.iter().filter(|f| f.severity == Severity::Warning && !told(f)) {
-        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
-    }
+    tell(&found);
     found
 }
 
-/// Questions the input of a prediction. With a measured current or speed it is a recording, as in a comparison; a
-/// voltage alone is what somebody wants to know about, and stays as it is. Nothing refuses it: what is wrong with a
-/// measured channel does not change what the model makes of the voltage.
-pub fn question_an_input(recordings: &mut [Recording], kind: Kind) -> Vec<DataFinding> {
-    let measured = [Channel::Current, Channel::Speed, Channel::Angle];
-    let is_recorded = |r: &Recording| measured.iter().any(|channel| r.channel(*channel).is_some());
-    let found = if recordings.iter().any(is_recorded) {
-        question(recordings, kind, Purpose::Fit)
-    } else {
-        let mut found = check::check(recordings, Some(kind));
-        let as_it_is =
-            |f: &&mut DataFinding| matches!(f.handled, Handled::Masked | Handled::Corrected) && f.code != Code::TimeGap;
-        found.iter_mut().filter(as_it_is).for_each(|f| f.handled = Handled::None);
-        found
-    };
-    for finding in found.iter().filter(|f| f.severity == Severity::Stop) {
+/// Says on stderr what may spoil an answer.
+pub fn tell(found: &[DataFinding]) {
+    // Of what is masked the reader has told already.
+    let told = |f: &DataFinding| f.code == Code::Clipped && f.handled == Handled::Masked;
+    tell_of(found.iter().filter(|f| f.severity == Severity::Warning && !told(f)));
+}
+
+/// Says on stderr what spoils an answer that is given all the same.
+pub fn tell_stops(found: &[DataFinding]) {
+    tell_of(found.iter().filter(|f| f.severity == Severity::Stop));
+}
+
+fn tell_of<'a>(found: impl Iterator<Item = &'a DataFinding>) {
+    for finding in found {
         eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
     }
-    found
 }
 
 /// An answer with what was found about the data.
@@ -108,14 +90,4 @@ pub struct Answered<'a, T: Serialize> {
     pub answer: T,
     /// About the recordings.
     pub data_findings: &'a [DataFinding],
-}
-
-/// Refuses recordings from which any answer would mean nothing.
-///
-/// # Errors
-/// The first finding that stops.
-pub fn refuse(findings: &[DataFinding]) -> Result<()> {
-    let Some(stop) = check::stop(findings) else { return Ok(()) };
-    let remedy = stop.remedy.clone().unwrap_or_else(|| "record again; `greyrig check` tells more".to_owned());
-    Err(Error::input(Place::file(&stop.recording), &stop.text, remedy))
 }

@@ -20,7 +20,6 @@ mod input;
 mod kept;
 pub mod master;
 pub mod monitor;
-mod next;
 pub mod plan;
 pub mod ports;
 pub mod predict;

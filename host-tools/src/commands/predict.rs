@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use serde_json::{Value, json};
-
 use super::input;
 use super::stdout;
 use super::terminal::Terminal;
-use crate::error::{Error, Result};
-use crate::forecast::{self, Band, Extrapolation, Prediction, Settings, Source, Stretch, Supply};
+use crate::answers::predict::Request;
+use crate::check;
+use crate::error::Result;
+use crate::forecast::{Band, Extrapolation, Prediction, Settings, Source, Stretch, Supply};
 use crate::model::{Assignment, Model};
 use crate::output;
 use crate::recording::{Channel, MapArgs, check_extension};
@@ -59,70 +59,26 @@ pub struct Args {
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     output::refuse_overwrite(&args.out, args.force)?;
     check_extension(&args.out)?;
-    let settings = settings(args)?;
+    let settings =
+        Settings { input: args.course, band: args.band.map(|percent| percent / 100.0), ..Default::default() };
+    let mut request = Request { settings };
+    args.initial.iter().try_for_each(|part| request.begin_with(part))?;
     let model = Model::load(&args.model)?;
-    let mut recordings = input::load(std::slice::from_ref(&args.input), &args.map, &terminal.context())?;
-    let findings = input::question_an_input(&mut recordings, model.kind);
-    let recording = &recordings[0];
-    let prediction = terminal.watching("predict", |ctx| forecast::predict(&model, recording, &settings, ctx))?;
-    prediction.series(&model, recording).write(&args.out, args.force, &terminal.context())?;
+    let recordings = input::load(std::slice::from_ref(&args.input), &args.map, &terminal.context())?;
+    let given = request.question(&model, recordings);
+    if given.recordings.iter().any(check::is_recorded) {
+        input::tell(&given.findings);
+    }
+    input::tell_stops(&given.findings);
+    let answer = terminal.watching("predict", |ctx| request.answer(&model, given, ctx))?;
+    answer.series.write(&args.out, args.force, &terminal.context())?;
     if args.json {
-        let names = [args.input.display().to_string()];
-        let mut told = in_json(&prediction);
-        told["model"] = json!(args.model);
-        told["out"] = json!(args.out);
-        told["data_findings"] = json!(findings);
-        stdout::print_json("predict", &names, told)?;
+        stdout::print_as_it_is(&answer.as_json(Some(&args.model), Some(&args.out))?.to_string())?;
     } else {
-        stdout::print_line(&in_words(&prediction, &model))?;
+        stdout::print_line(&in_words(&answer.prediction, &model))?;
         stdout::print_line(&format!("\nwritten: {}", args.out.display()))?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn settings(args: &Args) -> Result<Settings> {
-    let mut settings =
-        Settings { input: args.course, band: args.band.map(|percent| percent / 100.0), ..Default::default() };
-    for Assignment { name, value } in &args.initial {
-        let state = match name.as_str() {
-            "i_a" => &mut settings.current,
-            "omega_rad_s" | "v_m_s" => &mut settings.speed,
-            _ => {
-                return Err(Error::usage(
-                    format!("{name} is no part of the state at the begin"),
-                    "give --initial i_a=…,omega_rad_s=…",
-                ));
-            }
-        };
-        if state.replace(*value).is_some() {
-            return Err(Error::usage(format!("--initial gives {name} twice"), "give it once"));
-        }
-    }
-    Ok(settings)
-}
-
-fn in_json(prediction: &Prediction) -> Value {
-    let extrapolation = prediction.extrapolation.as_ref();
-    json!({
-        "samples": prediction.recorded(),
-        "sample_time_s": prediction.interval_s,
-        "input": prediction.course,
-        "speed_sensor": prediction.speed_sensor,
-        "initial": prediction.begin,
-        "band": prediction.band.as_ref().map(|band| band.share),
-        "extrapolated": extrapolation.map(|e| &e.stretches),
-        "final": prediction.last().map(|n| {
-            let of = |values: &[f64], band: Option<&[Vec<f64>; 2]>| {
-                json!({ "value": values[n], "band": band.map(|[low, high]| [low[n], high[n]]) })
-            };
-            let band = prediction.band.as_ref();
-            json!({
-                "t_s": prediction.time_s(n),
-                "i_a": of(&prediction.current, band.and_then(|band| band.current.as_ref())),
-                "omega_rad_s": of(&prediction.speed, band.and_then(|band| band.speed.as_ref())),
-            })
-        }),
-    })
 }
 
 fn in_words(prediction: &Prediction, model: &Model) -> String {

@@ -6,8 +6,7 @@ use std::process::ExitCode;
 
 use greyrig::faults::TABLE;
 use greyrig::link::message::Status;
-use greyrig::parameters::section;
-use greyrig::units::CalibrationSettings;
+use greyrig::parameters::{Rig, section};
 use serde_json::json;
 
 use super::kept::{keep, keep_elsewhere};
@@ -16,7 +15,7 @@ use super::terminal::Terminal;
 use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
-use crate::device::{self, Connection, Port, RIG, recorded};
+use crate::device::{self, Connection, Port, RIG, recorded, rig};
 use crate::error::{EXIT_HARDWARE, Error, Result};
 use crate::output;
 use crate::recording;
@@ -68,20 +67,17 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     output::refuse_overwrite(&args.out, args.force)?;
     let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
     let (mut connection, device) = Connection::open(&port, &terminal.context())?;
-    let payload = connection.read_parameters()?;
-    let (calibration, mut metadata) = match section::decode(&payload) {
-        Ok(settings) => {
-            let named = [("motor", settings.motor_type), ("rig", settings.rig)];
-            let named = named.into_iter().filter(|(_, name)| !name.is_empty());
-            (settings.calibration, named.map(|(key, name)| (key.to_owned(), name.to_string())).collect())
-        }
-        Err(_) => {
-            eprintln!(
-                "greyrig: the microcontroller has no parameters: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s"
-            );
-            (CalibrationSettings::default(), BTreeMap::new())
-        }
-    };
+    let settings = section::decode(&connection.read_parameters()?).ok();
+    let rig = rig::of(&mut connection, settings.as_ref())?;
+    if rig.is_none() {
+        eprintln!(
+            "greyrig: the rig has no calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s; set one with `greyrig rig`"
+        );
+    }
+    let Rig { name, calibration } = rig.unwrap_or_default();
+    let named = [("motor", settings.map(|settings| settings.motor_type).unwrap_or_default()), ("rig", name)];
+    let named = named.into_iter().filter(|(_, name)| !name.is_empty());
+    let mut metadata: BTreeMap<_, _> = named.map(|(key, name)| (key.to_owned(), name.to_string())).collect();
     recorded::describe(&mut metadata, &device);
     let Ended { capture, early } =
         terminal.watching("recording", |ctx| capture::record(&port, &device, connection, count as usize, ctx))?;

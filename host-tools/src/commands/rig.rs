@@ -1,10 +1,9 @@
 //! `greyrig rig`: what belongs to a rig.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::detector::Verdict;
-use greyrig::parameters::{MAX_TEXT, Text};
 use greyrig::units::Scale;
 use serde_json::json;
 
@@ -12,14 +11,14 @@ use super::terminal::Terminal;
 use super::{stdout, words};
 use crate::device::rig::{self, Rig};
 use crate::device::{Port, connection, parameters, update};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// What belongs to a rig: its name, its channels' calibration, the motor type on board, and how it is.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  greyrig rig --port /dev/ttyACM0\n  \
     greyrig rig --port /dev/ttyACM0 --name \"rig 3\" --calibration rig.toml\n\n\
-    Name and calibration are written beside the motor's parameters, which stay as they are; without parameters on board use\n\
-    `greyrig flash`. Exit code: 0 done, 2 wrong usage, 3 trouble with the link.")]
+    Name and calibration are the rig's own: they stand in a block by themselves, which `greyrig flash` leaves as it is.\n\
+    Exit code: 0 done, 2 wrong usage, 3 trouble with the link.")]
 pub struct Args {
     /// A serial device, a pseudo-terminal, or tcp:HOST:PORT
     #[arg(long, value_name = "PORT")]
@@ -44,26 +43,27 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A calibration that cannot be read, a name that is too long, a rig without parameters, trouble with the link.
+/// A calibration that cannot be read, a name that is too long, trouble with the link.
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
-    let too_long = |_| Error::usage(format!("the rig's name is longer than {MAX_TEXT} bytes"), "choose a shorter one");
-    let name = args.name.as_deref().map(|name| Text::try_from(name).map_err(too_long)).transpose()?;
+    let name = args.name.as_deref().map(parameters::rig_name).transpose()?;
     let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
     let ctx = terminal.context();
     let mut there = rig::read(&port, &ctx)?;
     let changes = name.is_some() || calibration.is_some();
     if changes {
-        let Some(mut settings) = there.settings.take() else {
-            return Err(Error::usage(
-                format!("{} has no parameters in which a name or a calibration could stand", args.port),
-                "write a motor's: greyrig flash --model MODEL.toml --port PORT --rig NAME --calibration RIG.toml",
-            ));
+        if there.rig.is_none() && calibration.is_none() {
+            eprintln!(
+                "greyrig: no --calibration, and the rig has none: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s"
+            );
+        }
+        let before = there.rig.take().unwrap_or_default();
+        let rig = greyrig::parameters::Rig {
+            name: name.unwrap_or(before.name),
+            calibration: calibration.unwrap_or(before.calibration),
         };
-        settings.rig = name.unwrap_or(settings.rig);
-        settings.calibration = calibration.unwrap_or(settings.calibration);
-        let payload = parameters::payload(&settings, Path::new(&args.port))?;
-        terminal.watching("writing", |ctx| update::write(&port, &payload, ctx))?;
+        let payload = parameters::rig_payload(&rig)?;
+        terminal.watching("writing", |ctx| update::write_rig(&port, &payload, ctx))?;
     }
     if args.clear_faults {
         rig::clear_faults(&port, &ctx)?;
@@ -84,7 +84,7 @@ fn channels(rig: &Rig) -> Vec<(&'static str, Scale, &'static str)> {
     let of = |c: &greyrig::units::CalibrationSettings| {
         vec![("voltage", c.voltage, "V"), ("current", c.current, "A"), ("speed", c.speed, "rad/s")]
     };
-    rig.settings.as_ref().map_or_else(Vec::new, |settings| of(&settings.calibration))
+    rig.rig.as_ref().map_or_else(Vec::new, |rig| of(&rig.calibration))
 }
 
 /// A verdict in words.
@@ -97,13 +97,13 @@ const fn verdict(verdict: Verdict) -> &'static str {
 }
 
 fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
-    let Rig { device, status, settings } = rig;
+    let Rig { device, status, settings, rig: own } = rig;
     let named = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
     let mut table = words::table(&["", port]);
     let mut row = |what: &str, value: String| {
         table.add_row([what.to_owned(), value]);
     };
-    row("rig", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.rig)));
+    row("rig", own.as_ref().map_or_else(|| "–".into(), |rig| named(&rig.name)));
     row("motor type on board", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.motor_type)));
     row("board", format!("{}, firmware {}", device.board, device.firmware));
     row("chip", device.chip.clone());
@@ -113,6 +113,9 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     row("sampled after the voltage", format!("current {current:.2} µs, speed {speed:.2} µs"));
     for (channel, scale, unit) in channels(rig) {
         row(channel, format!("(counts − {}) · {} {unit}", scale.zero, scale.per_count));
+    }
+    if own.is_none() {
+        row("calibration", "none: the usual ranges; set it with --calibration".into());
     }
     let limits = settings.as_ref().is_some_and(|s| s.detector.is_some());
     let so_far = if limits { verdict(status.verdict) } else { "no limits on board: greyrig calibrate, greyrig flash" };
@@ -128,13 +131,13 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
 }
 
 fn told(rig: &Rig, port: &str, written: bool) -> serde_json::Value {
-    let Rig { device, status, settings } = rig;
+    let Rig { device, status, settings, rig: own } = rig;
     let of_channel = |(channel, scale, unit): (&str, Scale, &str)| json!({ "channel": channel, "zero": scale.zero, "per_count": scale.per_count, "unit": unit });
     let name = |text: &str| (!text.is_empty()).then(|| text.to_owned());
     json!({
         "port": port,
         "device": device,
-        "rig": settings.as_ref().and_then(|s| name(&s.rig)),
+        "rig": own.as_ref().and_then(|rig| name(&rig.name)),
         "motor": settings.as_ref().and_then(|s| name(&s.motor_type)),
         "mode": connection::mode(status.mode),
         "calibration": channels(rig).into_iter().map(of_channel).collect::<Vec<_>>(),

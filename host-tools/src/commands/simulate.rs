@@ -8,11 +8,11 @@ use serde_json::json;
 
 use super::stdout;
 use super::terminal::Terminal;
+use crate::answers::simulate::{Answer, Request};
 use crate::error::{Error, Result};
 use crate::output;
 use crate::recording;
-use crate::rig::{EFFECTS, FAULTS, Kind, Logger, Motor, PROFILES, Setup, Sizes};
-use crate::speed_sensor;
+use crate::rig::{EFFECTS, FAULTS, Kind, PROFILES, Sizes};
 
 /// Arguments of `greyrig simulate`.
 #[derive(Debug, clap::Args)]
@@ -116,8 +116,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         return Err(Error::usage("no file to write", "give --out RUN.csv"));
     };
     output::refuse_overwrite(path, args.force)?;
-    let (setup, logger) = (setup(args)?, logger(args)?);
-    let recording = logger.record(&terminal.watching("simulation", |ctx| setup.run_in(ctx))?.recording)?;
+    let request = request(args);
+    let Answer { setup, recording } = terminal.watching("simulation", |ctx| request.answer(ctx))?;
     recording::write(&recording, path, args.force, &terminal.context())?;
     let name = path.display().to_string();
     if args.json {
@@ -142,42 +142,25 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn logger(args: &Args) -> Result<Logger> {
-    let sensor = |text: &String| {
-        text.parse().map_err(|error: speed_sensor::Unknown| {
-            Error::usage(format!("--speed-sensor: {error}"), speed_sensor::Unknown::REMEDY)
-        })
-    };
-    Ok(Logger { rate_hz: args.rate, speed_sensor: args.speed_sensor.as_ref().map(sensor).transpose()? })
-}
-
-fn setup(args: &Args) -> Result<Setup> {
-    if !(0.0..=0.3).contains(&args.spread) {
-        return Err(Error::usage(format!("a spread of {} is not possible", args.spread), "give one from 0 to 0.3"));
+fn request(args: &Args) -> Request {
+    Request {
+        kind: args.kind,
+        effects: args.effects.clone(),
+        faults: args.faults.clone(),
+        hidden: args.hidden,
+        profile: args.profile.clone(),
+        seed: args.seed,
+        seconds: args.seconds,
+        peak_voltage_v: args.peak_voltage,
+        mains_hz: args.mains,
+        spread: args.spread,
+        noise: args.noise,
+        turbulence: args.turbulence,
+        fifth_harmonic: args.fifth_harmonic,
+        rate_hz: args.rate,
+        speed_sensor: args.speed_sensor.clone(),
+        reveal: args.reveal,
     }
-    let mut setup = Setup::new(args.kind).seed(args.seed).noise(args.noise);
-    if args.spread > 0.0 {
-        setup.motor = Motor::sample_from_population(&setup.motor, args.spread, args.seed);
-    }
-    setup.seconds = args.seconds;
-    setup.peak_voltage_v = args.peak_voltage;
-    setup.mains_hz = f64::from(args.mains);
-    setup.turbulence = args.turbulence;
-    setup.fifth_harmonic = args.fifth_harmonic;
-    setup.reveal = args.reveal;
-    if let Some(profile) = &args.profile {
-        setup = setup.profile(profile)?;
-    }
-    for effect in &args.effects {
-        setup = setup.effect(effect)?;
-    }
-    for fault in &args.faults {
-        setup = setup.fault(fault)?;
-    }
-    if let Some(seed) = args.hidden {
-        setup = setup.hidden_effect(seed);
-    }
-    Ok(setup)
 }
 
 fn list(args: &Args) -> Result<ExitCode> {

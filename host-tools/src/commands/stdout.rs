@@ -5,24 +5,12 @@ use std::io::Write;
 use terminal_size::terminal_size_of;
 use textwrap::Options;
 
+use crate::answers;
 use crate::error::{Error, Result};
 
 /// Prints one JSON object on stdout, with the fields that every command shares put first.
 pub fn print_json(command: &str, recordings: &[String], body: impl serde::Serialize) -> Result<()> {
-    let mut object = serde_json::Map::new();
-    object.insert("schema".into(), 1.into());
-    object.insert("command".into(), command.into());
-    object.insert("recordings".into(), recordings.into());
-    match serde_json::to_value(body) {
-        Ok(serde_json::Value::Object(fields)) => object.extend(fields),
-        Ok(other) => {
-            object.insert("result".into(), other);
-        }
-        Err(e) => {
-            return Err(Error::usage(format!("the result cannot be written as JSON: {e}"), "report this as a bug"));
-        }
-    }
-    print_as_it_is(&serde_json::Value::Object(object).to_string())
+    print_as_it_is(&answers::object(command, recordings, body)?.to_string())
 }
 
 /// Columns of the terminal that stdout is; none, if it is something else.

@@ -8,6 +8,7 @@ use crate::compare::{Comparison, PerSignal};
 use crate::identify::flux::FluxAtPeak;
 use crate::identify::{Estimate, Identification};
 use crate::model::Status;
+pub use crate::numbers::percent_in_column as percent;
 use crate::speed_sensor::SpeedSensor;
 
 /// A table in the house style, as wide as the terminal at most.
@@ -24,14 +25,6 @@ pub fn table(header: &[&str]) -> Table {
 
 fn right(text: impl ToString) -> Cell {
     Cell::new(text.to_string()).set_alignment(CellAlignment::Right)
-}
-
-/// A ratio as a percentage.
-pub fn percent(ratio: Option<f64>) -> String {
-    ratio.map_or_else(
-        || "–".into(),
-        |r| if r < 0.001 { format!("{:.3} %", 100.0 * r) } else { format!("{:.2} %", 100.0 * r) },
-    )
 }
 
 fn number(x: f64) -> String {

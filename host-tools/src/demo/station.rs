@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::context::Context;
 use crate::error::Result;
 use crate::model::{Kind, Model};
-use crate::monitor::calibrate::calibrate;
+use crate::monitor::calibrate::{self, calibrate};
 use crate::monitor::test::{self, Test};
 use crate::recording::Recording;
 use crate::rig::{Motor, Setup};
@@ -48,7 +48,7 @@ impl Station {
             recorded(Motor::sample_from_population(&Motor::universal(), SCATTER, seed), seed, fault)
         };
         let healthy: Vec<Recording> = HEALTHY.map(|seed| of_the_lot(seed, None)).collect::<Result<_>>()?;
-        let detector = calibrate(model, &healthy, RUN_UP_S, ctx)?.detector;
+        let detector = calibrate(model, &healthy, calibrate::Settings::blanking(RUN_UP_S), ctx)?.detector;
         let judged = |recording: Recording| test::test(model, &detector, &recording, ctx);
         let tests = [
             ("healthy", None),

@@ -200,6 +200,14 @@ impl Connection {
         }
     }
 
+    /// The payload of the rig's own block; none without.
+    ///
+    /// # Errors
+    /// As [`Connection::ask`].
+    pub fn read_rig(&mut self) -> Result<Vec<u8>> {
+        self.ask(Request::ReadRig, |reply| if let Reply::Parameters(data) = reply { Some(data.to_vec()) } else { None })
+    }
+
     /// Gives messages to `handle` until it makes something of one, or the time is up.
     ///
     /// # Errors

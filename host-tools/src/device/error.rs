@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use greyrig::faults::{Description, TABLE};
 use greyrig::link::message::{PROTOCOL, Refusal};
-use greyrig::parameters::FINGERPRINT;
+use greyrig::parameters::{self, FINGERPRINT};
 use greyrig::units::CalibrationError;
 
 use super::line;
@@ -80,6 +80,9 @@ pub enum Error {
     /// What was written is not what runs.
     #[error("the microcontroller does not run with the parameters that were written")]
     NotTaken,
+    /// The rig's own block is of another kind.
+    #[error("the rig's calibration cannot be read: {0}")]
+    UnreadableRig(parameters::Error),
     /// A capture without samples.
     #[error("no samples come")]
     NoSamples,
@@ -158,7 +161,9 @@ impl Error {
             Self::Silent(_) => {
                 "check that the board has power and runs greyrig's firmware, and that no other program uses the port"
             }
-            Self::Protocol { .. } => "use the greyrig that belongs to the firmware, or flash the firmware again",
+            Self::Protocol { .. } => {
+                "flash the firmware of this version (`cargo fw-run`), or use the greyrig that belongs to the one on board"
+            }
             Self::Layout { .. } => FIRMWARE,
             Self::OtherQuestion => "use the greyrig that belongs to the firmware",
             Self::Refused(why) => refused(*why).1,
@@ -167,6 +172,7 @@ impl Error {
             Self::Restarted(Work::Recording) => "check its supply, and record again",
             Self::Restarted(Work::Test) => "check its supply, and test the motor again",
             Self::NotTaken => "write them again; if that fails, the flash is worn or protected",
+            Self::UnreadableRig(_) => "write it again: greyrig rig --port PORT --name NAME --calibration RIG.toml",
             Self::NoSamples | Self::NothingComes => "check that the sampling runs: its fault counters say more",
             Self::NoPeriod => "check that the sampling runs",
             Self::OtherTest => "connect one program only to the port",
@@ -207,6 +213,9 @@ fn refused(why: Refusal) -> (&'static str, &'static str) {
             "the microcontroller's parameters hold no limits of the detector",
             "write a model that has some: greyrig calibrate, then greyrig flash",
         ),
+        Refusal::Line => {
+            ("the line carries less than what was asked for", "ask for fewer reports, or for no samples beside them")
+        }
         Refusal::Fault(fault) => {
             TABLE.iter().find(|d| d.fault == fault).map_or(("a fault", "see docs/firmware.md"), known)
         }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use greyrig::butterworth;
 use greyrig::parameters::block::MAX_PAYLOAD;
+use greyrig::parameters::rig::{MAX_RIG, Rig};
 use greyrig::parameters::{MAX_TEXT, Settings, Text, section};
 use greyrig::units::{CalibrationSettings, Scale};
 use serde::Deserialize;
@@ -59,36 +60,27 @@ pub fn calibration(path: &Path) -> Result<CalibrationSettings> {
 ///
 /// # Errors
 /// A name that is too long, a value that the microcontroller would refuse.
-pub fn settings(model: &Model, path: &Path, calibration: CalibrationSettings, rig: &str) -> Result<Settings> {
+pub fn settings(model: &Model, path: &Path) -> Result<Settings> {
     let filter = butterworth::Settings {
         order: model.filter.order,
         cutoff_hz: model.filter.cutoff_hz,
         sample_rate_hz: RIG.sample_rate_hz.into(),
     };
-    settings_at(model, path, calibration, rig, filter)
+    settings_at(model, path, filter)
 }
 
 /// The same at the sampling rate of another filter than the rig's.
 ///
 /// # Errors
 /// As there.
-pub fn settings_at(
-    model: &Model,
-    path: &Path,
-    calibration: CalibrationSettings,
-    rig: &str,
-    filter: butterworth::Settings,
-) -> Result<Settings> {
+pub fn settings_at(model: &Model, path: &Path, filter: butterworth::Settings) -> Result<Settings> {
     let refuse = |what: String| Error::input(Place::file(path), what, "correct the model, or identify it again");
     let motor = model.motor::<f32>().map_err(|e| refuse(e.to_string()))?;
     let motor_type = model.motor.as_deref().unwrap_or_default();
     let settings = Settings {
         motor_type: Text::try_from(motor_type)
             .map_err(|_| refuse(format!("the motor's name is longer than {MAX_TEXT} bytes")))?,
-        rig: Text::try_from(rig).map_err(|_| {
-            Error::usage(format!("the rig's name is longer than {MAX_TEXT} bytes"), "choose a shorter one")
-        })?,
-        calibration,
+        rig: None,
         filter,
         motor: *motor.parameters(),
         effects: motor.effects().iter().copied().collect(),
@@ -108,4 +100,23 @@ pub fn payload(settings: &Settings, path: &Path) -> Result<Vec<u8>> {
     section::encode(settings, &mut [0; MAX_PAYLOAD])
         .map(<[u8]>::to_vec)
         .map_err(|e| Error::input(Place::file(path), e.to_string(), "use fewer effects or shorter terms"))
+}
+
+/// A rig's name.
+///
+/// # Errors
+/// One that is too long.
+pub fn rig_name(name: &str) -> Result<Text> {
+    Text::try_from(name)
+        .map_err(|_| Error::usage(format!("the rig's name is longer than {MAX_TEXT} bytes"), "choose a shorter one"))
+}
+
+/// The payload of a rig's block.
+///
+/// # Errors
+/// A name with control characters, a calibration that no rig has.
+pub fn rig_payload(rig: &Rig) -> Result<Vec<u8>> {
+    rig.validate()
+        .and_then(|()| rig.encode(&mut [0; MAX_RIG]).map(<[u8]>::to_vec))
+        .map_err(|e| Error::usage(format!("the rig: {e}"), "give another name or calibration"))
 }

@@ -127,10 +127,11 @@ impl Found {
 fn board(port: &Port, patience: Patience, ctx: &Context) -> Result<Board> {
     let (mut connection, device) = Connection::open_with(port, patience, ctx)?;
     let settings = section::decode(&connection.read_parameters()?).ok();
+    let rig = super::rig::of(&mut connection, settings.as_ref())?;
     let name = |text: &str| (!text.is_empty()).then(|| text.to_owned());
     Ok(Board {
         device,
-        rig: settings.as_ref().and_then(|s| name(&s.rig)),
+        rig: rig.as_ref().and_then(|rig| name(&rig.name)),
         motor: settings.as_ref().and_then(|s| name(&s.motor_type)),
     })
 }

@@ -6,17 +6,17 @@ use probe_rs::flashing::DownloadOptions;
 use probe_rs::probe::list::Lister;
 
 use super::error::{Error, Result};
-use super::{RIG, image};
+use super::image::Image;
 
-/// Erases both slots, writes the block to the first, and lets the probe verify it; then restarts the processor. A dry
+/// Erases the image's slots, writes its blocks to the first of them, and lets the probe verify them; then restarts the processor. A dry
 /// run checks the place against the chip's memory map and looks for no probe. Not run on silicon.
 ///
 /// # Errors
 /// No probe, a chip that is not known, a flash that does not hold what was written.
-pub fn write(payload: &[u8], chip: &str, dry_run: bool) -> Result<()> {
+pub fn write(image: &Image, chip: &str, dry_run: bool) -> Result<()> {
     let target = Registry::from_builtin_families().get_target_by_name(chip).map_err(trouble)?;
     let mut loader = target.flash_loader();
-    loader.add_data(RIG.slots.address.into(), &image::slots(payload)).map_err(trouble)?;
+    loader.add_data(image.address().into(), &image.bytes()).map_err(trouble)?;
     if dry_run {
         return Ok(());
     }

@@ -1,10 +1,10 @@
 //! What belongs to a rig and not to a motor type: its name and its channels' calibration.
 
 use greyrig::link::message::{Request, Status};
-use greyrig::parameters::{Settings, section};
+use greyrig::parameters::{self, Settings, section};
 
 use super::connection::{Connection, Device, Port, check_layout};
-use super::error::Result;
+use super::error::{Error, Result};
 use crate::context::Context;
 
 /// A rig, as it answers.
@@ -16,6 +16,20 @@ pub struct Rig {
     pub status: Status,
     /// The parameters that it runs with; none in safe mode, or where this greyrig cannot read them.
     pub settings: Option<Settings>,
+    /// Its name and calibration; none where it has none, and runs with the usual ranges.
+    pub rig: Option<parameters::Rig>,
+}
+
+/// What a rig has of name and calibration: its own block, or what a motor's block of before holds of them.
+///
+/// # Errors
+/// No answer, a block that this greyrig cannot read.
+pub fn of(connection: &mut Connection, settings: Option<&Settings>) -> Result<Option<parameters::Rig>> {
+    let payload = connection.read_rig()?;
+    if payload.is_empty() {
+        return Ok(settings.and_then(|settings| settings.rig.clone()));
+    }
+    parameters::Rig::decode(&payload).map(Some).map_err(Error::UnreadableRig)
 }
 
 /// Asks a rig what it has and how it is.
@@ -27,7 +41,8 @@ pub fn read(port: &Port, ctx: &Context) -> Result<Rig> {
     check_layout(&device)?;
     let status = connection.status()?;
     let settings = section::decode(&connection.read_parameters()?).ok();
-    Ok(Rig { device, status, settings })
+    let rig = of(&mut connection, settings.as_ref())?;
+    Ok(Rig { device, status, settings, rig })
 }
 
 /// Has a rig forget its faults and the longest of its ticks.

@@ -16,8 +16,7 @@ use std::path::Path;
 
 use greyrig::motor::BaseParameter;
 use greyrig::parameters::block::Header;
-use greyrig::parameters::{MAX_TEXT, Settings, Text};
-use greyrig::units::CalibrationSettings;
+use greyrig::parameters::{MAX_TEXT, Settings};
 use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -138,7 +137,7 @@ fn settings(model: &Model, path: &Path, interval_s: f64) -> Result<Settings> {
     let motor = model.motor.clone().filter(|name| name.len() <= MAX_TEXT);
     let model = Model { detector: None, motor, ..model.clone() };
     let filter = model.filter.at(interval_s);
-    parameters::settings_at(&model, path, CalibrationSettings::default(), &Text::new(), filter)
+    parameters::settings_at(&model, path, filter)
 }
 
 /// A hash in the form that the older version of the interface wants.

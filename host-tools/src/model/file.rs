@@ -5,6 +5,7 @@ use std::path::Path;
 use greyrig::butterworth;
 use greyrig::motor::BaseParameter;
 
+use super::lot::Population;
 use super::{Model, Parameter, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
@@ -19,14 +20,21 @@ impl Model {
     /// A file that cannot be read, is not TOML, has unknown or missing keys (with line and column), or holds values
     /// that no motor can have.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
-        let model: Self = toml::from_str(&text).map_err(|e| {
-            let (line, column) = e.span().map_or((0, 0), |span| line_and_column(&text, span.start));
+        Self::parse(&std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?, path)
+    }
+
+    /// Reads the text of a model file; `path` is where it comes from.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        let model: Self = toml::from_str(text).map_err(|e| {
+            let (line, column) = e.span().map_or((0, 0), |span| line_and_column(text, span.start));
             let what = e.message().lines().next().unwrap_or("not a model file").to_owned();
             Error::input(Place::at(path, line, column), what, "correct the file or identify the model again")
         })?;
         model.check(&|key| {
-            let (line, column) = line_and_column(&text, text.find(key).unwrap_or(0));
+            let (line, column) = line_and_column(text, text.find(key).unwrap_or(0));
             Place::at(path, line, column)
         })?;
         Ok(model)
@@ -38,6 +46,15 @@ impl Model {
                 at("schema"),
                 format!("this is layout {} of the model file, and this greyrig reads layout {SCHEMA}", self.schema),
                 "identify the model again, or use the greyrig that wrote it",
+            ));
+        }
+        if let Some(lot) = self.detector.as_ref().and_then(|d| d.lot.as_ref())
+            && lot.layout != Population::LAYOUT
+        {
+            return Err(Error::input(
+                at("[detector.lot]"),
+                format!("this is layout {} of a lot, and this greyrig reads layout {}", lot.layout, Population::LAYOUT),
+                "learn the lot again with greyrig calibrate, from the model without it",
             ));
         }
         self.check_parameters(at)?;

@@ -41,7 +41,7 @@ pub enum Fault {
     SpeedDrift,
     /// Sparks: the logarithm of the current above 1 kHz.
     Sparking,
-    /// A rotor out of balance: the logarithm of the speed's ripple.
+    /// A rotor out of balance: the speed's wave once a turn, rad/s.
     Imbalance,
 }
 
@@ -89,6 +89,9 @@ pub struct Limit {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Population {
+    /// Layout of the rows, [`Population::LAYOUT`]; files that do not tell it are of the first.
+    #[serde(default = "first_layout")]
+    pub layout: u32,
     /// Length of a block, s.
     pub block_s: f64,
     /// Whether the voltage alternates.
@@ -113,4 +116,13 @@ pub struct Population {
     pub correlation: Vec<f64>,
     /// From what on a fault is none of chance.
     pub limits: Vec<Limit>,
+}
+
+impl Population {
+    /// What the rows hold: in the first layout the ripple was the logarithm of the speed above 250 Hz.
+    pub const LAYOUT: u32 = 2;
+}
+
+const fn first_layout() -> u32 {
+    1
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
-use super::lot::{self, Learnt, Outsider};
+use super::lot::{self, Learnt, OperatingPoint, Outsider};
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
 use super::{air, parameters};
@@ -20,8 +20,8 @@ use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model};
 use crate::recording::Recording;
 
-/// Share of healthy motors that all limits together are to hold.
-pub const HOLDS: f64 = 0.999;
+/// Share of healthy motors that may fail, where none is told.
+pub const FALSE_ALARMS: f64 = 1e-3;
 /// Confidence in that.
 pub const CONFIDENCE: f64 = 0.95;
 /// Values that are watched.
@@ -36,6 +36,32 @@ const LEAST_SPEED: f64 = 0.2;
 const LEAST_VOLTAGE: f64 = 0.3;
 /// Periods that a verdict needs.
 const FEWEST_PERIODS: u32 = 50;
+
+/// How limits are set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Begin of each run that is not judged, s.
+    pub blanking_s: f64,
+    /// Share of healthy motors that may fail by all limits of a kind together, above 0 and at most a half.
+    pub false_alarms: f64,
+}
+
+impl Settings {
+    /// For one false alarm in a thousand motors.
+    pub const fn blanking(blanking_s: f64) -> Self {
+        Self { blanking_s, false_alarms: FALSE_ALARMS }
+    }
+
+    fn check(self) -> Result<()> {
+        if self.false_alarms > 0.0 && self.false_alarms <= 0.5 {
+            return Ok(());
+        }
+        Err(Error::usage(
+            format!("{} is no share of healthy motors that may fail", self.false_alarms),
+            "give a number above 0 and at most 0.5, such as 1e-3",
+        ))
+    }
+}
 
 /// What one run has shown.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,6 +95,8 @@ pub struct Calibration {
     pub without_lot: Option<String>,
     /// Motors that look like none of the others.
     pub outsiders: Vec<Outsider>,
+    /// What more or fewer false alarms would show.
+    pub operating_points: Vec<OperatingPoint>,
 }
 
 /// The values of a run, but for the parameters. `None` if nothing in it could be judged.
@@ -113,8 +141,9 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
 /// same motor: what differs between them is the rig's own scatter.
 ///
 /// # Errors
-/// Too few motors, a run in which nothing can be judged, an interrupt.
-pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: &Context) -> Result<Calibration> {
+/// Settings out of their range, too few motors, a run in which nothing can be judged, an interrupt.
+pub fn calibrate(model: &Model, recordings: &[Recording], settings: Settings, ctx: &Context) -> Result<Calibration> {
+    settings.check()?;
     let motors = by_motor(recordings);
     if motors.len() < FEWEST {
         let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
@@ -125,11 +154,11 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
         nominal_voltage: 1.0,
         least_voltage: LEAST_VOLTAGE,
         most_voltage: f64::from(f32::MAX),
-        blanking_s,
+        blanking_s: settings.blanking_s,
         fewest_periods: FEWEST_PERIODS,
         runs: recordings.len(),
         motors: motors.len(),
-        holds: [HOLDS, CONFIDENCE],
+        holds: [1.0 - settings.false_alarms, CONFIDENCE],
         ..DetectorEntry::default()
     };
     let range = |values: &[f64]| -> Option<[f64; 2]> {
@@ -145,7 +174,8 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
     }
     entry.air_kg_m3 = range(&air);
     let in_its_air = |r: &Recording| Ok(air::compensated(model, &entry, r)?.into_owned());
-    let Learnt { population, outsiders } = lot::learn(in_its_air, recordings, &motors, ctx)?;
+    let Learnt { population, outsiders, operating_points } =
+        lot::learn(in_its_air, recordings, &motors, settings.false_alarms, ctx)?;
     let look = |entry: &DetectorEntry, r: &Recording| {
         let model = air::compensated(model, entry, r)?;
         replay(&model, r, &|interval| entry.settings(interval), ctx)
@@ -172,7 +202,7 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
     }
     let upper_of = |values: &[f64], logarithmic, watched: f64| {
         let of_motors: Vec<Vec<f64>> = motors.iter().map(|runs| runs.iter().map(|k| values[*k]).collect()).collect();
-        upper(&of_motors, logarithmic, 1.0 - (1.0 - HOLDS) / watched, CONFIDENCE).unwrap_or(0.0)
+        upper(&of_motors, logarithmic, 1.0 - settings.false_alarms / watched, CONFIDENCE).unwrap_or(0.0)
     };
     let limit = |values: Vec<f64>, logarithmic| upper_of(&values, logarithmic, WATCHED);
     let of = |get: &dyn Fn(&Shown) -> f64| all.iter().map(get).collect::<Vec<f64>>();
@@ -200,5 +230,5 @@ pub fn calibrate(model: &Model, recordings: &[Recording], blanking_s: f64, ctx: 
         lot: population.as_ref().ok().cloned(),
         ..entry
     };
-    Ok(Calibration { detector: entry, shown: all, without_lot: population.err(), outsiders })
+    Ok(Calibration { detector: entry, shown: all, without_lot: population.err(), outsiders, operating_points })
 }

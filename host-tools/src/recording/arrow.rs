@@ -11,10 +11,10 @@ use arrow_array::types::{
     TimestampMicrosecondType, TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type,
     UInt16Type, UInt32Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef};
+use arrow_array::{Array, ArrayRef, RecordBatch};
 use arrow_ipc::reader::FileReader;
 use arrow_ipc::{root_as_footer, root_as_message};
-use arrow_schema::{DataType, TimeUnit};
+use arrow_schema::{ArrowError, DataType, Schema, TimeUnit};
 
 use super::damage::{damaged, too_large};
 use super::table::{Column, MAX_VALUES, Table};
@@ -29,13 +29,24 @@ pub fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
     refuse_bombs(&bytes).map_err(|reason| damaged(path, "Arrow", reason))?;
     let reader = FileReader::try_new(Cursor::new(&bytes), None).map_err(|e| damaged(path, "Arrow", e))?;
-    let schema = reader.schema();
+    table(path, &reader.schema(), reader)
+}
+
+/// The columns of record batches: of a file, or of another program's memory.
+///
+/// # Errors
+/// A batch that cannot be had, too many values.
+pub fn table(
+    path: &Path,
+    schema: &Schema,
+    batches: impl Iterator<Item = std::result::Result<RecordBatch, ArrowError>>,
+) -> Result<Table> {
     let mut table = Table { metadata: schema.metadata().clone().into_iter().collect(), ..Table::default() };
     table.metadata.remove("pandas");
     let mut columns: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); schema.fields().len()];
     let mut epochs: Vec<Option<i64>> = vec![None; columns.len()];
     let mut total = 0_usize;
-    for batch in reader {
+    for batch in batches {
         let batch = batch.map_err(|e| damaged(path, "Arrow", e))?;
         total += batch.num_rows() * batch.num_columns();
         if total > MAX_VALUES {

@@ -50,9 +50,11 @@ pub use mapping::{MapArgs, Mapping};
 pub use part::Part;
 #[cfg(feature = "parquet")]
 pub(crate) use read::fence;
-pub use read::{is_decoding, load, load_all};
+#[cfg(feature = "arrow")]
+pub use read::take_batches;
+pub use read::{is_decoding, load, load_all, take};
 pub use source::SourceColumn;
-pub use write::{check_extension, write};
+pub use write::{check_extension, columns, write};
 pub(crate) use write::{recorded, say_metadata, state_channels};
 
 use finding::DataFinding;

@@ -116,6 +116,44 @@ pub fn load(path: &Path, mapping: &Mapping, ctx: &Context) -> Result<Recording> 
     assemble::assemble(path, table, mapping, sha256)
 }
 
+/// Takes columns that are in memory for a recording, as [`load`] takes those of a file: names and units are recognised
+/// or mapped, time is checked, invalid samples are masked.
+///
+/// # Errors
+/// As [`load`]; `name` stands for the file.
+///
+/// # Examples
+/// ```
+/// use greyrig_host::recording::{Channel, Mapping, table::{Column, Table}, take};
+///
+/// let time = (0..100).map(|n| f64::from(n) * 1e-3).collect();
+/// let columns = vec![Column::new("t_s", time), Column::new("Current [mA]", vec![1500.0; 100])];
+/// let recording = take("bench 3", Table { columns, ..Table::default() }, &Mapping::default())?;
+/// assert_eq!(recording.channel(Channel::Current).map(|current| current[0]), Some(1.5));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn take(name: impl AsRef<Path>, table: Table, mapping: &Mapping) -> Result<Recording> {
+    let values: usize = table.columns.iter().map(|c| c.values.len()).sum();
+    if values > MAX_VALUES {
+        return Err(too_large(name.as_ref(), &format!("{values} numbers")));
+    }
+    assemble::assemble(name.as_ref(), table, mapping, String::new())
+}
+
+/// The same of the record batches of another program's memory.
+///
+/// # Errors
+/// A batch that cannot be had; as [`take`].
+#[cfg(feature = "arrow")]
+pub fn take_batches(
+    name: impl AsRef<Path>,
+    schema: &arrow_schema::Schema,
+    batches: impl Iterator<Item = std::result::Result<arrow_array::RecordBatch, arrow_schema::ArrowError>>,
+    mapping: &Mapping,
+) -> Result<Recording> {
+    take(&name, super::arrow::table(name.as_ref(), schema, batches)?, mapping)
+}
+
 /// Loads a set of recordings of one motor type.
 ///
 /// # Errors

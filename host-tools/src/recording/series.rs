@@ -106,6 +106,11 @@ impl Series {
         &self.columns
     }
 
+    /// The columns, to go on with them without a copy.
+    pub fn into_columns(self) -> Vec<SeriesColumn> {
+        self.columns
+    }
+
     /// What is said of the whole.
     pub fn metadata(&self) -> &BTreeMap<String, String> {
         &self.metadata

@@ -16,11 +16,11 @@ use crate::output;
 /// # Errors
 /// An extension without a writer, an existing file without `force`, whatever the system refuses; an interrupt.
 pub fn write(recording: &Recording, path: &Path, force: bool, ctx: &Context) -> Result<()> {
-    series(recording).write(path, force, ctx)
+    columns(recording).write(path, force, ctx)
 }
 
 /// The columns of a recording, and what it says of itself.
-fn series(recording: &Recording) -> Series {
+pub fn columns(recording: &Recording) -> Series {
     let n = recording.len();
     let mut series = Series::default();
     let time = (0..n).map(|k| recording.start_s() + k as f64 * recording.sample_time_s()).collect();

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -142,17 +142,46 @@ fn read<T: Table, R>(
     take: &dyn Fn(&Columns) -> std::result::Result<Vec<R>, ParquetError>,
 ) -> Result<Vec<R>> {
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    recording::fence(path, || {
-        let rows = || {
-            let file = SerializedFileReader::new(file)?;
-            let mut rows = Vec::new();
-            for group in 0..file.num_row_groups() {
-                rows.extend(take(&Columns::read(&file, group, &T::schema(), wanted)?)?);
-            }
-            Ok(rows)
-        };
-        rows().map_err(|e: ParquetError| damaged(path, e))
+    recording::fence(path, || groups::<T, R>(file, wanted, take).map_err(|e| damaged(path, e)))
+}
+
+fn groups<T: Table, R>(
+    file: File,
+    wanted: &dyn Fn(&str) -> bool,
+    take: &dyn Fn(&Columns) -> std::result::Result<Vec<R>, ParquetError>,
+) -> std::result::Result<Vec<R>, ParquetError> {
+    let file = SerializedFileReader::new(file)?;
+    let mut rows = Vec::new();
+    for group in 0..file.num_row_groups() {
+        rows.extend(take(&Columns::read(&file, group, &T::schema(), wanted)?)?);
+    }
+    Ok(rows)
+}
+
+/// The rows of a file that another program has in its memory, each for itself; `name` is what it is called there.
+///
+/// # Errors
+/// What is no such file; a system without room for temporary files.
+pub fn decode<T: Table>(name: &Path, bytes: &[u8]) -> Result<Vec<std::result::Result<T::Row, String>>> {
+    let refused = |e| Error::io(std::env::temp_dir(), e);
+    let mut file = tempfile::tempfile().map_err(refused)?;
+    file.write_all(bytes).map_err(refused)?;
+    recording::fence(name, || {
+        groups::<T, _>(file, &|_| true, &T::take).map_err(|e| {
+            let remedy = "give rows of a store, with its columns as they are";
+            Error::input(Place::file(name), format!("these are no rows of the store: {e}"), remedy)
+        })
     })
+}
+
+/// Rows as the content of a file of the store.
+///
+/// # Errors
+/// None of rows that came from it.
+pub fn encode<T: Table>(rows: &[T::Row]) -> std::result::Result<Vec<u8>, ParquetError> {
+    let mut columns = Columns::of(&T::schema())?;
+    rows.iter().try_for_each(|row| T::put(row, &mut columns))?;
+    columns.encode(&[("greyrig_store", super::SCHEMA.to_string())])
 }
 
 /// All rows of a file, each for itself.
@@ -188,10 +217,7 @@ fn write<T: Table>(root: &Path, folder: &Path, rows: &[T::Row], name: &str) -> R
     let folder = root.join(T::FOLDER).join(folder);
     std::fs::create_dir_all(&folder).map_err(|e| not_kept(Error::io(&folder, e)))?;
     let path = folder.join(name);
-    let mut columns = Columns::of(&T::schema()).map_err(|e| damaged(&path, e))?;
-    rows.iter().try_for_each(|row| T::put(row, &mut columns)).map_err(|e| damaged(&path, e))?;
-    let schema = super::SCHEMA.to_string();
-    let bytes = columns.encode(&[("greyrig_store", schema)]).map_err(|e| damaged(&path, e))?;
+    let bytes = encode::<T>(rows).map_err(|e| damaged(&path, e))?;
     output::write_file(&path, true, |out| out.write_all(&bytes)).map_err(not_kept)?;
     Ok(path)
 }

@@ -84,15 +84,25 @@ impl Task {
     /// # Errors
     /// A model that cannot be read, or that the job cannot do with.
     pub fn new(job: Job, model: Option<&Path>, kind: Option<Kind>) -> Result<Self> {
+        let read = |path| std::fs::read_to_string(path).map_err(|e| Error::io(path, e));
+        let text = model.map(read).transpose()?;
+        Self::with(job, model.zip(text.as_deref()), kind)
+    }
+
+    /// The same with the text of the model file, wherever that is; results are known by its digest.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with(job: Job, model: Option<(&Path, &str)>, kind: Option<Kind>) -> Result<Self> {
         let told = |kind: Option<Kind>| format!("kind={}", kind.map_or("as told", Kind::name));
-        let Some(path) = model else {
+        let Some((path, text)) = model else {
             if job == Job::Monitor {
                 let what = "monitor judges by the limits of a model, and none is given";
                 return Err(Error::usage(what, "give --model MODEL.toml, after greyrig calibrate"));
             }
             return Ok(Self { job, model_key: told(kind), model_name: None, model: None, kind });
         };
-        let loaded = Model::load(path)?;
+        let loaded = Model::parse(text, path)?;
         if job == Job::Monitor {
             loaded.limits(path)?;
         }
@@ -101,10 +111,9 @@ impl Task {
             let kind = Some(loaded.kind);
             return Ok(Self { job, model_key: told(kind), model_name: None, model: None, kind });
         }
-        let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
         Ok(Self {
             job,
-            model_key: Content(Sha256::digest(bytes).into()).to_string(),
+            model_key: Content(Sha256::digest(text.as_bytes()).into()).to_string(),
             model_name: path.file_name().map(|name| name.to_string_lossy().into_owned()),
             kind: Some(loaded.kind),
             model: Some(loaded),

@@ -33,6 +33,7 @@ pub mod entry;
 pub mod exact;
 pub mod files;
 pub mod filter;
+pub mod fleet;
 pub mod grid;
 pub mod job;
 pub mod listing;

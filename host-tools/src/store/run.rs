@@ -152,7 +152,7 @@ fn own<T>(shared: Mutex<T>) -> T {
 }
 
 /// What came of asking one recording.
-enum Asked {
+pub(super) enum Asked {
     Answered(Box<Outcome>),
     /// The model is of another type of motor.
     OtherType,
@@ -161,7 +161,10 @@ enum Asked {
 }
 
 /// Asks one recording.
-fn ask(task: &Task, entry: &Entry, ctx: &Context) -> Result<Asked> {
+///
+/// # Errors
+/// An interrupt; whatever the system refuses.
+pub(super) fn ask(task: &Task, entry: &Entry, ctx: &Context) -> Result<Asked> {
     let recording = match entry.recording() {
         Ok(recording) => recording,
         Err(e) => return Ok(Asked::Failed(format!("its row is no recording: {e}"))),

@@ -1,8 +1,7 @@
 //! The machine as the application sees it.
 
 use cortex_m::peripheral::SCB;
-use greyrig::app;
-use greyrig::detector::Verdict;
+use greyrig::app::{self, Lamps};
 use greyrig::hardware::Hardware;
 
 use crate::figures::HARDWARE;
@@ -24,7 +23,7 @@ impl Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = HARDWARE;
-    const STORE: u32 = 0;
+    const FLASH: u32 = HARDWARE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash
@@ -55,7 +54,11 @@ impl app::Board for Board {
         bytes.iter().for_each(|&byte| self.serial.send(byte));
     }
 
-    fn show(&mut self, _: Verdict) {}
+    fn show(&mut self, _: Lamps) {}
+
+    fn micros(&self) -> Option<u64> {
+        None
+    }
 
     fn alive(&mut self) {}
 

@@ -15,7 +15,8 @@ use greyrig::parameters::block::{SLOTS, WRITE_SIZE};
 use crate::figures::HARDWARE;
 
 const BASE: usize = 0x2100_0000;
-const SIZE: usize = SLOTS * HARDWARE.slots.size;
+/// The rig's slots and, behind them, those of the parameters.
+const SIZE: usize = SLOTS * (HARDWARE.rig.size + HARDWARE.slots.size);
 const ERASED: u8 = 0xFF;
 
 /// The memory. There is one.

@@ -8,9 +8,8 @@ use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FLASH, IWDG, PA2, PA3, PA5,
 use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma};
-use embassy_time::{Duration, with_timeout};
+use embassy_time::{Duration, Instant, with_timeout};
 use greyrig::app;
-use greyrig::detector::Verdict;
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::BAUD;
 use static_cell::StaticCell;
@@ -37,9 +36,9 @@ pub struct Line {
     pub rx_dma: Peri<'static, DMA1_CH2>,
 }
 
-/// Where the verdict is shown.
+/// Where the verdict is shown, in the way of [`app::Lamps`].
 pub struct Lamps {
-    /// High: the motor passes (D6 of the Arduino connector).
+    /// Pulses while the motor passes (D6 of the Arduino connector).
     pub pass: Peri<'static, PB10>,
     /// High: the motor fails (D4).
     pub alarm: Peri<'static, PB5>,
@@ -86,7 +85,7 @@ impl Board {
 impl app::Board for Board {
     type Flash = Flash<'static, Blocking>;
     const HARDWARE: Hardware = NUCLEO_G474RE;
-    const STORE: u32 = NUCLEO_G474RE.slots.address - FLASH_BEGIN;
+    const FLASH: u32 = FLASH_BEGIN;
 
     fn flash(&mut self) -> &mut Self::Flash {
         &mut self.flash
@@ -111,10 +110,14 @@ impl app::Board for Board {
         }
     }
 
-    fn show(&mut self, verdict: Verdict) {
-        self.pass.set_level((verdict == Verdict::Pass).into());
-        self.alarm.set_level((verdict == Verdict::Fail).into());
-        self.status.set_level((verdict == Verdict::CannotJudge).into());
+    fn show(&mut self, lamps: app::Lamps) {
+        self.pass.set_level(lamps.pass.into());
+        self.alarm.set_level(lamps.alarm.into());
+        self.status.set_level(lamps.status.into());
+    }
+
+    fn micros(&self) -> Option<u64> {
+        Some(Instant::now().as_micros())
     }
 
     fn alive(&mut self) {

@@ -1,7 +1,8 @@
 //! The firmware of the NUCLEO-G474RE.
 //!
 //! ```text
-//! TIM2, 10 kHz ─ TRGO ─► ADC1, injected sequence PA0, PA1, PC0 ─ JEOS interrupt ─► Sampler    (sampling)
+//! TIM2, 10 kHz ─ TRGO ─┬► ADC1, injected sequence PA0, PA1, PC0 ─ JEOS interrupt ─► Sampler   (sampling)
+//!                      └► TIM5 counts ─► numbers of the samples
 //! USART2 on PA2, PA3 ─ DMA ─► Server ─► two pages at the end of bank 2                        (board)
 //! NMI ─► a word of the flash that cannot be read                                              (flash_ecc)
 //! ```
@@ -62,8 +63,15 @@ mod firmware {
         defmt::info!("{}", if active.is_some() { "running" } else { "safe mode: no usable parameters in flash" });
 
         let sampler = Sampler::new(active, &SHARED, &NUCLEO_G474RE);
-        let converter =
-            Converter { adc: p.ADC1, voltage: p.PA0, current: p.PA1, speed: p.PC0, timer: p.TIM2, busy: p.PA8 };
+        let converter = Converter {
+            adc: p.ADC1,
+            voltage: p.PA0,
+            current: p.PA1,
+            speed: p.PC0,
+            timer: p.TIM2,
+            counter: p.TIM5,
+            busy: p.PA8,
+        };
         sampling::start(converter, sampler);
         board.start_watchdog();
         serve(server, &SHARED, board).await

@@ -1,4 +1,6 @@
-//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts.
+//! The sampling interrupt: TIM2 starts the injected sequence of ADC1 10,000 times a second, and its end interrupts. TIM5
+//! counts the same trigger (RM0440, internal triggers of the timers: TIM2_TRGO is ITR1), so that samples are numbered by
+//! hardware that counts whether the processor sleeps or not.
 //!
 //! The three channels follow one another by (24.5 + 12.5) cycles of 42.5 MHz, 0.87 µs each (RM0440, timing of the
 //! converter); recordings say so, and the fit corrects it.
@@ -11,8 +13,9 @@ use cortex_m::peripheral::DWT;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::timer::vals::Mms;
-use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PC0, TIM2};
+use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::{Mms, Sms, Ts};
+use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PC0, TIM2, TIM5};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::{Peri, interrupt, triggers};
@@ -32,6 +35,8 @@ pub struct Converter {
     pub current: Peri<'static, PA1>,
     pub speed: Peri<'static, PC0>,
     pub timer: Peri<'static, TIM2>,
+    /// Counts what the other one triggers.
+    pub counter: Peri<'static, TIM5>,
     /// High while a tick is computed, for an oscilloscope.
     pub busy: Peri<'static, PA8>,
 }
@@ -42,8 +47,8 @@ struct Sampling {
     sampler: Sampler<'static>,
     busy: Output<'static>,
     grid: Grid<CYCLES_PER_SAMPLE>,
-    /// Stops if it is dropped.
-    _timer: Timer<'static, TIM2>,
+    /// They stop if they are dropped.
+    _timers: (Timer<'static, TIM2>, Timer<'static, TIM5>),
 }
 
 /// The processor's clock over the sampling rate.
@@ -59,7 +64,11 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
         peripherals.DCB.enable_trace();
         peripherals.DWT.enable_cycle_counter();
     }
-    let Converter { adc, voltage, current, speed, timer, busy } = converter;
+    let Converter { adc, voltage, current, speed, timer, counter, busy } = converter;
+    let counter = Timer::new(counter);
+    counter.set_trigger_source(Ts::ITR1);
+    counter.set_slave_mode(Sms::EXT_CLOCK_MODE);
+    counter.start();
     let timer = Timer::new(timer);
     timer.set_frequency(Hertz(NUCLEO_G474RE.sample_rate_hz), RoundTo::Slower);
     timer.set_master_mode(Mms::UPDATE);
@@ -72,7 +81,7 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     );
     let busy = Output::new(busy, Level::Low, Speed::VeryHigh);
     timer.start();
-    let sampling = PLACE.init(Sampling { adc, sampler, busy, grid: Grid::new(), _timer: timer });
+    let sampling = PLACE.init(Sampling { adc, sampler, busy, grid: Grid::new(), _timers: (timer, counter) });
     SAMPLING.store(sampling, Ordering::Release);
     // Every interrupt begins at the most urgent priority; only this one stays there. The link and the timer of the
     // executor can wait for a tick.
@@ -85,6 +94,15 @@ pub fn start(converter: Converter, sampler: Sampler<'static>) {
     unsafe { interrupt::ADC1_2.enable() };
 }
 
+/// Time since sampling began, in cycles of the timer that triggers it.
+#[inline(always)]
+fn time() -> u32 {
+    let before = pac::TIM5.cnt().read();
+    let phase = pac::TIM2.cnt().read();
+    let after = pac::TIM5.cnt().read();
+    Grid::<CYCLES_PER_SAMPLE>::time(before, phase, after)
+}
+
 #[interrupt]
 fn ADC1_2() {
     let begin = DWT::cycle_count();
@@ -92,7 +110,7 @@ fn ADC1_2() {
     let Some(sampling) = (unsafe { SAMPLING.load(Ordering::Acquire).as_mut() }) else { return };
     sampling.busy.set_high();
     let [voltage, current, speed] = sampling.adc.read_injected_samples();
-    if let Some(skipped) = sampling.grid.skipped(begin) {
+    if let Some(skipped) = sampling.grid.skipped(time()) {
         sampling.sampler.sample(Counts { voltage, current, speed }, skipped);
     }
     SHARED.note_cycles(DWT::cycle_count().wrapping_sub(begin));

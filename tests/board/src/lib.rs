@@ -11,6 +11,7 @@
 pub mod analog;
 pub mod blocks;
 pub mod board;
+pub mod controller;
 pub mod exceptions;
 pub mod fault;
 pub mod host;

@@ -76,11 +76,13 @@ pub struct Machine {
     pwr: Pwr,
     /// The flash.
     pub flash: Flash,
-    dbgmcu: Dbgmcu,
+    /// What a debugger has asked for.
+    pub dbgmcu: Dbgmcu,
     syscfg: Syscfg,
     /// Ports A to G.
     pub ports: [Port; 7],
     tim2: Timer,
+    tim5: Timer,
     tim15: Timer,
     /// The converter.
     pub adc: Adc,
@@ -120,6 +122,7 @@ impl Machine {
             syscfg: Syscfg::default(),
             ports: std::array::from_fn(Port::new),
             tim2: Timer::tim2(),
+            tim5: Timer::tim5(),
             tim15: Timer::tim15(),
             adc: Adc::default(),
             usart2: Usart::default(),
@@ -134,17 +137,20 @@ impl Machine {
         }
     }
 
-    /// A reset: everything begins anew but time, flash and the line.
+    /// A reset: everything begins anew but time, flash, the line and what a debugger has asked for (DBGMCU is reset by
+    /// power only).
     pub fn restart(&mut self, reset: Reset) {
         let flash = self.flash.cut(|| 2);
         let line = std::mem::take(&mut self.usart2).reset();
         let Self { now, fraction, limit, trigger_cut, .. } = *self;
+        let dbgmcu = self.dbgmcu.clone();
         *self = Self {
             now,
             fraction,
             limit,
             trigger_cut,
             rcc: Rcc::new(reset),
+            dbgmcu,
             usart2: line,
             ..Self::new(self.pace, flash)
         };
@@ -156,6 +162,16 @@ impl Machine {
         let cost = instructions * self.pace.0 + self.fraction;
         self.now += u64::from(cost >> 8);
         self.fraction = cost & 0xFF;
+    }
+
+    /// The processor has slept until now; its cycle counter stands meanwhile, unless DBG_SLEEP keeps its clock on.
+    pub fn sleep_until(&mut self, cycle: u64) {
+        if cycle > self.now {
+            if !self.dbgmcu.keeps_clocks_in_sleep() {
+                self.system.stand_still(cycle - self.now);
+            }
+            self.now = cycle;
+        }
     }
 
     /// Something has gone wrong; the first time counts.
@@ -207,6 +223,7 @@ impl Machine {
         if let Some(at) = self.tim2.take_trigger()
             && !self.trigger_cut
         {
+            self.tim5.clock(at);
             let pins = self.analog_pins();
             let done = self.clocks().and_then(|clocks| {
                 pins?;
@@ -366,6 +383,7 @@ impl Machine {
         }
         let answer = match device {
             Device::Tim2 => self.tim2.read(offset),
+            Device::Tim5 => self.tim5.read(offset),
             Device::Iwdg => self.iwdg.read(offset),
             Device::Usart2 => self.usart2.read(offset),
             Device::Pwr => self.pwr.read(offset),
@@ -409,12 +427,14 @@ impl Machine {
             return (device, Err(Trouble::used(format!("{address:#010x} is written while its clock is off"))));
         }
         // Half words: timers (section 29.5) and the data registers of the USART (section 37.8.12).
-        let narrow = matches!(device, Device::Tim2 | Device::Tim15 | Device::Usart2) && address.is_multiple_of(4);
+        let narrow =
+            matches!(device, Device::Tim2 | Device::Tim5 | Device::Tim15 | Device::Usart2) && address.is_multiple_of(4);
         if device != Device::Processor && !narrow && (bytes != 4 || !address.is_multiple_of(4)) {
             return (device, Err(Trouble::used(format!("{bytes} bytes are written to {address:#010x}"))));
         }
         let answer = match device {
             Device::Tim2 => self.tim2.write(offset, value, now),
+            Device::Tim5 => self.tim5.write(offset, value, now),
             Device::Iwdg => self.iwdg.write(offset, value, now, hclk_hz),
             Device::Usart2 => self.usart2.write(offset, value, now),
             Device::Pwr => self.pwr.write(offset, value),
@@ -452,6 +472,7 @@ impl Machine {
 enum Device {
     Uid,
     Tim2,
+    Tim5,
     Iwdg,
     Usart2,
     Pwr,
@@ -474,6 +495,7 @@ impl Device {
         match self {
             Self::Uid => "UID",
             Self::Tim2 => "TIM2",
+            Self::Tim5 => "TIM5",
             Self::Iwdg => "IWDG",
             Self::Usart2 => "USART2",
             Self::Pwr => "PWR",
@@ -497,6 +519,7 @@ fn place(address: u32) -> (Device, u32) {
     match address {
         0x1FFF_7590..0x1FFF_759C => (Device::Uid, 0x1FFF_7590),
         0x4000_0000..0x4000_0400 => (Device::Tim2, 0x4000_0000),
+        0x4000_0C00..0x4000_1000 => (Device::Tim5, 0x4000_0C00),
         0x4000_3000..0x4000_3400 => (Device::Iwdg, 0x4000_3000),
         0x4000_4400..0x4000_4800 => (Device::Usart2, 0x4000_4400),
         0x4000_7000..0x4000_7400 => (Device::Pwr, 0x4000_7000),

@@ -261,7 +261,7 @@ impl Processor {
             self.sleep = Sleep::Awake;
             return;
         }
-        machine.now = machine.now.max(machine.next);
+        machine.sleep_until(machine.next);
         machine.advance(&mut self.emulator, &mut **analog);
     }
 

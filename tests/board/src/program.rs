@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use greyrig::units::CalibrationSettings;
+use greyrig_board::controller::{Controller, Seen};
 use greyrig_board::machine::Pace;
 use greyrig_board::peripherals::flash::{BANK_LENGTH, Contents};
 use greyrig_board::rig::Rig;
@@ -135,20 +136,17 @@ fn serve(args: &Args, board: &mut Board, terminal: &mut Terminal) -> Result<(), 
     let (mut begin, mut begin_s) = (Instant::now(), board.seconds());
     let mut warned = false;
     let mut slices: u32 = 0;
-    let mut shown = [false; 2];
+    let (mut controller, mut shown) = (Controller::default(), Seen::Nothing);
     while !INTERRUPTED.load(Ordering::Relaxed) {
         let bytes = terminal.read().map_err(line)?;
         board.send(&bytes);
         board.run(SLICE_S).map_err(|e| (e.to_string(), EXIT_HARDWARE))?;
         let bytes = board.receive();
         terminal.write(&bytes).map_err(line)?;
-        let pins = ["PB10", "PB5"].map(|pin| board.is_high(pin));
-        if pins != shown {
-            shown = pins;
-            eprintln!(
-                "{}",
-                ["no verdict", "PB10 is high: the motor passes", "PB5 is high: the motor fails"][pin(pins)]
-            );
+        let seen = controller.look(board);
+        if seen != shown {
+            shown = seen;
+            eprintln!("{}", words(seen));
         }
         slices = slices.wrapping_add(1);
         if slices.is_multiple_of(SLICES_A_TIME) {
@@ -188,9 +186,13 @@ fn speed(text: &str) -> Result<f64, String> {
     speed.ok_or_else(|| "give 0.001 to 1".to_owned())
 }
 
-/// Which sentence tells the pins for pass and alarm.
-fn pin([pass, alarm]: [bool; 2]) -> usize {
-    if alarm { 2 } else { usize::from(pass) }
+/// What the pins say, in words.
+const fn words(seen: Seen) -> &'static str {
+    match seen {
+        Seen::Nothing => "no verdict",
+        Seen::Pass => "PB10 pulses: the motor passes",
+        Seen::Alarm => "PB5 is high: the motor fails",
+    }
 }
 
 fn setup(args: &Args) -> greyrig_host::error::Result<Setup> {

@@ -12,7 +12,7 @@ use greyrig_host::error::Result;
 use greyrig_host::hybrid;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{DetectorEntry, Kind, Model};
-use greyrig_host::monitor::calibrate::{calibrate, shown};
+use greyrig_host::monitor::calibrate::{self, calibrate, shown};
 use greyrig_host::monitor::replay::replay;
 use greyrig_host::monitor::test::{Test, test};
 use greyrig_host::recording::Recording;
@@ -156,7 +156,9 @@ impl MotorType {
         stages
             .into_iter()
             .map(|(name, model)| {
-                let detector = calibrate(&model, &teachers, BLANKING_S, &Context::quiet())?.detector;
+                let detector =
+                    calibrate(&model, &teachers, calibrate::Settings::blanking(BLANKING_S), &Context::quiet())?
+                        .detector;
                 Ok(Station { name, model, detector })
             })
             .collect()

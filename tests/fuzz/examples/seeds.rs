@@ -8,7 +8,7 @@ use greyrig::link::message::{Asked, Message, Reply, Request, Samples};
 use greyrig::link::packing;
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::section;
-use greyrig::units::{CalibrationSettings, Counts};
+use greyrig::units::Counts;
 use greyrig_host::device::parameters;
 use greyrig_host::model::Model;
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut payloads = Vec::new();
     for entry in std::fs::read_dir(models)? {
         let path = entry?.path();
-        let settings = parameters::settings(&Model::load(&path)?, &path, CalibrationSettings::default(), "rig 1")?;
+        let settings = parameters::settings(&Model::load(&path)?, &path)?;
         let mut buffer = [0; MAX_PAYLOAD];
         let payload = section::encode(&settings, &mut buffer)?.to_vec();
         put("section", &path.file_stem().unwrap_or_default().to_string_lossy(), &payload)?;

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::section;
-use greyrig::units::CalibrationSettings;
 use greyrig_host::device::parameters;
 use greyrig_host::model::Model;
 
@@ -31,7 +30,7 @@ pub fn load(data: &[u8]) -> Seen {
             assert_eq!(again.map_err(|e| e.to_string()).as_ref(), Ok(&model), "{text}");
         }
     }
-    match parameters::settings(&model, path, CalibrationSettings::default(), "rig") {
+    match parameters::settings(&model, path) {
         Err(error) => one_line(&error),
         Ok(settings) => {
             let mut buffer = [0; MAX_PAYLOAD];

@@ -1,7 +1,6 @@
 //! The microcontroller's side of the link, on a flash in memory, with its sampling beside it and restarts in between.
 
-use greyrig::app::{self, Outgoing, Sampler, Server, Shared};
-use greyrig::detector::Verdict;
+use greyrig::app::{self, Lamps, Outgoing, Sampler, Server, Shared};
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};
 use greyrig::link::frame::{MAX_FRAME, Receiver, encode};
 use greyrig::link::message::{Asked, CHUNK, Message, Reply, Request};
@@ -20,7 +19,7 @@ struct Board {
 impl app::Board for Board {
     type Flash = Nor;
     const HARDWARE: Hardware = Hardware { board: "fuzz", skew_s: [0.0; 2], ..NUCLEO_G474RE };
-    const STORE: u32 = 0;
+    const FLASH: u32 = NUCLEO_G474RE.rig.address;
 
     fn flash(&mut self) -> &mut Nor {
         &mut self.flash
@@ -35,7 +34,11 @@ impl app::Board for Board {
         0
     }
     async fn send(&mut self, _: &[u8]) {}
-    fn show(&mut self, _: Verdict) {}
+    fn show(&mut self, _: Lamps) {}
+
+    fn micros(&self) -> Option<u64> {
+        None
+    }
     fn alive(&mut self) {}
     fn restart(&mut self) -> ! {
         unreachable!("restarts are made by the loop below")
@@ -55,7 +58,7 @@ impl app::Board for Board {
 ///
 /// Every answer has to be a frame that the host can read, and what was committed is there after the restart.
 pub fn receive(data: &[u8]) -> Seen {
-    let mut flash = Nor::erased(SLOTS);
+    let mut flash = Nor::erased(2 * SLOTS);
     let (mut rest, mut seen) = (data, Vec::new());
     // As many starts as a fuzzer needs to see two blocks and two cuts.
     for _ in 0..8 {

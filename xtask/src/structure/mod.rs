@@ -23,11 +23,12 @@ use arrows::Arrow;
 use tree::Tree;
 
 /// Where the crates begin: the name by which their code is known to others, and the root file.
-const CRATES: [(&str, &str); 7] = [
+const CRATES: [(&str, &str); 8] = [
     ("greyrig", "src/lib.rs"),
     ("nucleo_g474re", "src/bin/nucleo_g474re/main.rs"),
     ("mps2_an386", "src/bin/mps2_an386/main.rs"),
     ("greyrig_fmi", "host-tools/fmi/src/lib.rs"),
+    ("greyrig_python", "host-tools/python/src/lib.rs"),
     ("greyrig_host", "host-tools/src/lib.rs"),
     ("greyrig_command", "host-tools/src/main.rs"),
     ("xtask", "xtask/src/main.rs"),

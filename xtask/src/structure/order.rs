@@ -31,6 +31,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "app",
         ],
     ),
+    ("greyrig_python", &["trouble", "work", "table", "options", "model", "recording", "answers", "fleet"]),
     ("greyrig_fmi", &["instance", "resources", "importer", "fmi2", "fmi3"]),
     (
         "greyrig_host",
@@ -74,6 +75,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "plan",
             "challenge",
             "addition",
+            "answers",
             "store",
             "demo",
             "serve",
@@ -90,6 +92,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "size",
             "packages",
             "page",
+            "python",
             "semver",
             "dependencies",
             "mutation",

@@ -11,11 +11,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::{Args, Judged, note};
+use crate::answers::monitor::Request;
 use crate::commands::kept::{keep, keep_elsewhere};
 use crate::commands::stdout;
 use crate::commands::terminal::Terminal;
 use crate::device::connection::{check_layout, faults};
-use crate::device::{Connection, Port, parameters, recorded};
+use crate::device::{Connection, Port, parameters, recorded, rig};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
 use crate::monitor::air;
@@ -30,7 +31,14 @@ const QUIET_S: f64 = 0.5;
 const WEATHER: f64 = 0.03;
 
 /// Tests a motor over the link.
-pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, terminal: &Terminal) -> Result<Judged> {
+pub fn run(
+    args: &Args,
+    request: &Request,
+    name: &str,
+    model: &Model,
+    detector: &DetectorEntry,
+    terminal: &Terminal,
+) -> Result<Judged> {
     let ctx = &terminal.context();
     if let Some(seconds) = args.seconds.filter(|s| !(0.1..=LONGEST_S).contains(s)) {
         return Err(Error::usage(
@@ -42,12 +50,13 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     let (mut connection, device) = Connection::open(&port, ctx)?;
     check_layout(&device)?;
     let settings = in_force(&mut connection, model, &args.model, name)?;
+    let rig = rig::of(&mut connection, Some(&settings))?.unwrap_or_default();
     let plan = Plan { seconds: args.seconds, nominal_voltage: detector.nominal_voltage };
     let mut talk = Talk::new(args.answer.json);
     let result = live::run(&port, &device, connection, &plan, ctx, &mut |event| talk.event(event));
     talk.end();
 
-    let named = [("motor", Some(settings.motor_type.as_str())), ("rig", Some(settings.rig.as_str()))];
+    let named = [("motor", Some(settings.motor_type.as_str())), ("rig", Some(rig.name.as_str()))];
     let named = named.into_iter().chain([("serial", args.serial.as_deref())]);
     let mut metadata: BTreeMap<String, String> = named
         .filter_map(|(key, name)| Some((key.to_owned(), name.filter(|name| !name.is_empty())?.to_owned())))
@@ -60,7 +69,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
                 // What there is of it can be written after a Ctrl-C; the next one stops that, too.
                 terminal.cancel_flag().clear();
                 metadata.insert("incomplete".into(), format!("the test ended early: {error}"));
-                let kept = recorded::recording(&capture, &settings.calibration, metadata)
+                let kept = recorded::recording(&capture, &rig.calibration, metadata)
                     .map_err(Error::from)
                     .and_then(|recording| keep(&recording, out, "incomplete", ctx));
                 match kept {
@@ -71,7 +80,7 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
             return Err(error.into());
         }
     };
-    let mut recording = recorded::recording(&finished.capture, &settings.calibration, metadata)?
+    let mut recording = recorded::recording(&finished.capture, &rig.calibration, metadata)?
         .named(args.out.clone().unwrap_or_else(|| name.into()));
     let lost: usize = finished.capture.lost().iter().map(std::ops::Range::len).sum();
     if lost > 0 {
@@ -82,9 +91,14 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
     for line in faults(&finished.status) {
         eprintln!("greyrig: the microcontroller: {line}");
     }
-    super::circumstances(args, &mut recording)?;
+    request.circumstances(&mut recording)?;
     let replay = Replay { temperature: args.temp_c, ..finished.replay };
     let mut test = judge(model, detector, &recording, replay, lost == 0, ctx)?;
+    if !finished.status.plausible && test.verdict != Outcome::Fail {
+        test.verdict = Outcome::CannotJudge;
+        test.reasons
+            .push("the measuring chain was not plausible during the test: see the microcontroller's faults".into());
+    }
     if let (Some([low, high]), Some(density)) = (detector.air_kg_m3, air::density(&recording)?)
         && !((1.0 - WEATHER) * low..=(1.0 + WEATHER) * high).contains(&density)
     {
@@ -99,10 +113,11 @@ pub fn run(args: &Args, name: &str, model: &Model, detector: &DetectorEntry, ter
         recording::write(&recording, path, args.answer.force, ctx)
             .map_err(|error| keep_elsewhere(&recording, path, error, ctx))?;
     }
-    let more = json!({
+    let told = json!({
         "port": name, "device": device, "samples": recording.len(), "first_sample": finished.capture.first, "lost": lost, "unseen_periods": finished.unseen,
         "reconnections": finished.capture.reconnections,
     });
+    let more = told.as_object().cloned().unwrap_or_default();
     Ok(Judged { tests: vec![test], files: vec![Origin::from(&recording)], more })
 }
 
@@ -112,7 +127,7 @@ fn in_force(connection: &mut Connection, model: &Model, path: &Path, port: &str)
     let flash = || format!("write it: greyrig flash --model {} --port {port}", path.display());
     let settings = section::decode(&payload)
         .map_err(|_| Error::usage("the microcontroller has no parameters that could be used", flash()))?;
-    if parameters::settings(model, path, settings.calibration, &settings.rig)? != settings {
+    if parameters::settings(model, path)? != (Settings { rig: None, ..settings.clone() }) {
         return Err(Error::usage(
             format!("the microcontroller runs with another model than {}", path.display()),
             flash(),

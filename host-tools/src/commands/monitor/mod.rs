@@ -1,24 +1,23 @@
 //! `greyrig monitor`: the detector, on recordings or on line.
 
 mod live;
-mod page;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
-use super::answer::Answer;
+use super::answer::Answer as Answering;
 use super::input;
 use super::terminal::Terminal;
-use crate::check::Purpose;
+use crate::answers::monitor::{self, Answer, Request};
 use crate::commands::stdout;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
-use crate::model::{DetectorEntry, Model, Origin};
-use crate::monitor::test::{Outcome, Test, test};
+use crate::model::{Model, Origin};
+use crate::monitor::test::{Outcome, Test};
 use crate::output;
-use crate::recording::{MapArgs, Recording};
+use crate::recording::MapArgs;
 
 /// Exit code of a motor that fails its test.
 const FAILED: u8 = 1;
@@ -26,8 +25,6 @@ const FAILED: u8 = 1;
 const NO_VERDICT: u8 = 4;
 /// First line of the results.
 const RESULTS: &str = "recording,serial,verdict,t_s,kind,suspect,ratio,reason";
-/// Column of the motor's temperature.
-const TEMPERATURE: &str = "temp_c";
 
 /// Judges motors, on recordings of one run each or over the link: pass, fail or cannot judge.
 #[derive(Debug, clap::Args)]
@@ -74,7 +71,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.csv")]
     results: Option<PathBuf>,
     #[command(flatten)]
-    answer: Answer,
+    answer: Answering,
 }
 
 /// Runs the command.
@@ -90,31 +87,23 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         journal::check(path, RESULTS)?;
     }
     let model = Model::load(&args.model)?;
-    if let Some(wanted) = args.motor.as_deref().filter(|wanted| model.motor.as_deref() != Some(*wanted)) {
-        return Err(Error::usage(
-            format!("the model is of motor type {:?}, not {wanted:?}", model.motor.as_deref().unwrap_or("unknown")),
-            "take the model of the type that is being tested",
-        ));
-    }
+    let request = request(args);
+    request.check_model(&model)?;
     let detector = model.limits(&args.model)?;
-    let mut judged = match &args.port {
-        Some(port) => live::run(args, port, &model, detector, terminal)?,
-        None => replayed(args, &model, detector, terminal)?,
+    let judged = match &args.port {
+        Some(port) => live::run(args, &request, port, &model, detector, terminal)?,
+        None => replayed(args, &request, &model, terminal)?,
     };
     let tests = &judged.tests;
-    let worst = tests.iter().map(|t| t.verdict).max().unwrap_or(Outcome::CannotJudge);
+    let worst = monitor::worst(tests);
     if let Some(path) = &args.answer.report {
-        page::report(tests, detector, &judged.files).write(path, args.answer.force)?;
+        monitor::report(tests, detector, &judged.files).write(path, args.answer.force)?;
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        let alarms: Vec<_> = tests.iter().flat_map(|t| &t.alarms).collect();
-        let mut body = json!({ "verdict": worst, "alarms": alarms, "runs": tests, "model": args.model });
-        if let (Some(body), Some(more)) = (body.as_object_mut(), judged.more.as_object_mut()) {
-            body.append(more);
-        }
         let names: Vec<String> = args.recordings.iter().map(|p| p.display().to_string()).collect();
-        stdout::print_json("monitor", &names, body)?;
+        let told = monitor::told(&names, tests, Some(&args.model), judged.more)?;
+        stdout::print_as_it_is(&told.to_string())?;
     } else {
         for test in tests {
             print(test)?;
@@ -132,40 +121,23 @@ struct Judged {
     tests: Vec<Test>,
     files: Vec<Origin>,
     /// What else the JSON object tells.
-    more: serde_json::Value,
+    more: Map<String, Value>,
 }
 
-fn replayed(args: &Args, model: &Model, detector: &DetectorEntry, terminal: &Terminal) -> Result<Judged> {
+fn request(args: &Args) -> Request {
+    let Args { motor, serial, air_hpa, temp_c, .. } = args;
+    Request { motor: motor.clone(), serial: serial.clone(), air_hpa: *air_hpa, temp_c: *temp_c }
+}
+
+fn replayed(args: &Args, request: &Request, model: &Model, terminal: &Terminal) -> Result<Judged> {
     only_over_the_link(args)?;
-    let mut recordings = input::load(&args.recordings, &args.map, &terminal.context())?;
-    recordings.iter_mut().try_for_each(|r| circumstances(args, r))?;
-    if let Some(serial) = &args.serial {
-        let [recording] = recordings.as_mut_slice() else {
-            let told = format!("--serial {serial} is one motor's, and {} recordings are given", recordings.len());
-            return Err(Error::usage(told, "test one recording at a time, or have each tell its own (# serial:)"));
-        };
-        match recording.metadata().get("serial") {
-            None => recording.set_metadata("serial", serial),
-            Some(known) if known == serial => {}
-            Some(known) => {
-                let told = format!("--serial {serial}, but {} is of motor {known}", recording.path().display());
-                return Err(Error::usage(told, "leave --serial out, or name the right recording"));
-            }
-        }
-    }
-    let findings = input::question(&mut recordings, model.kind, Purpose::Detection);
-    let mut tests = Vec::new();
-    for recording in &recordings {
-        crate::compare::same_type(model, recording)?;
-        let test = test(model, detector, recording, &terminal.context())?;
-        note(args.results.as_deref(), &test, terminal)?;
-        tests.push(test);
-    }
-    Ok(Judged {
-        tests,
-        files: recordings.iter().map(Origin::from).collect(),
-        more: json!({ "data_findings": findings }),
-    })
+    let ctx = &terminal.context();
+    let given = request.question(model, input::load(&args.recordings, &args.map, ctx)?)?;
+    input::tell(&given.findings);
+    let mut each = |test: &Test| note(args.results.as_deref(), test, terminal);
+    let Answer { given, tests, .. } = request.answer(model, &args.model, given, ctx, &mut each)?;
+    let more = Map::from_iter([("data_findings".to_owned(), json!(given.findings))]);
+    Ok(Judged { tests, files: given.origins(), more })
 }
 
 /// Refuses what a replay has no use for.
@@ -178,20 +150,6 @@ fn only_over_the_link(args: &Args) -> Result<()> {
         }
         None => Ok(()),
     }
-}
-
-/// Adds what the command line tells about air and temperature to a recording that does not.
-fn circumstances(args: &Args, recording: &mut Recording) -> Result<()> {
-    if let Some(pressure) = args.air_hpa.filter(|_| !recording.metadata().contains_key("air_pressure_hpa")) {
-        recording.set_metadata("air_pressure_hpa", pressure.to_string());
-    }
-    if let Some(temperature) = args.temp_c.filter(|_| recording.extras().iter().all(|e| e.name != TEMPERATURE)) {
-        let values = vec![temperature; recording.len()];
-        recording
-            .add_extra(TEMPERATURE, values)
-            .map_err(|e| Error::usage(format!("--temp-c {temperature}: {e}"), "give a temperature in °C"))?;
-    }
-    Ok(())
 }
 
 /// Adds a line to the results, if they are kept, and has it on the disk before the next motor.

@@ -9,14 +9,15 @@
 //! | torque | ⟨τ⟩ − J Δω/T |
 //! | mean current | ⟨i⟩, on alternating voltage |
 //! | sparks | ln RMS of the current above 1 kHz |
-//! | ripple | ln amplitude of the speed's wave once a turn |
+//! | ripple | amplitude of the speed's wave once a turn |
 //!
 //! L i di integrates to nothing over a period, so that the inductance drops out, with what saturates it, and no current
 //! has to be simulated. The speed at the ends of a block is its mean over a period around them, and the torque is
-//! averaged alike. (Two further moments of v, ⟨v sgn i⟩ and ⟨v i |i|⟩, were tried: on lots of mixed laws their limits
-//! were wider by more than what they told.)
+//! averaged alike, both over a turn of the rotor, too. (Two further moments of v, ⟨v sgn i⟩ and ⟨v i |i|⟩, were tried:
+//! on lots of mixed laws their limits were wider by more than what they told.)
 
 use std::f64::consts::TAU;
+use std::path::Path;
 
 use greyrig::butterworth::HighPass;
 use greyrig::detector::SPARKS_ABOVE_HZ;
@@ -41,7 +42,7 @@ pub const SPARKS: usize = 3;
 /// The row of the speed's ripple.
 pub const RIPPLE: usize = 4;
 /// Periods in a block.
-const PERIODS: f64 = 5.0;
+pub const PERIODS: f64 = 5.0;
 /// A period without mains, s.
 const USUAL_PERIOD_S: f64 = 0.02;
 /// Share of the largest voltage above which the supply is on.
@@ -107,15 +108,11 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// As a recording tells it.
-    ///
-    /// # Errors
-    /// A recording without voltage, current and speed.
-    pub fn of(model: &Model, recording: &Recording) -> Result<Self> {
-        let e = whole(model, recording)?;
+    /// As a test tells it.
+    pub fn of(e: &Experiment) -> Self {
         let top_speed = e.speed.iter().flatten().fold(0.0f64, |most, w| most.max(w.abs()));
         let block_s = PERIODS * e.mains_period_s.unwrap_or(USUAL_PERIOD_S);
-        Ok(Self { block_s, alternating: e.mains_period_s.is_some(), top_speed })
+        Self { block_s, alternating: e.mains_period_s.is_some(), top_speed }
     }
 
     /// Whether runs of another cut can be compared: blocks of the same length, of alternating voltage or of direct.
@@ -123,26 +120,25 @@ impl Cut {
         self.alternating == other.alternating && (self.block_s / other.block_s - 1.0).abs() <= SAME_PERIOD
     }
 
-    /// The balances of a run by a model.
+    /// The balances of a test by a model.
     ///
     /// # Errors
-    /// A recording with gaps or without voltage, current and speed, or a model that no motor can have.
-    pub fn run(&self, model: &Model, recording: &Recording) -> Result<Run> {
-        let e = whole(model, recording)?;
-        let borders = self.borders(&e);
+    /// A model that no motor can have.
+    pub fn run(&self, model: &Model, e: &Experiment) -> Result<Run> {
+        let borders = self.borders(e);
         let refused = |x: greyrig::motor::ParameterError| {
             Error::usage(format!("{}: {x}", e.name), "check the model's parameters")
         };
         model.motor::<f64>().map_err(refused)?;
-        let plain = self.rows(&e, model, &borders).ok_or_else(|| lacks(recording))?;
+        let plain = self.rows(e, model, &borders).ok_or_else(|| lacks(&e.name))?;
         let columns: Vec<Option<Vec<[f64; ROWS]>>> =
-            Fault::ALL.par_iter().map(|fault| self.column(*fault, SMALL, &e, model, &borders, &plain)).collect();
-        let direct = Direct::of(&e, &borders, self.alternating);
+            Fault::ALL.par_iter().map(|fault| self.column(*fault, SMALL, e, model, &borders, &plain)).collect();
+        let direct = Direct::of(e, &borders, self.alternating);
         let voltage = Integral::of(&e.input.iter().map(|u| u * u).collect::<Vec<f64>>());
         let power = Integral::of(
             &e.input.iter().zip(e.current.iter().flatten()).map(|(u, i)| (u * i).abs()).collect::<Vec<f64>>(),
         );
-        let counts = self.counts(&e, &borders);
+        let counts = self.counts(e, &borders);
         let speed = Integral::of(e.speed.as_deref().unwrap_or_default());
         let inertia = model.value(BaseParameter::J);
         let blocks = (0..borders.len().saturating_sub(1)).map(|k| {
@@ -173,23 +169,13 @@ impl Cut {
 
     /// A run whose columns of some faults are those of sizes that are not small: the secant in place of the tangent,
     /// since gains stand in the balances with powers.
-    ///
-    /// # Errors
-    /// As [`Cut::run`].
-    pub fn with_columns_at(
-        &self,
-        sizes: &[(Fault, f64)],
-        run: &Run,
-        model: &Model,
-        recording: &Recording,
-    ) -> Result<Run> {
-        let e = whole(model, recording)?;
-        let borders = self.borders(&e);
+    pub fn with_columns_at(&self, sizes: &[(Fault, f64)], run: &Run, model: &Model, e: &Experiment) -> Run {
+        let borders = self.borders(e);
         let plain: Vec<[f64; BALANCES]> =
             run.blocks.iter().map(|block| std::array::from_fn(|row| block.rows[row])).collect();
         let columns: Vec<_> = sizes
             .par_iter()
-            .map(|(fault, size)| (*fault, self.column(*fault, *size, &e, model, &borders, &plain)))
+            .map(|(fault, size)| (*fault, self.column(*fault, *size, e, model, &borders, &plain)))
             .collect();
         let mut run = run.clone();
         for (fault, column) in columns {
@@ -197,7 +183,7 @@ impl Cut {
                 block.columns[fault as usize] = rows;
             }
         }
-        Ok(run)
+        run
     }
 
     /// Places of the borders, in samples: each where the voltage rises through zero next to where it should be.
@@ -262,13 +248,13 @@ impl Cut {
         });
         let torque: Vec<f64> = left.torque.iter().zip(&speed).map(|(t, w)| t + braked(*w)).collect();
         let period = self.block_s / PERIODS / e.interval_s;
-        let smooth = |integral: &Integral, x: f64| integral.mean_around(x, period);
-        let (impulse, angle) = (Integral::of(&Integral::of(&torque).values), Integral::of(&speed));
-        let torques = borders.windows(2).map(|two| {
-            let length = two[1] - two[0];
-            let change = smooth(&angle, two[1]) - smooth(&angle, two[0]);
-            (smooth(&impulse, two[1]) - smooth(&impulse, two[0])) / length
-                - left.inertia * change / (length * e.interval_s)
+        let turns: Vec<Option<f64>> = borders.iter().map(|x| turn_around(e, *x, period)).collect();
+        let (impulse, angle) = (Smooth::of(&Integral::of(&torque).values), Smooth::of(&speed));
+        let at = |signal: &Smooth, n: usize| signal.mean_around(borders[n], period, turns[n]);
+        let torques = (1..borders.len()).map(|n| {
+            let length = borders[n] - borders[n - 1];
+            let change = at(&angle, n) - at(&angle, n - 1);
+            (at(&impulse, n) - at(&impulse, n - 1)) / length - left.inertia * change / (length * e.interval_s)
         });
         Some(power.zip(torques).map(|(power, torque)| [power, torque]).collect())
     }
@@ -393,27 +379,32 @@ impl Direct {
             borders.windows(2).map(|two| Some(0.5 * squares.mean(two).max(f64::MIN_POSITIVE).ln())).collect()
         };
         let sparks = log_rms(current, f64::from(SPARKS_ABOVE_HZ));
-        let mut angle = 0.0;
-        let angles: Vec<f64> = speed
-            .iter()
-            .map(|w| {
-                angle += w * e.interval_s;
-                angle
-            })
-            .collect();
-        // A speed that is counted or averaged has no wave of its own.
-        let is_itself = e.sensor.is_none() && !e.is_windowed();
+        let angles = angles(speed, e.interval_s);
         let of_turn = |two: &[f64]| {
             let within = two[0].ceil() as usize..(two[1] as usize + 1).min(speed.len());
-            wave_of_turn(&speed[within.clone()], &angles[within]).filter(|amplitude| is_itself && *amplitude > 0.0)
+            shows_a_turn(e).then(|| wave_of_turn(&speed[within.clone()], &angles[within])).flatten()
         };
-        let ripple = borders.windows(2).map(|two| of_turn(two).map(f64::ln)).collect();
+        let ripple = borders.windows(2).map(of_turn).collect();
         Self { mean, sparks, ripple }
     }
 }
 
-/// Amplitude, rad/s, of the wave of a speed once a turn of the angle, rad, beside its straight course, by Hann's
-/// window: `2 |Σ h (ω − ω̄ − ω̇ t) e^(−jθ)| / Σ h`. `None` where too few turns or too few samples of one tell it.
+/// Whether the speed can show a wave once a turn: one that is counted or averaged has none of its own.
+fn shows_a_turn(e: &Experiment) -> bool {
+    e.sensor.is_none() && !e.is_windowed()
+}
+
+/// The rotor's angle at each sample, rad.
+fn angles(speed: &[f64], interval_s: f64) -> Vec<f64> {
+    let turned = speed.iter().scan(0.0, |angle, w| {
+        *angle += w * interval_s;
+        Some(*angle)
+    });
+    turned.collect()
+}
+
+/// Amplitude, rad/s, of the wave of a speed once a turn beside its straight course, by Hann's window:
+/// `2 |Σ h (ω − ω̄ − ω̇ t) e^(jθ)| / Σ h`. `None` where too few turns or too few samples of one tell it.
 fn wave_of_turn(speed: &[f64], angles: &[f64]) -> Option<f64> {
     let count = speed.len() as f64;
     let turns = (angles.last()? - angles.first()?).abs() / TAU;
@@ -424,15 +415,49 @@ fn wave_of_turn(speed: &[f64], angles: &[f64]) -> Option<f64> {
     let mean = speed.iter().sum::<f64>() / count;
     let times = || (0..speed.len()).map(|n| n as f64 - middle);
     let slope = speed.iter().zip(times()).map(|(w, t)| w * t).sum::<f64>() / times().map(|t| t * t).sum::<f64>();
-    let [mut real, mut imaginary, mut sum] = [0.0; 3];
+    let [mut cosine, mut sine, mut sum] = [0.0; 3];
     for ((w, angle), t) in speed.iter().zip(angles).zip(times()) {
         let window = 0.5 * (1.0 + (TAU * t / count).cos());
         let part = window * (w - mean - slope * t);
-        real += part * angle.cos();
-        imaginary += part * angle.sin();
+        cosine += part * angle.cos();
+        sine += part * angle.sin();
         sum += window;
     }
-    Some(2.0 * real.hypot(imaginary) / sum)
+    Some(2.0 * cosine.hypot(sine) / sum)
+}
+
+/// How long the turn takes in which a place lies, in samples. `None` of a turn that is longer than a block is half, or
+/// that is not within the test.
+fn turn_around(e: &Experiment, x: f64, period: f64) -> Option<f64> {
+    let speed = e.speed.as_deref()?;
+    let near = (x - 0.5 * period).max(0.0) as usize..((x + 0.5 * period) as usize + 1).min(speed.len());
+    let mean = speed[near.clone()].iter().sum::<f64>() / near.len() as f64;
+    let turn = TAU / (mean.abs() * e.interval_s);
+    let reaches = 0.5 * (period + turn);
+    (turn <= 0.5 * PERIODS * period && x >= reaches && x + reaches <= (speed.len() - 1) as f64).then_some(turn)
+}
+
+/// Mean of a signal over a window around a place and, of that, over another: of the turn in which the place lies, so
+/// that what comes once a turn, an imbalance or an eccentric sensor, is no acceleration. Both are in samples.
+struct Smooth {
+    once: Integral,
+    twice: Integral,
+}
+
+impl Smooth {
+    fn of(signal: &[f64]) -> Self {
+        let once = Integral::of(signal);
+        Self { twice: Integral::of(&once.values), once }
+    }
+
+    fn mean_around(&self, x: f64, width: f64, turn: Option<f64>) -> f64 {
+        match turn {
+            None => self.once.mean_around(x, width),
+            Some(turn) => {
+                (self.twice.mean_around(x + 0.5 * width, turn) - self.twice.mean_around(x - 0.5 * width, turn)) / width
+            }
+        }
+    }
 }
 
 /// The integral of a signal over its samples, by the trapezium rule.
@@ -482,18 +507,21 @@ fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// The recording as one experiment.
-fn whole(model: &Model, recording: &Recording) -> Result<Experiment> {
+/// A recording as one experiment.
+///
+/// # Errors
+/// A recording with gaps or without voltage, current and speed.
+pub fn whole(model: &Model, recording: &Recording) -> Result<Experiment> {
     let one = prepare(std::slice::from_ref(recording), &model.filter, &model.chain)?;
     match <[Experiment; 1]>::try_from(one) {
         Ok([e]) if e.drive == Drive::Voltage && e.current.is_some() && e.speed.is_some() => Ok(e),
-        _ => Err(lacks(recording)),
+        _ => Err(lacks(recording.path())),
     }
 }
 
-fn lacks(recording: &Recording) -> Error {
+fn lacks(path: impl AsRef<Path>) -> Error {
     Error::input(
-        crate::error::Place::file(recording.path()),
+        crate::error::Place::file(path.as_ref()),
         "its balances need voltage, current and speed without gaps",
         "record u_v, i_a and omega_rad_s of the whole test",
     )
@@ -517,22 +545,28 @@ mod tests {
                 })
                 .collect()
         };
-        let amplitude = |speed: &[f64], interval: f64| {
-            let mut angle = 0.0;
-            let angles: Vec<f64> = speed
-                .iter()
-                .map(|w| {
-                    angle += w * interval;
-                    angle
-                })
-                .collect();
-            wave_of_turn(speed, &angles)
-        };
+        let amplitude = |speed: &[f64], interval: f64| wave_of_turn(speed, &angles(speed, interval));
         // Four turns beside its main lobe Hann's window has 1 % of 2 rad/s left.
         assert!((amplitude(&speed(1.5), 1e-4).unwrap() - 1.5).abs() < 0.03);
         assert!(amplitude(&speed(0.0), 1e-4).unwrap() < 0.03);
         // Too few turns, and too few samples of a turn.
         assert_eq!(amplitude(&speed(1.5), 1e-5), None);
         assert_eq!(amplitude(&speed(1.5), 1e-2), None);
+    }
+    #[test]
+    fn over_a_turn_a_wave_of_it_is_no_acceleration() {
+        // 50 samples a turn: the mean over 200 samples, four turns, or over 180 and a turn, has nothing of the wave.
+        let signal = |wave: f64| -> Vec<f64> {
+            (0..2000).map(|n| 3.0 + 0.01 * f64::from(n) + wave * (TAU * f64::from(n) / 50.0).sin()).collect()
+        };
+        let (plain, waved) = (Smooth::of(&signal(0.0)), Smooth::of(&signal(5.0)));
+        for x in [700.0, 713.4] {
+            assert!((plain.mean_around(x, 180.0, Some(50.0)) - (3.0 + 0.01 * x)).abs() < 1e-9);
+            // A wave of 5 through a window of 180 leaves 5 sin(3.6 π)/(3.6 π) = 0.42 at most; the trapezium rule within
+            // a sample leaves (2 π/50)²/12 of that.
+            let alone = waved.mean_around(x, 180.0, None) - plain.mean_around(x, 180.0, None);
+            let left = waved.mean_around(x, 180.0, Some(50.0)) - plain.mean_around(x, 180.0, Some(50.0));
+            assert!(left.abs() < 0.42 * 0.0014, "{left} of {alone}");
+        }
     }
 }

@@ -52,7 +52,7 @@ impl Fault {
             Self::CurrentDrift => "drifting gain of the current sensor",
             Self::SpeedDrift => "drifting gain of the speed sensor",
             Self::Sparking => "sparking brushes",
-            Self::Imbalance => "imbalance of the rotor",
+            Self::Imbalance => "imbalance (speed once a turn)",
         }
     }
 
@@ -75,12 +75,13 @@ impl Fault {
         }
     }
 
-    /// Unit of its size; none where that is relative.
+    /// Unit of its size; none where that is relative, or the logarithm of what is watched.
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Contact => Some("V"),
             Self::DryFriction | Self::ViscousFriction | Self::Load => Some("N m"),
             Self::CurrentOffset => Some("A"),
+            Self::Imbalance => Some("rad/s"),
             _ => None,
         }
     }
@@ -115,10 +116,15 @@ impl Fault {
         }
     }
 
+    /// Whether a size is a fault at all: a rotor that runs rounder than the others and brushes that spark less are none.
+    pub fn is_one_at(self, size: f64) -> bool {
+        self.own_row().is_none() || size > 0.0
+    }
+
     /// A size in words.
     pub fn told(self, size: f64) -> String {
         match (self.unit(), self.course()) {
-            _ if self.own_row().is_some() => format!("{:.2} times the usual", size.exp()),
+            _ if self == Self::Sparking => format!("{:.2} times the usual", size.exp()),
             (Some(unit), _) => format!("{size:+.3} {unit}"),
             (None, Course::Drift) => format!("{:+.2} % a second", 100.0 * size),
             (None, Course::Step) => format!("{:+.1} %", 100.0 * size),

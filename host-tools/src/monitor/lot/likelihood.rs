@@ -17,18 +17,20 @@
 //! jumps in linear systems, IEEE Trans. Autom. Control 21 (1976) 108–112; M. Basseville, I. V. Nikiforov, Detection of
 //! Abrupt Changes (1993).
 
+use std::cmp::Ordering;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::blocks::PERIODS;
 use super::fault::Course;
 use super::population::Whitened;
 use crate::model::lot::{Fault, Limit, Onset};
 
+/// Half the window over which the speed at a border is averaged, a period of the mains, in blocks.
+const SMOOTHED: f64 = 0.5 / PERIODS;
 /// Blocks behind the onset, at least: two tell a size and that it lasts.
 const FEWEST_BEHIND: usize = 2;
-/// Share of healthy motors that one limit holds: all of them together are to hold 99.9 %, and those of faults that the
-/// balances tell go together.
-pub const HOLDS: f64 = 0.9995;
 /// Standard deviation of the logarithm of the largest |Z| of white noise, 80 blocks with a level of their own (by 4,000
 /// draws): what is left over of few motors may seem to spread by less.
 const LEAST_SPREAD: f64 = 0.27;
@@ -42,8 +44,8 @@ pub struct Hypothesis {
     pub fault: Fault,
     /// When it begins.
     pub onset: Onset,
-    /// The first block with it.
-    pub block: usize,
+    /// When it begins, in blocks since the first.
+    pub begin: f64,
     /// Z.
     pub z: f64,
     /// Its size and the standard deviation of that, in the fault's unit.
@@ -61,37 +63,52 @@ pub fn scan(run: &Whitened, block_s: f64) -> Vec<Hypothesis> {
     let last = run.blocks.iter().max().map_or(0, |k| k + 1);
     let mut all = Vec::new();
     for fault in Fault::ALL {
-        let at = |block: usize, onset: Onset| {
-            let (z, size, deviation) = judged.test(&column(run, fault, onset, block, block_s))?;
-            Some(Hypothesis { fault, onset, block, z, size, deviation, explains: z * z / whole })
+        let at = |begin: f64, onset: Onset| {
+            let (z, size, deviation) = judged.test(&column(run, fault, onset, begin, block_s))?;
+            Some(Hypothesis { fault, onset, begin, z, size, deviation, explains: z * z / whole })
         };
         if fault.course() == Course::Step {
-            all.extend(at(0, Onset::Start));
+            all.extend(at(0.0, Onset::Start));
         }
         let first = usize::from(fault.course() == Course::Step);
-        let during = (first..last.saturating_sub(FEWEST_BEHIND)).filter_map(|block| at(block, Onset::During));
-        all.extend(during.max_by(|a, b| a.z.abs().total_cmp(&b.z.abs())));
+        let begins = (first..last.saturating_sub(FEWEST_BEHIND))
+            .flat_map(|block| places_in_a_block(fault).iter().map(move |place| block as f64 + place));
+        let during = begins.filter_map(|begin| at(begin, Onset::During));
+        // A size beyond what the column holds for is believed only where no other begin explains anything.
+        let rank = |h: &Hypothesis| (fault.holds(h.size), h.z.abs());
+        all.extend(during.max_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal)));
     }
     all
 }
 
-/// What a fault of unit size adds to the rows if it begins with a block.
-pub fn column(run: &Whitened, fault: Fault, onset: Onset, block: usize, block_s: f64) -> DVector<f64> {
+/// Where in a block a fault is tried to begin. The jump of a speed whose gain changes falls into two blocks if it comes
+/// close to the border.
+const fn places_in_a_block(fault: Fault) -> &'static [f64] {
+    match fault {
+        Fault::SpeedGain => &[0.0, 0.5 * SMOOTHED, 0.5, 1.0 - 0.5 * SMOOTHED],
+        _ => &[0.0, 0.5],
+    }
+}
+
+/// What a fault of unit size adds to the rows if it begins at a time, in blocks.
+pub fn column(run: &Whitened, fault: Fault, onset: Onset, begin: f64, block_s: f64) -> DVector<f64> {
     let jumps = fault == Fault::SpeedGain && onset == Onset::During;
+    // How much of the window around a border lies behind the begin.
+    let behind = |border: f64| ((border - begin) / (2.0 * SMOOTHED) + 0.5).clamp(0.0, 1.0);
     let row = |n: usize| {
-        let k = run.blocks[n];
-        let jump = if jumps && k == block { run.jump[n] } else { 0.0 };
-        run.faults[fault as usize][n] * weight(fault, k, block, block_s) + jump
+        let k = run.blocks[n] as f64;
+        let jump = if jumps { run.jump[n] * (behind(k + 1.0) - behind(k)) } else { 0.0 };
+        run.faults[fault as usize][n] * weight(fault, k, begin, block_s) + jump
     };
     DVector::from_fn(run.blocks.len(), |n, _| row(n))
 }
 
-/// How large a fault is in block k if it begins with another.
-fn weight(fault: Fault, k: usize, begins: usize, block_s: f64) -> f64 {
+/// How large a fault is in block k, on the average, if it begins at a time, in blocks.
+fn weight(fault: Fault, k: f64, begin: f64, block_s: f64) -> f64 {
+    let within = (k + 1.0 - begin).clamp(0.0, 1.0);
     match fault.course() {
-        _ if k < begins => 0.0,
-        Course::Step => 1.0,
-        Course::Drift => ((k - begins) as f64 + 0.5) * block_s,
+        Course::Step => within,
+        Course::Drift => within * (k + 1.0 - begin - 0.5 * within) * block_s,
     }
 }
 
@@ -218,14 +235,30 @@ mod tests {
         // 0.2 times a column of 5 from block 30 on: Z = 0.2 · 5 √50, and nothing else is left.
         let rows = DVector::from_fn(80, |k, _| if k < 30 { 0.0 } else { 1.0 });
         let h = found(&run(Fault::Resistance, rows, |_| 5.0), Fault::Resistance, Onset::During);
-        assert_eq!(h.block, 30);
+        assert_eq!(h.begin, 30.0);
         assert!((h.size - 0.2).abs() < 1e-12 && (h.z - 50f64.sqrt()).abs() < 1e-12, "{h:?}");
         assert!((h.deviation - 1.0 / (5.0 * 50f64.sqrt())).abs() < 1e-12 && (h.explains - 1.0).abs() < 1e-12, "{h:?}");
         // A drift of 0.3 a second, in the middle of each block of 0.1 s.
         let rows = DVector::from_fn(80, |k, _| if k < 30 { 0.0 } else { 0.3 * (k as f64 - 29.5) * 0.1 });
         let h = found(&run(Fault::CurrentDrift, rows, |_| 1.0), Fault::CurrentDrift, Onset::During);
-        assert_eq!(h.block, 30);
+        assert_eq!(h.begin, 30.0);
         assert!((h.size - 0.3).abs() < 1e-12, "{h:?}");
+    }
+
+    #[test]
+    fn a_begin_at_which_the_size_is_believable_comes_first() {
+        // The mean from block k on is (0.7 (40 − k) + 0.4 · 40)/(80 − k), at most a half from block 20 on; that from
+        // block 1 on explains most.
+        let rows = DVector::from_fn(80, |k, _| match k {
+            0 => 0.0,
+            1..40 => 0.7,
+            _ => 0.4,
+        });
+        let h = found(&run(Fault::VoltageGain, rows.clone(), |_| 1.0), Fault::VoltageGain, Onset::During);
+        assert!((20.0..=21.0).contains(&h.begin), "{h:?}");
+        // A contact's drop in volts may be as large as it is.
+        let h = found(&run(Fault::Contact, rows, |_| 1.0), Fault::Contact, Onset::During);
+        assert_eq!(h.begin, 1.0);
     }
 
     #[test]
@@ -240,16 +273,20 @@ mod tests {
 
     #[test]
     fn a_gain_of_the_speed_brings_its_jump() {
-        let rows = DVector::from_fn(80, |k, _| match k {
-            0..40 => 0.0,
-            40 => 0.1 * (2.0 - 50.0),
-            _ => 0.1 * 2.0,
-        });
-        let mut run = run(Fault::SpeedGain, rows, |_| 2.0);
-        run.jump.fill(-50.0);
-        let h = found(&run, Fault::SpeedGain, Onset::During);
-        assert_eq!(h.block, 40);
-        assert!((h.size - 0.1).abs() < 1e-12 && (h.explains - 1.0).abs() < 1e-12, "{h:?}");
+        // In the middle of block 40, and at the border before it.
+        for (begin, before, within) in [(40.5, 0.0, 1.0 - 50.0), (40.0, -25.0, 2.0 - 25.0)] {
+            let rows = DVector::from_fn(80, |k, _| match k {
+                39 => 0.1 * before,
+                40 => 0.1 * within,
+                41.. => 0.1 * 2.0,
+                _ => 0.0,
+            });
+            let mut run = run(Fault::SpeedGain, rows, |_| 2.0);
+            run.jump.fill(-50.0);
+            let h = found(&run, Fault::SpeedGain, Onset::During);
+            assert_eq!(h.begin, begin);
+            assert!((h.size - 0.1).abs() < 1e-12 && (h.explains - 1.0).abs() < 1e-12, "{h:?}");
+        }
     }
 
     #[test]
@@ -269,7 +306,7 @@ mod tests {
             let h = Hypothesis {
                 fault: Fault::Inertia,
                 onset: Onset::Start,
-                block: 0,
+                begin: 0.0,
                 z,
                 size: z,
                 deviation: 1.0,
@@ -291,10 +328,11 @@ mod tests {
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let logarithms: Vec<f64> = (0..draws)
             .map(|_| {
-                let mut white = run(Fault::Resistance, DVector::from_fn(80, |_, _| normal()), |_| 1.0);
+                // A drop in volts may have any size.
+                let mut white = run(Fault::Contact, DVector::from_fn(80, |_, _| normal()), |_| 1.0);
                 // A level of its own, of any size.
                 white.own.column_mut(0).fill(1e3);
-                found(&white, Fault::Resistance, Onset::During).z.abs().ln()
+                found(&white, Fault::Contact, Onset::During).z.abs().ln()
             })
             .collect();
         let deviation = pooled(&[logarithms]).unwrap().0;

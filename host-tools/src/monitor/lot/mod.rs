@@ -20,8 +20,8 @@ use crate::error::Result;
 use crate::model::Model;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::recording::Recording;
-use blocks::{Cut, POWER, Run, TORQUE};
-use likelihood::{HOLDS, Hypothesis, column, limits, scan};
+use blocks::{Cut, POWER, Run, TORQUE, whole};
+use likelihood::{Hypothesis, column, limits, scan};
 use population::Whitened;
 
 /// Difference of a block's voltage from the lot's, as a share of the lot's highest, that mains of another level do not
@@ -35,6 +35,11 @@ const FOLDS: usize = 20;
 /// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
 /// larger, Z counts less.
 const OF_WHITE: f64 = 3.48;
+/// Groups of limits that are exceeded apart from one another: faults that the balances tell go together, and so do
+/// those with a row of their own. Each has its share of the false alarms.
+const GROUPS: f64 = 2.0;
+/// False alarms among healthy motors for which it is told what would be seen.
+const POINTS: [f64; 4] = [0.1, 0.01, 1e-3, 1e-4];
 /// Odds up to which one fault is as likely as another: as a verdict's 95 %.
 const AS_LIKELY: f64 = 20.0;
 
@@ -98,6 +103,15 @@ pub struct Outsider {
     pub finding: Finding,
 }
 
+/// What is seen at the price of some false alarms.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperatingPoint {
+    /// Share of healthy motors that fail.
+    pub false_alarms: f64,
+    /// The limits, with the smallest fault that 95 % of motors show.
+    pub limits: Vec<Limit>,
+}
+
 /// What the runs of a lot teach.
 #[derive(Debug, Clone)]
 pub struct Learnt {
@@ -105,16 +119,19 @@ pub struct Learnt {
     pub population: std::result::Result<Population, String>,
     /// Motors that look like none of the others.
     pub outsiders: Vec<Outsider>,
+    /// What more or fewer false alarms would show.
+    pub operating_points: Vec<OperatingPoint>,
 }
 
 impl Learnt {
     fn nothing(why: String) -> Self {
-        Self { population: Err(why), outsiders: Vec::new() }
+        Self { population: Err(why), outsiders: Vec::new(), operating_points: Vec::new() }
     }
 }
 
 /// What is usual in a lot, and which motors the others do not take for theirs. These teach all the same: where laws
-/// differ from motor to motor, the limits without them would be too narrow for the next one.
+/// differ from motor to motor, the limits without them would be too narrow for the next one. The limits are for a share
+/// of false alarms among healthy motors.
 ///
 /// # Errors
 /// Runs whose balances cannot be formed, an interrupt.
@@ -122,25 +139,28 @@ pub fn learn(
     model_of: impl Fn(&Recording) -> Result<Model> + Sync,
     recordings: &[Recording],
     motors: &[Vec<usize>],
+    false_alarms: f64,
     ctx: &Context,
 ) -> Result<Learnt> {
     if let Some(gap) = recordings.iter().find(|r| !r.gaps().is_empty()) {
         return Ok(Learnt::nothing(format!("{} has gaps", gap.path().display())));
     }
-    let cuts: Vec<Cut> = recordings.iter().map(|r| Cut::of(&model_of(r)?, r)).collect::<Result<_>>()?;
-    let top_speed = cuts.iter().map(|c| c.top_speed).fold(0.0, f64::max);
-    let cut = Cut { top_speed, ..cuts[0] };
+    let Some(first) = recordings.first() else { return Ok(Learnt::nothing("there are no runs".to_owned())) };
+    let cut = Cut::of(&whole(&model_of(first)?, first)?);
     let steps = ctx.steps("balances", recordings.len() as u64);
-    if let Some(k) = (0..cuts.len()).find(|k| !cuts[*k].is_as(&cut)) {
-        return Ok(Learnt::nothing(format!("{} has mains of another frequency", recordings[k].path().display())));
-    }
     let one_run = |recording: &Recording| {
         ctx.check()?;
-        let run = cut.run(&model_of(recording)?, recording)?;
+        let model = model_of(recording)?;
+        let e = whole(&model, recording)?;
+        let run = Cut::of(&e).is_as(&cut).then(|| cut.run(&model, &e)).transpose()?;
         steps.next();
         Ok(run)
     };
-    let runs: Vec<Run> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
+    let runs: Vec<Option<Run>> = recordings.par_iter().map(one_run).collect::<Result<_>>()?;
+    if let Some(k) = runs.iter().position(Option::is_none) {
+        return Ok(Learnt::nothing(format!("{} has mains of another frequency", recordings[k].path().display())));
+    }
+    let runs: Vec<Run> = runs.into_iter().flatten().collect();
     let shortest = runs.iter().map(|run| run.blocks.len()).min().unwrap_or(0);
     if shortest < FEWEST_BLOCKS {
         let told = format!("the shortest of them has {shortest} blocks of {:.2} s", cut.block_s);
@@ -158,9 +178,11 @@ pub fn learn(
         recording: recordings[motors[motor][run]].path().display().to_string(),
         finding: finding(&limit, &h, true, &runs[motors[motor][run]]),
     };
-    let outsiders = beyond_the_others(&shown).into_iter().map(outsider).collect();
-    let population = Population { limits: limits(&shown, HOLDS), ..population };
-    Ok(Learnt { population: Ok(population), outsiders })
+    let outsiders = beyond_the_others(&shown, false_alarms).into_iter().map(outsider).collect();
+    let limits = |false_alarms: f64| limits(&shown, 1.0 - false_alarms / GROUPS);
+    let point = |false_alarms: f64| OperatingPoint { false_alarms, limits: limits(false_alarms) };
+    let population = Population { limits: limits(false_alarms), ..population };
+    Ok(Learnt { population: Ok(population), outsiders, operating_points: POINTS.map(point).to_vec() })
 }
 
 /// The runs of a lot.
@@ -193,15 +215,15 @@ impl Lot<'_> {
 
 /// The motors that are beyond the limits that the others make: place, which of its runs, the limit and what exceeds it.
 /// As many are asked as there are motors, and each limit holds as much less often.
-fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>]) -> Vec<(usize, usize, Limit, Hypothesis)> {
-    let holds = 1.0 - (1.0 - HOLDS) / shown.len() as f64;
+fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>], false_alarms: f64) -> Vec<(usize, usize, Limit, Hypothesis)> {
+    let holds = 1.0 - false_alarms / (GROUPS * shown.len() as f64);
     let of_motor = |place: usize| {
         let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
         let limits = limits(&others, holds);
         let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
         let of_runs = shown[place].iter().enumerate().flat_map(|(run, all)| all.iter().map(move |h| (run, h)));
         let over = of_runs.filter_map(|(run, h)| Some((place, run, of_limit(h)?, *h)));
-        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z);
+        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size));
         over.max_by(|a, b| a.3.z.abs().total_cmp(&b.3.z.abs()))
     };
     (0..shown.len()).filter_map(of_motor).collect()
@@ -216,17 +238,20 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         return Ok(Judged::Incomparable("its recording has gaps".to_owned()));
     }
     let cut = Cut { block_s: population.block_s, alternating: population.alternating, top_speed: population.top_speed };
-    if !Cut::of(model, recording)?.is_as(&cut) {
+    let e = whole(model, recording)?;
+    if !Cut::of(&e).is_as(&cut) {
         return Ok(Judged::Incomparable("its mains are of another frequency than the lot's".to_owned()));
     }
-    let run = cut.run(model, recording)?;
+    let run = cut.run(model, &e)?;
     if !population.has_profile_of(&run) {
         return Ok(Judged::Incomparable("it follows another profile than the lot did".to_owned()));
     }
     let limit = |h: &Hypothesis| population.limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset);
     let beyond = |run: &Run| -> Vec<(&Limit, Hypothesis)> {
         let all = scan(&population.whitened(run), cut.block_s).into_iter();
-        all.filter_map(|h| Some((limit(&h)?, h))).filter(|(limit, h)| h.z.abs() > limit.z).collect()
+        all.filter_map(|h| Some((limit(&h)?, h)))
+            .filter(|(limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size))
+            .collect()
     };
     let first = beyond(&run);
     // Gains and fluxes of several per cent are no small changes.
@@ -236,7 +261,7 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
         fault.holds(best.size).then_some((fault, best.size))
     });
     let sizes: Vec<(Fault, f64)> = sizes.collect();
-    let run = if sizes.is_empty() { run } else { cut.with_columns_at(&sizes, &run, model, recording)? };
+    let run = if sizes.is_empty() { run } else { cut.with_columns_at(&sizes, &run, model, &e) };
     let mut found = if sizes.is_empty() { first } else { beyond(&run) };
     // What a fault explains, as Z: arcs take voltage, as a contact does. What is too large for its column comes last.
     let contact = found.iter().filter(|(_, h)| h.fault == Fault::Contact).map(|(_, h)| h.z.abs()).fold(0.0, f64::max);
@@ -265,7 +290,7 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
 fn beside(white: &Whitened, run: &Run, fault: Option<&Hypothesis>) -> Vec<Beside> {
     let mut healthy = white.clone();
     if let Some(h) = fault {
-        healthy.rows -= column(white, h.fault, h.onset, h.block, run.block_s) * h.size;
+        healthy.rows -= column(white, h.fault, h.onset, h.begin, run.block_s) * h.size;
     }
     let (own, _) = healthy.own_of_motor();
     let left = &white.rows - &white.own * own;
@@ -288,7 +313,7 @@ impl Population {
 }
 
 fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding {
-    let t_s = (h.onset == Onset::During).then(|| run.blocks[h.block].t_s - 0.5 * run.block_s);
+    let t_s = (h.onset == Onset::During).then(|| run.blocks[0].t_s + (h.begin - 0.5) * run.block_s);
     let when = t_s.map_or_else(|| "from the start".to_owned(), |t| format!("since {t:.2} s"));
     Finding {
         fault: h.fault,

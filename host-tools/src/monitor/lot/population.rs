@@ -73,12 +73,14 @@ impl Population {
         let torque = largest / cut.top_speed.max(f64::MIN_POSITIVE);
         let unit = OWN.map(|fault| match fault.unit() {
             Some("N m") => torque,
+            Some("rad/s") => 0.01 * cut.top_speed,
             Some("V") => 0.1 * highest,
             Some(_) => 0.1 * largest / highest,
             None => 1.0,
         });
         let least = unit.map(|unit| LEAST_SCATTER * unit);
         let mut population = Self {
+            layout: Self::LAYOUT,
             block_s: cut.block_s,
             alternating: cut.alternating,
             top_speed: cut.top_speed,

@@ -1,6 +1,6 @@
 //! Debug support (RM0440, section 47.6): identity, and what stops under a debugger; there is none.
 
-use super::Answer;
+use super::{Answer, bit};
 use crate::fault::Trouble;
 
 /// Device 0x469 (category 3), revision Z.
@@ -13,6 +13,16 @@ pub struct Dbgmcu {
 }
 
 impl Dbgmcu {
+    /// DBG_SLEEP: the processor's clock runs on while it sleeps.
+    pub fn keeps_clocks_in_sleep(&self) -> bool {
+        bit(self.registers[1], 0)
+    }
+
+    /// A debugger goes and leaves CR as it was before it came, or as a reset by power leaves it.
+    pub fn detach(&mut self) {
+        self.registers[1] = 0;
+    }
+
     /// Reads a register.
     ///
     /// # Errors

@@ -193,6 +193,7 @@ impl Rcc {
     pub fn enabled(&self, base: u32) -> bool {
         let (register, place) = match base {
             0x4000_0000 => (APB1ENR1, 0),
+            0x4000_0C00 => (APB1ENR1, 3),
             0x4000_4400 => (APB1ENR1, 17),
             0x4000_7000 => (APB1ENR1, 28),
             0x4001_0000 => (APB2ENR, 0),

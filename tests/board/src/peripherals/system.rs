@@ -166,6 +166,14 @@ impl System {
         })
     }
 
+    /// The processor's clock has stood for so many cycles, and with it the cycle counter. No manual says so; users of
+    /// such chips report it.
+    pub fn stand_still(&mut self, cycles: u64) {
+        if self.counts() {
+            self.counted_from += cycles;
+        }
+    }
+
     fn counts(&self) -> bool {
         bit(self.dwt, 0) && bit(self.demcr, 24)
     }

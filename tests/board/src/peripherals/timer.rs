@@ -1,7 +1,8 @@
-//! General-purpose timers (RM0440, sections 29 and 30: TIM2; 31: TIM15), counting up, with update and compare events.
+//! General-purpose timers (RM0440, sections 29 and 30: TIM2, TIM5; 31: TIM15), counting up, with update and compare events.
+//! TIM5 can be clocked by the trigger of TIM2 (external clock mode 1).
 //!
 //! Prescaler and period take effect at the next update event, or at once if they are written while the counter stands
-//! still (ARR without ARPE always at once). Inputs, outputs, slave modes and one-pulse mode are errors.
+//! still (ARR without ARPE always at once). Inputs, outputs, other slave modes and one-pulse mode are errors.
 
 use super::{Answer, NEVER, bit};
 use crate::fault::Trouble;
@@ -12,6 +13,8 @@ const URS: u32 = 2;
 const UIF: u32 = 1;
 /// MMS: the update event is the trigger output.
 const MMS_UPDATE: u32 = 0b010;
+/// SMS: each rising edge of the trigger input is a clock; TS: that is ITR1.
+const COUNTS_ITR1: u32 = 0b111 | 1 << 4;
 
 /// A timer.
 #[derive(Debug, Clone)]
@@ -22,6 +25,7 @@ pub struct Timer {
     channels: usize,
     cr1: u32,
     cr2: u32,
+    smcr: u32,
     dier: u32,
     sr: u32,
     ccmr: [u32; 2],
@@ -45,6 +49,11 @@ impl Timer {
         Self::new(u32::MAX, 4)
     }
 
+    /// TIM5: as TIM2.
+    pub fn tim5() -> Self {
+        Self::tim2()
+    }
+
     /// TIM15: 16 bits, two channels.
     pub fn tim15() -> Self {
         Self::new(0xFFFF, 2)
@@ -56,6 +65,7 @@ impl Timer {
             channels,
             cr1: 0,
             cr2: 0,
+            smcr: 0,
             dier: 0,
             sr: 0,
             ccmr: [0; 2],
@@ -75,8 +85,23 @@ impl Timer {
         self.channels == 2
     }
 
+    /// Whether its own clock makes it count.
     fn runs(&self) -> bool {
-        bit(self.cr1, CEN)
+        bit(self.cr1, CEN) && self.smcr == 0
+    }
+
+    /// An edge of ITR1 comes.
+    pub fn clock(&mut self, now: u64) {
+        if !bit(self.cr1, CEN) || self.smcr != COUNTS_ITR1 {
+            return;
+        }
+        self.since = now;
+        if self.count >= self.period[1] {
+            self.count = 0;
+            self.update(true);
+        } else {
+            self.count += 1;
+        }
     }
 
     /// Cycles of a count.
@@ -184,8 +209,7 @@ impl Timer {
         Ok(match offset {
             0x00 => self.cr1,
             0x04 => self.cr2,
-            // SMCR: only zero is accepted.
-            0x08 => 0,
+            0x08 => self.smcr,
             0x0C => self.dier,
             0x10 => self.sr,
             0x14 => 0,
@@ -221,8 +245,12 @@ impl Timer {
                 }
                 self.cr2 = value;
             }
-            0x08 if value != 0 => return Err(Trouble::used("slave modes are not modelled")),
-            0x08 => {}
+            // Field by field: the source alone does nothing yet.
+            0x08 if value & !COUNTS_ITR1 == 0 && matches!(value & 7, 0 | 7) => {
+                self.smcr = if value & 7 == 0 && value >> 4 == 0 { 0 } else { value };
+                self.since = now;
+            }
+            0x08 => return Err(Trouble::used("of the slave modes only a clock by ITR1 is modelled")),
             0x0C => {
                 if value & !0x1F != 0 {
                     return Err(Trouble::used("requests to the DMA are not modelled"));
@@ -285,6 +313,26 @@ mod tests {
         assert_eq!((timer.read(0x24), timer.take_trigger()), (Ok(9), None));
         timer.advance(1041);
         assert_eq!((timer.read(0x24), timer.take_trigger(), timer.next()), (Ok(0), Some(1040), 1080));
+    }
+
+    /// RM0440, section 29.4.23: in external clock mode 1 the counter counts edges of the trigger, and nothing else.
+    #[test]
+    fn a_slave_counts_triggers() {
+        let mut timer = Timer::tim5();
+        for (register, value) in [(0x08, 1 << 4), (0x08, 1 << 4 | 7), (0x00, 1)] {
+            timer.write(register, value, 0).unwrap();
+        }
+        timer.advance(1_000_000);
+        assert_eq!((timer.read(0x24), timer.next()), (Ok(0), NEVER));
+        for n in 1..=3 {
+            timer.clock(1_000_000 + n);
+        }
+        assert_eq!(timer.read(0x24), Ok(3));
+        assert!(timer.write(0x08, 7, 0).is_ok_and(|()| {
+            timer.clock(0);
+            timer.read(0x24) == Ok(3)
+        }));
+        assert!(timer.write(0x08, 0b110, 0).is_err(), "trigger mode");
     }
 
     #[test]

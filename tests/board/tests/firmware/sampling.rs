@@ -102,3 +102,77 @@ fn a_recording_has_every_sample_in_its_place() {
         assert_eq!(*counts, truth[*number as usize], "sample {number}");
     }
 }
+
+/// A debugger goes and leaves DBG_SLEEP as it was before it came: the processor's cycle counter stands in sleep from then
+/// on, and the samples are numbered all the same.
+#[test]
+fn time_goes_on_when_the_debugger_leaves() {
+    let (mut board, mut host) = (board(), Host::default());
+    host.flash(&mut board, &payload("probed")).unwrap();
+    assert!(board.machine().dbgmcu.keeps_clocks_in_sleep(), "the firmware's driver sets it");
+    board.run(0.2).unwrap();
+    board.machine_mut().dbgmcu.detach();
+    let sequences = board.machine().adc.sequences();
+    let before = host.status(&mut board).unwrap().samples;
+    host.tell(&mut board, Request::StartCapture).unwrap();
+    board.run(1.0).unwrap();
+    host.tell(&mut board, Request::Stop).unwrap();
+    let status = host.status(&mut board).unwrap();
+    let converted = board.machine().adc.sequences() - sequences;
+    // Two conversations, of 20 ms at most each.
+    assert!(
+        converted > 10_000 && converted.abs_diff(u64::from(status.samples - before)) < 200,
+        "{converted} {status:?}"
+    );
+    assert!(host.samples.len() > 10_000 - 64, "{} samples", host.samples.len());
+    assert!(host.samples.windows(2).all(|pair| pair[1].0 == pair[0].0 + 1));
+    assert_eq!([Fault::TimeBase, Fault::TickOverrun].map(|fault| count(&status, fault)), [0, 0]);
+    // What the tick takes is counted while the processor is awake.
+    assert!((500..17_000).contains(&status.cycles[0]), "{status:?}");
+    // A reset by the program leaves what the debugger has left until the driver asks anew.
+    board.press_reset();
+    board.run(0.1).unwrap();
+    assert!(board.machine().dbgmcu.keeps_clocks_in_sleep());
+}
+
+/// The trigger stays away for a fifth of a second, too short for the watchdog: it is told, once.
+#[test]
+fn samples_that_never_came_are_told() {
+    let (mut board, mut host) = (board(), Host::default());
+    host.flash(&mut board, &payload("stopped")).unwrap();
+    board.run(2.0).unwrap();
+    assert_eq!(count(&host.status(&mut board).unwrap(), Fault::TimeBase), 0);
+    board.machine_mut().trigger_cut = true;
+    board.run(0.2).unwrap();
+    board.machine_mut().trigger_cut = false;
+    board.run(3.0).unwrap();
+    let status = host.status(&mut board).unwrap();
+    assert_eq!([Fault::TimeBase, Fault::WatchdogReset].map(|fault| count(&status, fault)), [1, 0]);
+}
+
+/// Whoever asks for more than the line carries is refused, and the host is heard; what is granted is carried whole.
+#[test]
+fn the_line_is_never_asked_for_more_than_it_carries() {
+    let (mut board, mut host) = (board(), Host::default());
+    host.flash(&mut board, &payload("talkative")).unwrap();
+    host.tell(&mut board, Request::ClearFaults).unwrap();
+    for every in [1, 3, 4] {
+        let answer =
+            host.ask(&mut board, Request::StartTelemetry { every }, |reply| Some(format!("{reply:?}"))).unwrap();
+        assert_eq!(answer, "Refused(Line)", "{every}");
+    }
+    for (every, capture) in [(5, false), (10, true)] {
+        host.tell(&mut board, Request::StartTelemetry { every }).unwrap();
+        if capture {
+            host.tell(&mut board, Request::StartCapture).unwrap();
+        }
+        let begin = host.reports.len();
+        board.run(1.0).unwrap();
+        let status = host.status(&mut board).unwrap();
+        host.tell(&mut board, Request::Stop).unwrap();
+        let lost = [Fault::TelemetryLost, Fault::CaptureLost, Fault::TickOverrun].map(|fault| count(&status, fault));
+        assert_eq!(lost, [0; 3], "every {every}");
+        assert!(host.reports.len() - begin >= 10_000 / usize::from(every), "every {every}");
+        assert_eq!(host.garbled, 0);
+    }
+}

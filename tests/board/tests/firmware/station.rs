@@ -2,15 +2,16 @@
 
 use std::sync::OnceLock;
 
+use greyrig::parameters::Settings;
 use greyrig_board::analog::Analog;
 use greyrig_board::rig::Rig;
 use greyrig_host::anfis::Method;
 use greyrig_host::context::Context;
 use greyrig_host::device::parameters;
 use greyrig_host::hybrid;
-use greyrig_host::identify::{Settings, identify};
+use greyrig_host::identify::{self, identify};
 use greyrig_host::model::{Kind, Model};
-use greyrig_host::monitor::calibrate::calibrate;
+use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::recording::Recording;
 use greyrig_host::rig::{Motor, Setup};
 
@@ -45,16 +46,19 @@ pub fn station() -> &'static Station {
     static STATION: OnceLock<Station> = OnceLock::new();
     STATION.get_or_init(|| {
         let training = [setup("staircase", 12.0, 1).run().unwrap().recording];
-        let bare = identify(&training, &Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
+        let bare = identify(&training, &identify::Settings::new(Kind::Universal), &Context::quiet()).unwrap().model;
         let settings = hybrid::settings(Method::Varpro, 60);
         let model = hybrid::train(&bare, &training, 1.0, &settings, &Context::quiet()).unwrap().0;
         let healthy: Vec<Recording> =
             (1..=10).map(|seed| motor("steady", 7.0, seed, None).run().unwrap().recording).collect();
-        let detector = calibrate(&model, &healthy, BLANKING_S, &Context::quiet()).unwrap().detector;
+        let detector =
+            calibrate(&model, &healthy, calibrate::Settings::blanking(BLANKING_S), &Context::quiet()).unwrap().detector;
         let model = Model { detector: Some(detector), ..model };
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
-        let settings = parameters::settings(&model, path, calibration, "virtual").unwrap();
+        // As a block of before, with the rig in it.
+        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration };
+        let settings = Settings { rig: Some(rig), ..parameters::settings(&model, path).unwrap() };
         Station { payload: parameters::payload(&settings, path).unwrap() }
     })
 }

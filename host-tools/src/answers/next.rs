@@ -56,6 +56,33 @@ pub fn unused(model: &Path) -> PathBuf {
     (1..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(1))
 }
 
+/// Files of recordings, and how their columns are named: what a command line says of them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Files {
+    /// The files.
+    pub recordings: Vec<PathBuf>,
+    /// Pieces of `--map`.
+    pub map: Vec<String>,
+}
+
+impl Files {
+    /// A command on the same recordings, read in the same way.
+    pub fn again(&self, command: CommandLine) -> CommandLine {
+        self.again_with(command, "")
+    }
+
+    /// The same with the option that mends them: a channel is mapped once.
+    pub fn again_with(&self, command: CommandLine, remedy: &str) -> CommandLine {
+        let words = shlex::split(remedy).unwrap_or_default();
+        let mapped = |map: &&String| {
+            let target = map.split('=').next().unwrap_or_default();
+            words.iter().any(|word| word.split('=').next() == Some(target))
+        };
+        let others = self.map.iter().filter(|map| !mapped(map));
+        command.files(&self.recordings).option("--map", others).with(&words)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
