@@ -127,7 +127,7 @@ impl Browser {
         Self { client, folder, _driver: driver }
     }
 
-    async fn devtools(&self, command: &str, parameters: Value) -> Value {
+    pub async fn devtools(&self, command: &str, parameters: Value) -> Value {
         let own = Own("goog/cdp/execute", json!({ "cmd": command, "params": parameters }));
         self.client.issue_cmd(own).await.unwrap_or_else(|e| panic!("{command}: {e}"))
     }
@@ -161,7 +161,7 @@ impl Browser {
 
     /// The place of the element's inner point at shares of width and height, scrolled into view, in pixels of the
     /// window.
-    async fn point(&self, selector: &str, x: f64, y: f64) -> (i64, i64) {
+    pub async fn point(&self, selector: &str, x: f64, y: f64) -> (i64, i64) {
         let script = format!(
             "const e = document.querySelector({selector:?}); e.scrollIntoView({{block: 'center'}}); \
              const r = e.getBoundingClientRect(); return [r.left + {x} * r.width, r.top + {y} * r.height].map(Math.round)"
@@ -170,13 +170,13 @@ impl Browser {
         (at[0].as_i64().expect("a number"), at[1].as_i64().expect("a number"))
     }
 
-    async fn mouse(&self, actions: Vec<PointerAction>) {
+    pub async fn mouse(&self, actions: Vec<PointerAction>) {
         let mouse = actions.into_iter().fold(MouseActions::new("mouse".into()), |m, action| m.then(action));
         self.client.perform_actions(mouse).await.expect("the mouse moves");
     }
 
     /// Types a key where the focus is.
-    async fn key(&self, value: char) {
+    pub async fn key(&self, value: char) {
         let keys = KeyActions::new("keys".into()).then(KeyAction::Down { value }).then(KeyAction::Up { value });
         self.client.perform_actions(keys).await.expect("the key is typed");
     }

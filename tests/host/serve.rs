@@ -1,26 +1,34 @@
-//! The loop in a real browser, as its user goes through it.
+//! The workbench in a real browser, as its user goes through it; and who is not let in.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use fantoccini::actions::PointerAction;
+use serde_json::{Value, json};
+use tempfile::TempDir;
 
 use crate::browser::Browser;
 
-/// `greyrig serve` on a free port; ends with the test.
+/// `greyrig serve`; ends with the test.
 struct Server {
     process: Child,
     url: String,
 }
 
 impl Server {
-    fn start(folder: &Path, recordings: &[&str]) -> Self {
+    fn start(folder: &Path, arguments: &[&str]) -> Self {
+        Self::start_on(folder, "0", arguments)
+    }
+
+    fn start_on(folder: &Path, port: &str, arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_greyrig"))
             .current_dir(folder)
-            .args(["serve", "--port", "0", "--json"])
-            .args(recordings)
+            .env("XDG_STATE_HOME", folder.join("state"))
+            .args(["serve", "--port", port, "--json"])
+            .args(arguments)
             .stdout(Stdio::piped())
             .spawn()
             .expect("greyrig runs");
@@ -30,11 +38,36 @@ impl Server {
         Self { process, url: said["url"].as_str().expect("an address").to_owned() }
     }
 
+    fn address(&self) -> &str {
+        self.url.strip_prefix("http://").and_then(|rest| rest.split('/').next()).expect("an address")
+    }
+
+    fn token(&self) -> &str {
+        self.url.split("token=").nth(1).expect("a token")
+    }
+
+    /// What it answers to a request line and headers, without those that are always there.
+    fn ask(&self, request: &str, headers: &[&str]) -> String {
+        let mut connection = TcpStream::connect(self.address()).expect("it listens");
+        connection.set_read_timeout(Some(Duration::from_secs(30))).expect("a limit");
+        let headers: String = headers.iter().map(|h| format!("{h}\r\n")).collect();
+        write!(connection, "{request} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("it is sent");
+        let mut answer = Vec::new();
+        connection.read_to_end(&mut answer).expect("an answer");
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
     /// Ends it as Ctrl-C does.
     fn interrupt(mut self) -> i32 {
         let id = self.process.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
         self.process.wait().expect("it ends").code().expect("by itself")
+    }
+
+    /// Ends it as a power cut does.
+    fn kill(mut self) {
+        self.process.kill().expect("it is killed");
+        self.process.wait().expect("it has ended");
     }
 }
 
@@ -46,29 +79,29 @@ impl Drop for Server {
 }
 
 fn simulate(folder: &Path, profile: &str, seconds: &str, out: &str) {
-    let run = [
-        "simulate",
-        "--profile",
-        profile,
-        "--seconds",
-        seconds,
-        "--seed",
-        "1",
-        "--effect",
-        "saturation=0.35",
-        "--out",
-        out,
-    ];
-    let done =
-        Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(run).output().expect("greyrig runs");
+    let run = ["simulate", "--profile", profile, "--seconds", seconds, "--seed", "1", "--effect", "saturation=0.35"];
+    let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .current_dir(folder)
+        .args(run)
+        .args(["--out", out])
+        .output()
+        .expect("greyrig runs");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+}
+
+/// A folder with a staircase and a ramp of one motor that hides saturation.
+fn recorded() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    simulate(folder.path(), "staircase", "8", "staircase.csv");
+    simulate(folder.path(), "ramp", "6", "ramp.csv");
+    folder
 }
 
 /// Waits for what may take a fit or two beside other tests.
 async fn wait_for(browser: &Browser, script: &str) {
     let end = Instant::now() + Duration::from_secs(120);
     while browser.run(script).await != Value::Bool(true) {
-        assert!(Instant::now() < end, "{script}: {}", browser.text("#error").await);
+        assert!(Instant::now() < end, "{script}: {}", browser.run("return document.body.innerText").await);
         tokio::time::sleep(Duration::from_millis(50)).await;
     }
 }
@@ -79,59 +112,139 @@ async fn wait_for_error(browser: &Browser, beginning: &str) {
     wait_for(browser, &script).await;
 }
 
+/// So many versions, of which this one (from 0) is the present one, and nothing is being done.
 fn versions(count: usize, present: usize) -> String {
     format!(
-        "const rows = [...document.querySelectorAll('#versions tbody tr')]; return rows.length === {count} \
-         && rows.findIndex(r => r.classList.contains('present')) === {present} && document.querySelector('#job').textContent === ''"
+        "const rows = [...document.querySelectorAll('#versions li')]; return rows.length === {count} \
+         && rows.findIndex(r => r.classList.contains('chosen')) === {present} && document.querySelector('#job').textContent === ''"
     )
 }
 
+/// The page's parts are drawn.
+const DRAWN: &str = "return document.querySelectorAll('#panes canvas').length >= 3 \
+    && [...document.querySelectorAll('.plot')].every(p => p.dataset.from !== undefined)";
+
+/// Gives the page files, as the dialogue for files does.
+async fn give(browser: &Browser, name: &str, text: &str) {
+    let script = format!(
+        "const all = new DataTransfer(), input = document.querySelector('#files'); \
+         all.items.add(new File([{text:?}], {name:?})); input.files = all.files; \
+         input.dispatchEvent(new Event('change', {{ bubbles: true }})); return true"
+    );
+    browser.run(&script).await;
+}
+
+fn percent(version: usize, signal: &str) -> String {
+    format!(
+        "const row = document.querySelectorAll('#versions li')[{version}]; \
+         return parseFloat(row.querySelector('[data-signal={signal}]').textContent.split(' ')[1])"
+    )
+}
+
+async fn drag(browser: &Browser, selector: &str, from: f64, to: f64) {
+    let ((x1, y), (x2, _)) = (browser.point(selector, from, 0.5).await, browser.point(selector, to, 0.5).await);
+    let still = Some(Duration::from_millis(10));
+    let to = |x: i64| PointerAction::MoveTo { duration: still, x: x as f64, y: y as f64 };
+    let (press, release) = (PointerAction::Down { button: 0 }, PointerAction::Up { button: 0 });
+    browser.mouse(vec![to(x1), press, to((x1 + x2) / 2), to(x2), release]).await;
+}
+
+async fn hover(browser: &Browser, selector: &str) {
+    let (x, y) = browser.point(selector, 0.5, 0.5).await;
+    let to = |x: i64| PointerAction::MoveTo { duration: Some(Duration::from_millis(10)), x: x as f64, y: y as f64 };
+    browser.mouse(vec![to(x - 1), to(x)]).await;
+}
+
+const RANGE: &str =
+    "const p = document.querySelector('[data-pane=i_a] .plot').dataset; return [Number(p.from), Number(p.to)]";
+
 #[tokio::test]
 async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
-    let folder = tempfile::tempdir().expect("a folder");
-    simulate(folder.path(), "staircase", "8", "staircase.csv");
-    simulate(folder.path(), "ramp", "6", "ramp.csv");
+    let folder = recorded();
     let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
     let browser = Browser::start().await;
     browser.client.goto(&server.url).await.expect("the page opens");
 
     wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+    assert_eq!(browser.run("return location.search").await, "", "the token does not stay in the address");
+    assert_eq!(browser.run("return document.cookie").await, "", "scripts do not see the cookie");
     assert_eq!(browser.run("return document.querySelector('#diagnose').disabled").await, true, "there is no model");
     browser.click("#identify").await;
     wait_for(&browser, &versions(1, 0)).await;
     // It takes seconds, in which one may think better of it.
     browser.click("#diagnose").await;
-    wait_for(
-        &browser,
-        "const stop = document.querySelector('#stop'); if (stop.hidden) return false; stop.click(); return true",
-    )
-    .await;
+    let stop = "const stop = document.querySelector('#stop'); if (!stop) return false; stop.click(); return true";
+    wait_for(&browser, stop).await;
     wait_for_error(&browser, "stopped").await;
     browser.click("#diagnose").await;
-    wait_for(&browser, "return !document.querySelector('#verdict').hidden").await;
+    wait_for(&browser, "return document.querySelector('#odds') !== null").await;
     assert_eq!(browser.text("#verdict-title").await, "missing: saturation (or armature_reaction)");
     let odds = browser.text("#odds").await;
-    assert!(odds.starts_with("Odds: ") && odds.ends_with(" to 1"), "{odds}");
+    assert!(odds.starts_with("Odds ") && odds.ends_with(" to 1"), "{odds}");
+    let class = "return [...document.querySelectorAll('.class .candidate')].map(c => c.dataset.effect)";
+    assert_eq!(browser.run(class).await, json!(["saturation", "armature_reaction"]), "they are bracketed");
+    let command = browser.text("#command").await;
+    assert!(command.starts_with("greyrig diagnose staircase.csv ramp.csv --model "), "{command}");
+
+    // A part of the time, in all panes.
+    drag(&browser, "[data-pane=i_a] .u-over", 0.4, 0.6).await;
+    let zoomed = "const p = document.querySelector('[data-pane=i_a] .plot').dataset; return p.from > 1 && p.to < 5";
+    wait_for(&browser, zoomed).await;
+    let range = browser.run(RANGE).await;
+    let once = "return [...document.querySelectorAll('.plot')].every(p => p.querySelectorAll('.uplot').length === 1)";
+    assert_eq!(
+        browser.run(once).await,
+        true,
+        "each pane is drawn once, though there are more of them than before the model"
+    );
+    let (from, to) = (range[0].as_f64().expect("a number"), range[1].as_f64().expect("a number"));
+    // A pixel of the plot is some 10 ms.
+    assert!((from - 2.4).abs() < 0.05 && (to - 3.6).abs() < 0.05, "{from} … {to}");
+    // A candidate under the pointer is a curve more.
+    wait_for(&browser, "return document.querySelector('[data-effect=saturation]').dataset.ready === 'true'").await;
+    hover(&browser, "[data-effect=saturation]").await;
+    wait_for(
+        &browser,
+        "return document.querySelector('[data-pane=i_a] .plot').dataset.lines.includes('with saturation')",
+    )
+    .await;
+    assert!(browser.text("#command").await.starts_with("greyrig add saturation --model "));
     browser.screenshot("serve-verdict.png").await;
 
-    browser.click("#add button").await;
+    browser.click("#add-named").await;
     wait_for(&browser, &versions(2, 1)).await;
-    let current = "const cell = document.querySelectorAll('#versions tbody tr')";
-    let percent = |row| format!("{current}[{row}].children[1]; return parseFloat(cell.textContent)");
-    let (before, after) = (browser.number(&percent(0)).await, browser.number(&percent(1)).await);
+    let (before, after) = (browser.number(&percent(0, "current")).await, browser.number(&percent(1, "current")).await);
     // Saturation is all that is missing: what is left is near the noise, a fiftieth of what there was.
     assert!(before > 10.0 && after < before / 50.0, "{before} % to {after} %");
-    let judged = browser.text("#versions tbody tr:nth-child(2) td:nth-of-type(7)").await;
-    assert!(judged.starts_with("accepted"), "{judged}");
-    wait_for(&browser, "return document.querySelector('#falling img').naturalWidth > 0").await;
-    let report = "const frame = document.querySelector('#comparison iframe'); return !frame.classList.contains('loading') \
-                  && frame.contentDocument.querySelectorAll('.signals canvas').length > 0";
-    wait_for(&browser, report).await;
+    assert_eq!(browser.run(RANGE).await, range, "the zoom is kept");
+    wait_for(
+        &browser,
+        "return document.querySelector('[data-pane=i_a] .plot').dataset.lines.includes('before: base model')",
+    )
+    .await;
+    let command = browser.text("#command").await;
+    assert!(command.starts_with("greyrig add saturation --model ") && command.contains(" --out "), "{command}");
     browser.screenshot("serve-added.png").await;
 
     browser.click("#undo").await;
     wait_for(&browser, &versions(2, 0)).await;
-    assert!(!browser.text("#verdict-title").await.is_empty(), "the verdict on the base model is still there");
+    assert!(
+        browser.text("#verdict-title").await.starts_with("missing"),
+        "the verdict on the base model is still there"
+    );
+    // What is added now is a branch, and nothing is lost.
+    browser.click("[data-effect=armature_reaction]").await;
+    wait_for(&browser, &versions(3, 2)).await;
+    let judged = browser.number(&percent(2, "current")).await;
+    assert!(judged > after, "the other member of the class explains less of these data: {judged} %");
+    browser.click("#versions li:nth-child(2) .name").await;
+    wait_for(&browser, &versions(3, 1)).await;
+    browser.click("#undo").await;
+    wait_for(&browser, &versions(3, 0)).await;
+    browser.click("#redo").await;
+    wait_for(&browser, &versions(3, 2)).await;
+    browser.click("#versions li:nth-child(3) .remove").await;
+    wait_for(&browser, &versions(2, 0)).await;
     browser.click("#redo").await;
     wait_for(&browser, &versions(2, 1)).await;
 
@@ -147,42 +260,377 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
         .expect("greyrig runs");
     let compared: Value = serde_json::from_slice(&done.stdout).expect("JSON");
     assert!(compared["esr"]["current"].as_f64().expect("a figure") < 0.01, "the file is the model that the page shows");
+    // The report stands by itself.
+    let report = "return fetch(document.querySelector('#report').href).then(async r => \
+                  [r.headers.get('content-security-policy').startsWith('sandbox'), (await r.text()).startsWith('<!DOCTYPE html>')])";
+    assert_eq!(browser.run(report).await, json!([true, true]));
     browser.assert_no_complaint().await;
 
-    // A file that is no recording: one line, and nothing is lost.
-    browser.run("post('recordings?name=notes.csv', 'no numbers here'); return true").await;
-    wait_for_error(&browser, "notes.csv:1: ").await;
-    assert_eq!(browser.run(&versions(2, 1)).await, true);
+    // The model can be opened again, as a version of its own.
+    give(&browser, "kept.toml", &String::from_utf8_lossy(&file)).await;
+    wait_for(&browser, &versions(3, 2)).await;
+    assert_eq!(browser.text("#versions li:nth-child(3) .name").await, "kept.toml");
+    browser.click("#versions li:nth-child(2) .name").await;
+    wait_for(&browser, &versions(3, 1)).await;
+
+    // A file that is no recording stays, with what is wrong with it, and harms nothing.
+    give(&browser, "notes.csv", "no numbers here").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 3").await;
+    let said = browser.text("#recordings li:nth-child(3) .note").await;
+    assert!(said.starts_with("notes.csv:1: "), "{said}");
+    assert_eq!(browser.run(&versions(3, 1)).await, true);
+    browser.click("#recordings li:nth-child(3) .remove").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
     // A recording without a current: the page says so, and nothing is made of it.
     let run = std::fs::read_to_string(folder.path().join("ramp.csv")).expect("the recording");
     let dead = run.lines().map(|line| match line.split(',').collect::<Vec<_>>()[..] {
         [time, voltage, current, speed] if current.parse::<f64>().is_ok() => format!("{time},{voltage},0,{speed}"),
         _ => line.to_owned(),
     });
-    let dead = dead.collect::<Vec<_>>().join("\n");
-    browser.run(&format!("post('recordings?name=dead.csv', {dead:?}); return true")).await;
-    wait_for(&browser, "return document.querySelectorAll('#recordings .stop').length > 0").await;
+    give(&browser, "dead.csv", &dead.collect::<Vec<_>>().join("\n")).await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length > 0").await;
     browser.screenshot("serve-stopped.png").await;
     browser.click("#diagnose").await;
     wait_for_error(&browser, "dead.csv: the recording: ").await;
-    // Without it all goes on.
-    browser.click("#recordings li:nth-child(3) button").await;
+    // Left out, or removed, it hinders nothing any more.
+    browser.click("#recordings li:nth-child(3) [data-role=off]").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length === 0").await;
+    browser.click("#recordings li:nth-child(3) .remove").await;
     wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
-    assert_eq!(browser.run("return document.querySelectorAll('#recordings .stop').length").await, 0);
     browser.click("#diagnose").await;
-    wait_for(&browser, "return !document.querySelector('#stop').hidden").await;
-    browser.click("#stop").await;
+    wait_for(&browser, stop).await;
     wait_for_error(&browser, "stopped").await;
     browser.close().await;
     assert_eq!(server.interrupt(), 0, "Ctrl-C is how it ends");
 }
 
+#[tokio::test]
+async fn a_cell_of_the_map_lights_up_its_instants_and_back() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    wait_for(&browser, "return document.querySelectorAll('.map canvas').length === 2").await;
+    wait_for(&browser, DRAWN).await;
+
+    // The cell at the upper edge is the fastest twenty-fourth of the speed: when that was, the file tells.
+    let text = std::fs::read_to_string(folder.path().join("ramp.csv")).expect("the recording");
+    let rows = text.lines().filter_map(|l| l.split(',').map(|x| x.parse().ok()).collect::<Option<Vec<f64>>>());
+    let speeds: Vec<(f64, f64)> = rows.map(|row| (row[0], row[3])).collect();
+    let (low, high) = speeds.iter().fold((f64::MAX, f64::MIN), |(l, h), (_, w)| (l.min(*w), h.max(*w)));
+    let mut fastest = speeds.iter().filter(|(_, w)| *w > low + 23.0 / 24.0 * (high - low)).map(|(t, _)| *t);
+    let (first, last) = (fastest.next().expect("a time"), fastest.next_back().expect("a time"));
+
+    let lit = "const c = document.querySelector('[data-pane=u_v] canvas'), d = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true }); \
+        d.drawImage(c, 0, 0); const over = document.querySelector('[data-pane=u_v] .u-over').getBoundingClientRect(), \
+        at = c.getBoundingClientRect(); const found = []; \
+        for (let x = 0; x < over.width; x++) { const p = d.getImageData(over.left - at.left + x, over.top - at.top + 2, 1, 1).data; \
+        if (p[3] > 60 && p[0] > 200 && p[2] < 120) found.push(6 * x / over.width); } \
+        return found.length ? [found[0], found[found.length - 1]] : null";
+    assert_eq!(browser.run(lit).await, Value::Null, "nothing is lit yet");
+    let (x, y) = browser.point("[data-plane=i_omega] canvas", 0.5, 0.02).await;
+    let to = PointerAction::MoveTo { duration: Some(Duration::from_millis(10)), x: x as f64, y: y as f64 };
+    browser.mouse(vec![to, PointerAction::Down { button: 0 }, PointerAction::Up { button: 0 }]).await;
+    wait_for(&browser, &format!("return (() => {{ {lit} }})() !== null")).await;
+    let when = browser.run(lit).await;
+    let (from, to) = (when[0].as_f64().expect("a time"), when[1].as_f64().expect("a time"));
+    // The current passes through the cell twice a period of 20 ms, and the filter lags by a few milliseconds.
+    assert!((from - first).abs() < 0.06 && (to - last).abs() < 0.06, "{from} … {to}, {first} … {last} s expected");
+    browser.screenshot("serve-brush.png").await;
+    // By the keyboard alone: the cell is given up again.
+    browser.key('\u{e00c}').await;
+    wait_for(&browser, &format!("return (() => {{ {lit} }})() === null")).await;
+
+    // And back: while only the begin is shown, the motor is slow.
+    drag(&browser, "[data-pane=i_a] .u-over", 0.0, 0.1).await;
+    let speeds = "return fetch('state').then(r => r.json()).then(s => fetch(`cells/${s.present}/i_omega/${s.recordings[0].id}?from=0&to=0.6`)) \
+        .then(r => r.json()).then(cells => Math.max(...cells.map(c => Math.floor(c / 24))))";
+    let row = browser.number(speeds).await;
+    assert!(row < 8.0, "in the first 0.6 s the speed is in the lower third: row {row}");
+    browser.assert_no_complaint().await;
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn two_tabs_agree() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+    let first = browser.client.window().await.expect("a window");
+    let second = browser.client.new_window(true).await.expect("a second tab").handle;
+    browser.client.switch_to_window(second.clone()).await.expect("the tab");
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+
+    browser.client.switch_to_window(first).await.expect("the tab");
+    browser.click("#recordings li:nth-child(1) [data-role=off]").await;
+    let is_off = "return document.querySelector('#recordings li:nth-child(1) [data-role=off]').getAttribute('aria-pressed') === 'true'";
+    wait_for(&browser, is_off).await;
+    browser.client.switch_to_window(second).await.expect("the tab");
+    wait_for(&browser, is_off).await;
+
+    // A wish that rests on what is no longer so changes nothing; one that does not say what it rests on neither.
+    let wish = |headers: &str| {
+        format!("return fetch('remove?recording=2', {{ method: 'POST', headers: {headers} }}).then(r => r.status)")
+    };
+    assert_eq!(browser.run(&wish("{ 'If-Match': '\"1\"' }")).await, 412);
+    assert_eq!(browser.run(&wish("{}")).await, 428);
+    assert_eq!(browser.run("return document.querySelectorAll('#recordings li').length").await, 2);
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn a_power_cut_loses_nothing_and_locks_nobody_out() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["motor.greyrig", "staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    browser.click("#diagnose").await;
+    wait_for(&browser, "return document.querySelector('#odds') !== null").await;
+    let seen = "return [...document.querySelectorAll('#recordings .name, #versions .name, #verdict-title, #odds')].map(e => e.textContent)";
+    let before = browser.run(seen).await;
+    let port = server.address().split(':').nth(1).expect("a port").to_owned();
+    server.kill();
+    wait_for_error(&browser, "greyrig serve does not answer").await;
+
+    // Without the recordings on the command line: the project knows them. The open tab goes on.
+    let server = Server::start_on(folder.path(), &port, &["motor.greyrig"]);
+    wait_for(&browser, "return document.querySelector('#error').hidden").await;
+    assert_eq!(browser.run(seen).await, before);
+    let address = server.address();
+    browser.client.goto(&format!("http://{address}/")).await.expect("the page opens");
+    wait_for(&browser, &versions(1, 0)).await;
+    assert_eq!(browser.run(seen).await, before, "the cookie is still good");
+    wait_for(&browser, DRAWN).await;
+    browser.close().await;
+    // A second one on the same project would write over it.
+    let refused = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .current_dir(folder.path())
+        .args(["serve", "motor.greyrig", "--port", "0"])
+        .output()
+        .expect("greyrig runs");
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && said.contains("has this project open"), "{said}");
+
+    // A recording that has changed behind the project's back is not taken for the one that was fitted.
+    drop(server);
+    std::fs::copy(folder.path().join("staircase.csv"), folder.path().join("ramp.csv")).expect("replaced");
+    let server = Server::start(folder.path(), &["motor.greyrig"]);
+    let bearer = format!("Authorization: Bearer {}", server.token());
+    let state = server.ask("GET /state", &[&format!("Host: {}", server.address()), &bearer]);
+    assert!(state.contains("the file has changed since it was added"), "{state}");
+}
+
+#[tokio::test]
+async fn a_first_visit_ends_with_the_error_on_the_floor() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let server = Server::start(folder.path(), &[]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#tour-begin') !== null").await;
+    browser.screenshot("serve-welcome.png").await;
+    // The third one hides a single effect, so that one addition is enough.
+    browser
+        .run(
+            "const n = document.querySelector('#welcome input'); n.value = '3'; \
+             n.dispatchEvent(new Event('input', { bubbles: true })); return true",
+        )
+        .await;
+    browser.click("#tour-begin").await;
+    let step = |n: u32| {
+        format!(
+            "return document.querySelector('#tour')?.dataset.step === '{n}' && document.querySelector('#job').textContent === ''"
+        )
+    };
+    wait_for(&browser, &step(1)).await;
+    browser.click("#tour button").await;
+    wait_for(&browser, &step(2)).await;
+    wait_for(&browser, "return document.querySelectorAll('.map canvas').length === 2").await;
+    let (x, y) = browser.point("[data-plane=i_omega] canvas", 0.5, 0.5).await;
+    let to = PointerAction::MoveTo { duration: Some(Duration::from_millis(10)), x: x as f64, y: y as f64 };
+    browser.mouse(vec![to, PointerAction::Down { button: 0 }, PointerAction::Up { button: 0 }]).await;
+    wait_for(&browser, &step(3)).await;
+    browser.click("#tour button").await;
+    wait_for(&browser, &step(4)).await;
+    browser.click("#add-named, #add-all").await;
+    wait_for(&browser, &step(5)).await;
+    let end = browser.text("#tour").await;
+    assert!(end.contains("inductance_saturation=0.6"), "{end}");
+    // A model with what is missing is as good as the data, within the factor that a floor from one recording is known
+    // to.
+    let floor = "const t = document.querySelector('#versions .chosen .figures').innerText.match(/[\\d.]+(?= %)/g).map(Number); return t[0] / t[2]";
+    assert!(browser.number(floor).await < 3.0);
+    browser.screenshot("serve-tour.png").await;
+    browser.assert_no_complaint().await;
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn everything_is_in_sight_on_every_screen() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    for (width, height) in [(1280, 720), (1920, 1080), (3840, 2160)] {
+        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        browser.devtools("Emulation.setDeviceMetricsOverride", size).await;
+        let sight = "return document.documentElement.scrollHeight <= innerHeight && document.documentElement.scrollWidth <= innerWidth \
+            && ['#identify', '#panes', '.map canvas', '#ladder svg', '#verdict', '#command'].every(s => { \
+            const r = document.querySelector(s)?.getBoundingClientRect(); \
+            return r && r.width > 20 && r.height > 12 && r.right <= innerWidth + 1 && r.bottom <= innerHeight + 1; })";
+        wait_for(&browser, sight).await;
+        let canvases =
+            "return [...document.querySelectorAll('.plot canvas')].every(c => c.getBoundingClientRect().height > 40)";
+        wait_for(&browser, canvases).await;
+    }
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn a_foreign_file_is_mapped_on_the_page() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &[]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#welcome') !== null").await;
+    let run = std::fs::read_to_string(folder.path().join("ramp.csv")).expect("the recording");
+    let rows = run.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
+    let foreign: String = std::iter::once("a,b,c,d").chain(rows).flat_map(|line| [line, "\n"]).collect();
+    give(&browser, "foreign.csv", &foreign).await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length === 1").await;
+    let said = browser.text("#recordings .note.stop").await;
+    assert!(said.starts_with("foreign.csv") && said.contains("--map"), "{said}");
+    let rules = "const field = document.querySelector('.mapping input'); field.value = 't_s=a u_v=b i_a=c omega_rad_s=d*1'; \
+                 field.dispatchEvent(new Event('input', { bubbles: true })); return true";
+    browser.run(rules).await;
+    browser.click(".mapping button").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings .note.stop').length === 0").await;
+    wait_for(&browser, DRAWN).await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    let command = browser.text("#command").await;
+    assert!(command.contains("--map 'u_v=b'") || command.contains("--map u_v=b"), "{command}");
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn what_a_file_is_called_stays_text() {
+    let folder = recorded();
+    let name = "<img src=x onerror=document.title='pwned'>.csv";
+    std::fs::copy(folder.path().join("ramp.csv"), folder.path().join(name)).expect("copied");
+    let server = Server::start(folder.path(), &[name]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, DRAWN).await;
+    assert_eq!(browser.text("#recordings .name").await, name);
+    // A name that wants to be somewhere else, too.
+    give(&browser, "..\\..\\evil.csv", "t_s,u_v\n").await;
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+    assert_eq!(browser.client.title().await.expect("a title"), "greyrig");
+    assert_eq!(browser.run("return document.querySelectorAll('img').length").await, 0);
+    browser.close().await;
+}
+
+#[test]
+fn nobody_else_is_answered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let server = Server::start(folder.path(), &[]);
+    let (host, token) = (format!("Host: {}", server.address()), server.token());
+    let port = server.address().split(':').nth(1).expect("a port");
+    let cookie = format!("Cookie: greyrig-{port}={token}");
+    let status = |answer: &str| answer.split(' ').nth(1).expect("a status").to_owned();
+    assert_eq!(status(&server.ask("GET /state", &[&host, &cookie])), "200");
+    for (why, request, headers) in [
+        ("no token", "GET /state", vec![host.as_str()]),
+        ("no token", "GET /", vec![&host]),
+        ("no token", "GET /signal/1/i_a?from=0&to=1&px=10", vec![&host]),
+        ("a wrong token", "GET /?token=00000000000000000000000000000000", vec![&host]),
+        ("another name", "GET /state", vec!["Host: rig.example", &cookie]),
+        ("another origin", "GET /state", vec![&host, &cookie, "Origin: http://rig.example"]),
+        ("another origin", "POST /stop", vec![&host, &cookie, "Origin: null"]),
+        ("another site", "GET /state", vec![&host, &cookie, "Sec-Fetch-Site: cross-site"]),
+        ("another site", "GET /serve.js", vec![&host, &cookie, "Sec-Fetch-Site: same-site"]),
+    ] {
+        let answer = server.ask(request, &headers);
+        assert_eq!(status(&answer), "403", "{why}: {answer}");
+        assert!(!answer.contains(token), "{why}");
+    }
+    let answer = server.ask(&format!("GET /?token={token}"), &[&host]).to_lowercase();
+    for said in
+        ["303 see other", "location: /\r", "httponly", "samesite=strict", &format!("set-cookie: greyrig-{port}=")]
+    {
+        assert!(answer.contains(said), "{said}: {answer}");
+    }
+    let answer = server.ask("GET /", &[&host, &cookie]).to_lowercase();
+    for said in [
+        "x-content-type-options: nosniff",
+        "cross-origin-resource-policy: same-origin",
+        "referrer-policy: no-referrer",
+        "default-src 'none'",
+        "frame-ancestors 'none'",
+    ] {
+        assert!(answer.contains(said), "{said}: {answer}");
+    }
+    // Files of this machine are not to be had by their names.
+    for path in ["/../../etc/passwd", "/serve.js/../../Cargo.toml", "/report/..%2f..%2fetc", "/model/x"] {
+        let answer = status(&server.ask(&format!("GET {path}"), &[&host, &cookie]));
+        assert!(answer == "404" || answer == "400", "{path}: {answer}");
+    }
+}
+
+#[test]
+fn whoever_does_not_go_on_is_cut_off() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let server = Server::start(folder.path(), &[]);
+    let mut slow = TcpStream::connect(server.address()).expect("it listens");
+    slow.set_read_timeout(Some(Duration::from_secs(60))).expect("a limit");
+    slow.write_all(b"GET / HTTP/1.1\r\nHost: ").expect("it is sent");
+    let mut answer = Vec::new();
+    // Either an end or a refusal: both free the place. Were it kept, this would fail for time.
+    match slow.read_to_end(&mut answer) {
+        Ok(_) => {}
+        Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset, "{error}"),
+    }
+    let bearer = format!("Authorization: Bearer {}", server.token());
+    assert!(server.ask("GET /state", &[&format!("Host: {}", server.address()), &bearer]).contains("200 OK"));
+}
+
+#[test]
+fn a_bad_file_is_said_and_does_not_hinder_the_page() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("notes.csv"), "no numbers here\n").expect("written");
+    let server = Server::start(folder.path(), &["notes.csv", "gone.csv"]);
+    let bearer = format!("Authorization: Bearer {}", server.token());
+    let answer = server.ask("GET /state", &[&format!("Host: {}", server.address()), &bearer]);
+    let body = answer.split("\r\n\r\n").nth(1).expect("a body");
+    let state: Value = serde_json::from_str(body).expect("JSON");
+    for (recording, name) in [(0, "notes.csv:1: "), (1, "gone.csv: ")] {
+        let said = state["recordings"][recording]["unusable"].as_str().expect("a sentence");
+        assert!(said.starts_with(name) && said.lines().count() == 1, "{said}");
+    }
+}
+
 #[test]
 fn a_port_that_is_taken_is_said_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("its number").port().to_string();
-    let done =
-        Command::new(env!("CARGO_BIN_EXE_greyrig")).args(["serve", "--port", &port]).output().expect("greyrig runs");
+    let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("XDG_STATE_HOME", folder.path())
+        .args(["serve", "--port", &port])
+        .output()
+        .expect("greyrig runs");
     let said = String::from_utf8_lossy(&done.stderr);
     assert_eq!((done.status.code(), said.trim().lines().count()), (Some(2), 1), "{said}");
     assert!(said.contains(&port) && said.contains("--port"), "{said}");

@@ -9,6 +9,7 @@ use crate::dependencies;
 use crate::fuzz;
 use crate::needs::{self, Need};
 use crate::packages;
+use crate::page;
 use crate::python;
 use crate::size;
 use crate::structure;
@@ -65,6 +66,12 @@ pub const ALL: &[Check] = &[
         what: "licences, sources, versions and the least Rust of all dependencies are as deny.toml says",
         needs: &[],
         run: |_| dependencies::check().map(|()| Tally::default()),
+    },
+    Check {
+        name: "page",
+        what: "the page's sources are sound, and its bundle is made of them",
+        needs: &[Need::Node],
+        run: |_| page::check().map(|()| Tally::default()),
     },
     Check {
         name: "clippy",
@@ -287,7 +294,7 @@ mod tests {
             let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
             choose(&wanted).map(|(checks, length)| (checks.iter().map(|check| check.name).collect::<Vec<_>>(), length))
         };
-        let usual = vec!["fmt", "structure", "dependencies", "clippy", "doc", "firmware", "tests", "python"];
+        let usual = vec!["fmt", "structure", "dependencies", "page", "clippy", "doc", "firmware", "tests", "python"];
         assert_eq!(names(&[]), Ok((usual.clone(), Length::Usual)));
         assert_eq!(names(&["tests", "fmt"]), Ok((vec!["fmt", "tests"], Length::Usual)));
         assert_eq!(names(&["--long"]), Ok((usual, Length::Long)));

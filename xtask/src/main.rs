@@ -12,6 +12,7 @@ mod fuzz;
 mod mutation;
 mod needs;
 mod packages;
+mod page;
 mod python;
 mod semver;
 mod size;

@@ -20,6 +20,8 @@ pub enum Need {
     Qemu,
     /// A browser and what lets a test drive it.
     Browser,
+    /// What checks and bundles the page.
+    Node,
     /// What the virtual board's processor is built with.
     BoardTools,
     /// What the Python package is tested with; what else it takes comes from Python's registry.
@@ -38,6 +40,7 @@ impl Need {
             Self::Target => target_is_there(),
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
+            Self::Node => on_path("node") && on_path("npm"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
             Self::Python => succeeds("python3", &["-c", "import ensurepip, venv"]),
             Self::Mutants => succeeds("cargo", &["mutants", "--version"]),
@@ -69,6 +72,7 @@ impl Need {
         match self {
             Self::Qemu => &["qemu-system-arm"],
             Self::Browser => &["chromium", "chromium-driver"],
+            Self::Node => &["nodejs", "npm"],
             Self::BoardTools => &["cmake", "libclang-dev"],
             Self::Python => &["python3", "python3-venv"],
             _ => &[],

@@ -103,7 +103,7 @@ pub fn short(x: f64) -> String {
 }
 
 /// Mains phase of each sample in degrees, from the rising zero crossings of the voltage; NaN where there is none.
-fn mains_phase(t: &Traces) -> Vec<f64> {
+pub fn mains_phase(t: &Traces) -> Vec<f64> {
     let Some(period) = t.mains_period_s else { return Vec::new() };
     let mut phase = vec![f64::NAN; t.voltage.len()];
     let peak = t.voltage.iter().fold(0.0f64, |m, u| m.max(u.abs()));

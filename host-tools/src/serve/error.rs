@@ -7,13 +7,13 @@ use greyrig::effects::EffectId;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A task is under way: its name.
-    #[error("{0} has not ended; wait until it has")]
+    #[error("{0} has not ended; wait until it has, or stop it")]
     Busy(String),
     /// Nothing is under way.
     #[error("there is nothing to stop; it has ended")]
     NothingToStop,
     /// There is no recording to work on.
-    #[error("there is no recording; add one")]
+    #[error("there is no recording to work on; add one, or give one a role")]
     NoRecording,
     /// What was found about a recording makes every answer meaningless: its name, and what was found.
     #[error("{0}: the recording: {1}")]
@@ -21,12 +21,21 @@ pub enum Error {
     /// There is no model to work on.
     #[error("there is no model; identify one first")]
     NoModel,
-    /// There is no recording at this place.
+    /// There is no recording of this number.
     #[error("there is no recording {0}; reload the page")]
-    NoRecordingAt(usize),
+    NoRecordingAt(u32),
+    /// A project that has recordings already.
+    #[error("the project has recordings; begin another one for the built-in motor")]
+    NotEmpty,
     /// There is no version of this number.
     #[error("there is no version {0}; reload the page")]
-    NoVersion(usize),
+    NoVersion(u32),
+    /// A version that others were made from.
+    #[error("other versions were made from this one; remove those first")]
+    HasFollowers,
+    /// The candidate has not been simulated.
+    #[error("the model with {0} has not been computed yet")]
+    NotYet(EffectId),
     /// The catalogue has no effect of this name.
     #[error("{0:?} is no effect; see greyrig effects")]
     NoEffect(String),
@@ -39,9 +48,24 @@ pub enum Error {
     /// A request without this value.
     #[error("{0} is missing; reload the page")]
     Missing(&'static str),
-    /// A request with this in the place of a number.
-    #[error("{0:?} is no number; reload the page")]
-    NoNumber(String),
+    /// A request with this in the place of something else.
+    #[error("{0:?} cannot be used here; reload the page")]
+    Unknown(String),
+    /// A change that does not say what it rests on.
+    #[error("a change needs the revision that it rests on; send If-Match")]
+    NoRevision,
+    /// A change that rests on what is no longer so.
+    #[error("the project has changed meanwhile; the page shows it as it is now: try again")]
+    Behind,
+    /// A file beyond the limit, in bytes.
+    #[error("the file is larger than {0} bytes; give its path to greyrig serve instead")]
+    TooLarge(u64),
+    /// A sender who does not go on.
+    #[error("the file did not go on arriving; send it again")]
+    TooSlow,
+    /// This recording does not hold the signal.
+    #[error("this recording does not hold that signal")]
+    NoSignal,
     /// The work has panicked.
     #[error("this has failed within greyrig; report it as a bug")]
     Panicked,
@@ -57,8 +81,12 @@ impl Error {
     /// How HTTP names it.
     pub fn status(&self) -> StatusCode {
         match self {
-            Self::Busy(_) | Self::NothingToStop => StatusCode::CONFLICT,
-            Self::NoVersion(_) | Self::NoRecordingAt(_) => StatusCode::NOT_FOUND,
+            Self::Busy(_) | Self::NothingToStop | Self::HasFollowers => StatusCode::CONFLICT,
+            Self::NoVersion(_) | Self::NoRecordingAt(_) | Self::NotYet(_) | Self::NoSignal => StatusCode::NOT_FOUND,
+            Self::NoRevision => StatusCode::PRECONDITION_REQUIRED,
+            Self::Behind => StatusCode::PRECONDITION_FAILED,
+            Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::TooSlow => StatusCode::REQUEST_TIMEOUT,
             Self::Panicked => StatusCode::INTERNAL_SERVER_ERROR,
             _ => StatusCode::BAD_REQUEST,
         }

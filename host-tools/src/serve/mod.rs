@@ -1,21 +1,33 @@
-//! The loop in the browser: identify, compare, see where the model fails, diagnose, add, watch the error fall.
+//! The workbench in the browser: identify, compare, see where the model fails, diagnose, add, watch the error fall.
 //!
 //! ```text
-//! server ─► session ─► task ─► version, error
-//!    │        └────► questioned
-//!    └────► page
+//! server ─► gate, connections, page
+//!   └─► session ─► project, recordings      what is kept
+//!          ├─────► task, job, version       what is done
+//!          └─────► curves ─► simulated, plane ─► pyramid
 //! ```
-//! A [`Session`] holds the recordings, what is wrong with them, and the versions of the model. One task at a time works
-//! on them, on threads of its own, and can be stopped. The server answers this machine alone.
+//! A [`Session`] holds a project: recordings, what is wrong with them, and the tree of versions of the model, saved as
+//! one works. One task at a time works on them, on threads of its own, and can be stopped; while there is none, what a
+//! diagnosis has tried is simulated ahead. The server answers this machine alone, and there whoever knows the token.
 
+mod api;
+mod connections;
+mod curves;
 mod error;
+mod gate;
+mod job;
 mod page;
-mod questioned;
+mod plane;
+mod project;
+mod pyramid;
+mod recordings;
 mod server;
 mod session;
+mod simulated;
 mod task;
 mod version;
 
 pub use error::Error;
+pub use project::EXTENSION;
 pub use server::serve;
 pub use session::Session;

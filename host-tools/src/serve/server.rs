@@ -1,34 +1,54 @@
-//! The page's server, for this machine alone.
-//!
-//! Whoever asks by another name than that of this machine is refused, and so is a page from elsewhere that wants
-//! something done: a browser that has a foreign page open must not reach the recordings through it.
+//! The page's server, for this machine alone: [`super::gate`] says whom it answers.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 
 use axum::Router;
-use axum::body::Bytes;
+use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Path, Query, Request, State};
-use axum::http::{HeaderMap, Method, StatusCode, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
+use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use futures_util::{Stream, StreamExt, stream};
+use tempfile::NamedTempFile;
 
+use super::api::{Changed, Role};
+use super::connections;
+use super::curves::Of;
 use super::error::{Error, Result};
+use super::gate::{Gate, Pass};
 use super::page;
-use super::session::Session;
-use super::task::Task;
+use super::plane::Plane;
+use super::session::{Expected, Session, Stretch};
+use super::simulated::Kind;
+use super::task::{Added, Task};
+use crate::compare::Signal;
 use crate::context::CancelFlag;
 use crate::error;
+use crate::model::Model;
+use crate::recording::Channel;
+use crate::term::Formula;
 
-/// Largest recording that the page takes.
-const LARGEST: usize = 1 << 30;
+/// Largest recording that the page takes, bytes.
+const LARGEST: u64 = 1 << 30;
+/// Largest model file, bytes.
+const LARGEST_MODEL: u64 = 1 << 24;
+/// How long a sender may pause.
+const PATIENCE: Duration = Duration::from_secs(30);
 /// How often it is looked whether the page is to end.
 const LOOK: Duration = Duration::from_millis(100);
+/// Time between two events at least.
+const CALM: Duration = Duration::from_millis(100);
 /// What the page may load: from this server alone.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; frame-src 'self'; \
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// What a report may do: it brings its own scripts, and has no access to this server.
+const SANDBOX: &str = "sandbox allow-scripts allow-downloads; frame-ancestors 'none'";
 
 /// Serves a session until it is to stop; `listening` is told the address.
 ///
@@ -45,7 +65,7 @@ pub async fn serve(
     let address = listener.local_addr().map_err(refused)?;
     listening(address)?;
     tokio::select! {
-        done = axum::serve(listener, router(session, address.port())).into_future() => done.map_err(refused),
+        never = connections::answer(listener, router(session, address.port())) => match never {},
         () = until(stop) => Ok(()),
     }
 }
@@ -57,62 +77,77 @@ async fn until(stop: &CancelFlag) {
 }
 
 fn router(session: Session, port: u16) -> Router {
+    let gate = Gate::new(port, session.token());
     Router::new()
-        .route("/", get(|| async { as_page(page::page()) }))
-        .route("/serve.js", get(|| async { as_file("text/javascript", page::SCRIPT) }))
-        .route("/serve.css", get(|| async { as_file("text/css", page::STYLE) }))
-        .route("/state", get(state))
-        .route("/falling.svg", get(falling))
+        .route("/", get(|| async { as_file("text/html; charset=utf-8", page::page()) }))
+        .route("/serve.js", get(|| async { as_file("text/javascript; charset=utf-8", page::SCRIPT) }))
+        .route("/serve.css", get(|| async { as_file("text/css; charset=utf-8", page::STYLE) }))
+        .route("/state", get(|session: State<Session>| async move { json(&session.told()) }))
+        .route("/events", get(events))
+        .route("/signal/{recording}/{channel}", get(signal))
+        .route("/map/{version}/{plane}/{signal}", get(map))
+        .route("/instants/{version}/{plane}/{recording}", get(instants))
+        .route("/cells/{version}/{plane}/{recording}", get(cells))
         .route("/report/{version}", get(report))
-        .route("/model.toml", get(model_file))
-        .route("/identify", post(|session: State<Session>| async move { begin(&session, Ok(Task::Identify)) }))
-        .route("/diagnose", post(|session: State<Session>| async move { begin(&session, Ok(Task::Diagnose)) }))
+        .route("/model/{version}", get(model_file))
+        .route("/term", get(term))
+        .route("/identify", post(|session, headers| begin(session, headers, Ok(Task::Identify))))
+        .route("/diagnose", post(|session, headers| begin(session, headers, Ok(Task::Diagnose))))
         .route("/add", post(add))
+        .route("/models", post(open_model))
         .route("/stop", post(|session: State<Session>| async move { answer(session.stop()) }))
+        .route("/tour", post(tour))
         .route("/go", post(go))
+        .route("/forget", post(remove_version))
         .route("/recordings", post(add_recording))
         .route("/remove", post(remove_recording))
-        .layer(DefaultBodyLimit::max(LARGEST))
-        .layer(middleware::from_fn(move |request: Request, next: Next| async move {
-            match is_from_here(request.method(), request.headers(), port) {
-                true => next.run(request).await,
-                false => (StatusCode::FORBIDDEN, "only pages of this program are answered\n").into_response(),
-            }
-        }))
+        .route("/role", post(set_role))
+        .route("/remap", post(map_recording))
+        .layer(DefaultBodyLimit::disable())
+        .layer(middleware::from_fn(move |request: Request, next: Next| guarded(gate.clone(), request, next)))
         .with_state(session)
 }
 
-/// Whether a request names this machine, and what it wants done comes from this server's own page or from no page.
-fn is_from_here(method: &Method, headers: &HeaderMap, port: u16) -> bool {
-    let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or_default());
-    let names = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
-    let is_named = text(header::HOST).is_some_and(|host| names.iter().any(|name| name == host));
-    let is_own = |origin: &str| origin.strip_prefix("http://").is_some_and(|host| names.iter().any(|n| n == host));
-    is_named && (method == Method::GET || text(header::ORIGIN).is_none_or(is_own))
-}
-
-fn as_page(text: String) -> Response {
-    let kind = (header::CONTENT_TYPE, "text/html; charset=utf-8");
-    ([kind, (header::CONTENT_SECURITY_POLICY, POLICY)], text).into_response()
+/// Lets a request pass or not, and says what browsers may do with the answer.
+async fn guarded(gate: Gate, request: Request, next: Next) -> Response {
+    let mut response = match gate.pass(request.method(), request.uri(), request.headers()) {
+        Pass::Granted => next.run(request).await,
+        Pass::Cookie(cookie) => {
+            // The token does not stay in the address bar, nor in the history.
+            (StatusCode::SEE_OTHER, [(header::LOCATION, "/".to_owned()), (header::SET_COOKIE, cookie)]).into_response()
+        }
+        Pass::Refused(why) => (StatusCode::FORBIDDEN, format!("{why}\n")).into_response(),
+    };
+    let headers = response.headers_mut();
+    let mut say = |name: HeaderName, value| {
+        headers.entry(name).or_insert(HeaderValue::from_static(value));
+    };
+    say(header::CONTENT_SECURITY_POLICY, POLICY);
+    say(header::X_CONTENT_TYPE_OPTIONS, "nosniff");
+    say(header::X_FRAME_OPTIONS, "DENY");
+    say(header::REFERRER_POLICY, "no-referrer");
+    say(header::CACHE_CONTROL, "no-store");
+    say(HeaderName::from_static("cross-origin-resource-policy"), "same-origin");
+    say(HeaderName::from_static("cross-origin-opener-policy"), "same-origin");
+    response
 }
 
 fn as_file(kind: &'static str, text: impl IntoResponse) -> Response {
-    ([(header::CONTENT_TYPE, kind), (header::CACHE_CONTROL, "no-store")], text).into_response()
+    ([(header::CONTENT_TYPE, kind)], text).into_response()
 }
 
-/// Nothing, or what is wrong in one line.
-fn answer(done: Result<()>) -> Response {
-    match done {
-        Ok(()) => StatusCode::NO_CONTENT.into_response(),
-        Err(error) => refusal(&error),
+fn json(said: &impl serde::Serialize) -> Response {
+    match serde_json::to_vec(said) {
+        Ok(bytes) => as_file("application/json", bytes),
+        Err(_) => refusal(&Error::Panicked),
     }
 }
 
-/// The answer to what takes a while, without keeping others waiting.
-async fn answered(work: impl FnOnce() -> Result<()> + Send + 'static) -> Response {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(done) => answer(done),
-        Err(_) => refusal(&Error::Panicked),
+/// The revision after a change, or what is wrong in one line.
+fn answer(done: Result<u32>) -> Response {
+    match done {
+        Ok(revision) => json(&Changed { revision }),
+        Err(error) => refusal(&error),
     }
 }
 
@@ -120,34 +155,14 @@ fn refusal(error: &Error) -> Response {
     (error.status(), format!("{error}\n")).into_response()
 }
 
-fn begin(session: &Session, task: Result<Task>) -> Response {
-    answer(task.and_then(|task| session.begin(task)))
+/// What takes a while, without keeping others waiting.
+async fn aside<T: Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
+    tokio::task::spawn_blocking(work).await.unwrap_or(Err(Error::Panicked))
 }
 
-async fn state(State(session): State<Session>) -> Response {
-    as_file("application/json", session.as_json().to_string())
-}
-
-async fn falling(State(session): State<Session>) -> Response {
-    as_file("image/svg+xml", session.error_falling())
-}
-
-async fn report(State(session): State<Session>, Path(version): Path<usize>) -> Response {
-    let made = tokio::task::spawn_blocking(move || session.report(version)).await;
-    match made {
-        // It says itself what it may load.
-        Ok(Ok(text)) => as_file("text/html; charset=utf-8", text),
-        Ok(Err(error)) => refusal(&error),
-        Err(_) => refusal(&Error::Panicked),
-    }
-}
-
-async fn model_file(State(session): State<Session>) -> Response {
-    match session.model_file() {
-        Ok(text) => {
-            let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"model.toml\"");
-            ([(header::CONTENT_TYPE, "application/toml"), name], text).into_response()
-        }
+async fn as_json<T: serde::Serialize + Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Response {
+    match aside(work).await {
+        Ok(said) => json(&said),
         Err(error) => refusal(&error),
     }
 }
@@ -158,49 +173,258 @@ fn value<'q>(query: &'q Named, name: &'static str) -> Result<&'q str> {
     query.get(name).map(String::as_str).ok_or(Error::Missing(name))
 }
 
-async fn add(State(session): State<Session>, query: Named) -> Response {
-    begin(&session, value(&query, "effect").and_then(Task::add))
+fn parsed<T: std::str::FromStr>(text: &str) -> Result<T> {
+    text.parse().map_err(|_| Error::Unknown(text.to_owned()))
 }
 
-async fn go(State(session): State<Session>, query: Named) -> Response {
-    let number = |text: &str| text.parse().map_err(|_| Error::NoNumber(text.to_owned()));
-    answer(value(&query, "version").and_then(number).and_then(|version| session.go_to(version)))
+fn number<T: std::str::FromStr>(query: &Named, name: &'static str) -> Result<T> {
+    value(query, name).and_then(parsed)
 }
 
-async fn remove_recording(State(session): State<Session>, query: Named) -> Response {
-    let number = |text: &str| text.parse().map_err(|_| Error::NoNumber(text.to_owned()));
-    let remove = move || value(&query, "recording").and_then(number).and_then(|place| session.remove_recording(place));
-    answered(remove).await
+/// Two times, s.
+fn times(query: &Named) -> Result<[f64; 2]> {
+    let range: [f64; 2] = [number(query, "from")?, number(query, "to")?];
+    match range.iter().all(|t| t.is_finite()) {
+        true => Ok(range),
+        false => Err(Error::Unknown(format!("{range:?}"))),
+    }
 }
 
-async fn add_recording(State(session): State<Session>, query: Named, body: Bytes) -> Response {
-    let add = move || value(&query, "name").and_then(|name| session.add_recording(name, &body));
-    answered(add).await
+/// The revision that a change rests on: `If-Match: "7"`, or `*` for any.
+fn expected(headers: &HeaderMap) -> Result<Expected> {
+    let text = headers.get(header::IF_MATCH).and_then(|v| v.to_str().ok()).ok_or(Error::NoRevision)?;
+    match text.trim_matches('"') {
+        "*" => Ok(Expected(None)),
+        revision => parsed(revision).map(|revision| Expected(Some(revision))),
+    }
+}
+
+async fn begin(State(session): State<Session>, headers: HeaderMap, task: Result<Task>) -> Response {
+    answer(expected(&headers).and_then(|expected| session.begin(expected, task?)))
+}
+
+async fn add(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let text = |name: &str| query.get(name).map(String::as_str);
+    let added = Added::parse(text("effect"), text("term")).map(Task::Add);
+    begin(session, headers, added).await
+}
+
+/// Whether a formula can be read: nothing, or what is wrong.
+async fn term(query: Named) -> Response {
+    as_json(move || match value(&query, "formula")?.parse::<Formula>() {
+        Ok(_) => Ok(None),
+        Err(error) => Ok(Some(error.to_string())),
+    })
+    .await
+}
+
+async fn tour(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let run = move || session.tour(expected(&headers)?, number(&query, "seed")?);
+    answer(aside(run).await)
+}
+
+async fn go(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    answer(expected(&headers).and_then(|expected| session.go_to(expected, number(&query, "version")?)))
+}
+
+async fn remove_version(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    answer(expected(&headers).and_then(|expected| session.remove_version(expected, number(&query, "version")?)))
+}
+
+async fn remove_recording(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    answer(aside(move || session.remove_recording(expected(&headers)?, number(&query, "recording")?)).await)
+}
+
+async fn set_role(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let role = |text: &str| match text {
+        "fit" => Ok(Role::Fit),
+        "judge" => Ok(Role::Judge),
+        "off" => Ok(Role::Off),
+        other => Err(Error::Unknown(other.to_owned())),
+    };
+    let set =
+        move || session.set_role(expected(&headers)?, number(&query, "recording")?, role(value(&query, "role")?)?);
+    answer(aside(set).await)
+}
+
+async fn map_recording(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let again = move || {
+        let rules = shlex::split(value(&query, "map")?).ok_or_else(|| Error::Unknown("map".to_owned()))?;
+        session.map_recording(expected(&headers)?, number(&query, "recording")?, rules)
+    };
+    answer(aside(again).await)
+}
+
+/// Takes what is sent into a file, of a size that it may have.
+async fn received(mut file: NamedTempFile, body: Body, largest: u64) -> Result<NamedTempFile> {
+    let mut parts = body.into_data_stream();
+    let mut size = 0;
+    loop {
+        let part = tokio::time::timeout(PATIENCE, parts.next()).await.map_err(|_| Error::TooSlow)?;
+        let Some(part) = part else { return Ok(file) };
+        let part = part.map_err(|_| Error::TooSlow)?;
+        size += part.len() as u64;
+        if size > largest {
+            return Err(Error::TooLarge(largest));
+        }
+        let path = file.path().to_owned();
+        file.write_all(&part).map_err(|e| error::Error::io(path, e))?;
+    }
+}
+
+async fn add_recording(State(session): State<Session>, query: Named, headers: HeaderMap, body: Body) -> Response {
+    let ready = || {
+        expected(&headers)?;
+        Ok((value(&query, "name")?.to_owned(), session.receive()?))
+    };
+    let (name, file) = match ready() {
+        Ok(ready) => ready,
+        Err(error) => return refusal(&error),
+    };
+    match received(file, body, LARGEST).await {
+        Ok(file) => answer(aside(move || session.add_recording(&name, file)).await),
+        Err(error) => refusal(&error),
+    }
+}
+
+async fn open_model(session: State<Session>, query: Named, headers: HeaderMap, body: Body) -> Response {
+    let name = match value(&query, "name") {
+        Ok(name) => name.to_owned(),
+        Err(error) => return refusal(&error),
+    };
+    let file = match session.receive() {
+        Ok(file) => file,
+        Err(error) => return refusal(&error),
+    };
+    let read = received(file, body, LARGEST_MODEL).await.and_then(|file| {
+        Model::load(file.path()).map(|model| Task::Open(name.clone(), Box::new(model))).map_err(|error| match error {
+            error::Error::Input { mut place, what, remedy } => {
+                place.path = name.into();
+                Error::Work(error::Error::Input { place, what, remedy })
+            }
+            other => Error::Work(other),
+        })
+    });
+    begin(session, headers, read).await
+}
+
+/// What the state shows changes, and how far a task is.
+fn told(session: Session) -> impl Stream<Item = std::result::Result<Event, Infallible>> {
+    let changes = session.watch();
+    stream::unfold((session, changes, true), |(session, mut changes, is_first)| async move {
+        if !is_first {
+            changes.changed().await.ok()?;
+            tokio::time::sleep(CALM).await;
+        }
+        changes.borrow_and_update();
+        let text = serde_json::to_string(&session.tick()).ok()?;
+        Some((Ok(Event::default().data(text)), (session, changes, false)))
+    })
+}
+
+async fn events(State(session): State<Session>) -> Response {
+    Sse::new(told(session)).keep_alive(KeepAlive::default()).into_response()
+}
+
+/// `from`, `to`: times, s; `px`: stretches at most; `of`: `raw`, `measured`, `modelled` or `residual`; `version`, and
+/// `candidate`: an effect that its diagnosis has tried; `rms`: a period, s, over which the RMS is wanted.
+async fn signal(
+    State(session): State<Session>,
+    Path((recording, channel)): Path<(u32, String)>,
+    query: Named,
+) -> Response {
+    let window = move || {
+        let curve = match query.get("of").map(String::as_str) {
+            None | Some("raw") => Kind::Raw,
+            Some("measured") => Kind::Measured,
+            Some("modelled") => Kind::Modelled,
+            Some("residual") => Kind::Residual,
+            Some(other) => return Err(Error::Unknown(other.to_owned())),
+        };
+        let channel = Channel::ALL.into_iter().find(|c| c.column() == channel).ok_or(Error::NoSignal)?;
+        let of = match (query.get("version"), query.get("candidate")) {
+            (None, _) => None,
+            (Some(version), None) => Some(Of::Version(parsed(version)?)),
+            (Some(version), Some(effect)) => Some(Of::Candidate(parsed(version)?, parsed(effect)?)),
+        };
+        let rms_s = query.get("rms").map(|text| parsed::<f64>(text)).transpose()?;
+        let stretch = Stretch { range_s: times(&query)?, parts: number(&query, "px")?, rms_s };
+        Ok(session.window(recording, channel, curve, of, stretch)?.bytes())
+    };
+    match aside(window).await {
+        Ok(bytes) => as_file("application/octet-stream", bytes),
+        Err(error) => refusal(&error),
+    }
+}
+
+fn plane(name: &str) -> Result<Plane> {
+    Plane::of(name).ok_or_else(|| Error::Unknown(name.to_owned()))
+}
+
+async fn map(
+    State(session): State<Session>,
+    Path((version, plane_name, signal)): Path<(u32, String, String)>,
+) -> Response {
+    let signal = match &signal[..] {
+        "current" => Signal::Current,
+        "speed" => Signal::Speed,
+        _ => return refusal(&Error::Unknown(signal)),
+    };
+    as_json(move || session.map(version, plane(&plane_name)?, signal)).await
+}
+
+async fn instants(
+    State(session): State<Session>,
+    Path((version, plane_name, recording)): Path<(u32, String, u32)>,
+    query: Named,
+) -> Response {
+    as_json(move || {
+        let cells = value(&query, "cells")?.split(',').map(parsed).collect::<Result<Vec<usize>>>()?;
+        session.instants(version, plane(&plane_name)?, recording, &cells)
+    })
+    .await
+}
+
+async fn cells(
+    State(session): State<Session>,
+    Path((version, plane_name, recording)): Path<(u32, String, u32)>,
+    query: Named,
+) -> Response {
+    as_json(move || session.cells(version, plane(&plane_name)?, recording, times(&query)?)).await
+}
+
+async fn report(State(session): State<Session>, Path(version): Path<u32>) -> Response {
+    match aside(move || session.report(version)).await {
+        Ok(text) => {
+            let kind = (header::CONTENT_TYPE, "text/html; charset=utf-8");
+            ([kind, (header::CONTENT_SECURITY_POLICY, SANDBOX)], text).into_response()
+        }
+        Err(error) => refusal(&error),
+    }
+}
+
+async fn model_file(State(session): State<Session>, Path(version): Path<u32>) -> Response {
+    match session.model_file(version) {
+        Ok(text) => {
+            let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"model.toml\"");
+            ([(header::CONTENT_TYPE, "application/toml"), name], text).into_response()
+        }
+        Err(error) => refusal(&error),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use axum::http::HeaderValue;
-
     use super::*;
 
-    #[test]
-    fn whoever_is_not_of_this_machine_is_refused() {
-        let asked = |method: Method, host: &'static str, origin: Option<&'static str>| {
-            let mut headers = HeaderMap::new();
-            headers.insert(header::HOST, HeaderValue::from_static(host));
-            if let Some(origin) = origin {
-                headers.insert(header::ORIGIN, HeaderValue::from_static(origin));
-            }
-            is_from_here(&method, &headers, 8470)
-        };
-        assert!(asked(Method::GET, "127.0.0.1:8470", None) && asked(Method::GET, "localhost:8470", None));
-        assert!(asked(Method::POST, "127.0.0.1:8470", Some("http://127.0.0.1:8470")));
-        assert!(asked(Method::POST, "127.0.0.1:8470", None), "a script of the user's");
-        // A name that somebody has made point to this machine, and a foreign page.
-        assert!(!asked(Method::GET, "rig.example:8470", None));
-        assert!(!asked(Method::POST, "127.0.0.1:8470", Some("http://rig.example")));
-        assert!(!asked(Method::POST, "127.0.0.1:8470", Some("null")));
-        assert!(!is_from_here(&Method::GET, &HeaderMap::new(), 8470));
+    #[tokio::test]
+    async fn what_is_too_large_is_refused_while_it_arrives() {
+        let sent = |size: usize| received(NamedTempFile::new().unwrap(), Body::from(vec![b'1'; size]), 100);
+        let file = sent(100).await.unwrap();
+        assert_eq!(file.as_file().metadata().unwrap().len(), 100);
+        let path = file.path().to_owned();
+        drop(file);
+        assert!(!path.exists(), "what is not kept is gone");
+        assert!(matches!(sent(101).await, Err(Error::TooLarge(100))));
     }
 }

@@ -1,55 +1,86 @@
 //! What a page can ask for that takes its time: each what the command of the same name does.
 
 use greyrig::effects::EffectId;
-use serde_json::{Value, json};
 
+use super::api;
 use super::error::{Error, Result};
-use super::version::Version;
+use super::version::{Made, Version};
 use crate::addition::{Additions, add_to, held_of, stage};
-use crate::compare::compare;
+use crate::compare::{PerSignal, compare};
 use crate::context::Context;
-use crate::diagnose::{Options, diagnose};
-use crate::error::if_possible;
+use crate::diagnose::{Diagnosis, Options, diagnose};
 use crate::held_out::split;
 use crate::identify::{Settings, identify};
-use crate::model::{Kind, catalogue};
+use crate::model::{Kind, Model, catalogue};
 use crate::recording::Recording;
+use crate::term::Formula;
 
 /// A task.
+#[derive(Debug, Clone)]
 pub enum Task {
     /// The base model of the recordings.
     Identify,
+    /// A model from a file: its name, and it.
+    Open(String, Box<Model>),
     /// What the present model lacks.
     Diagnose,
-    /// The present model with an effect more.
-    Add(EffectId),
+    /// The present model with more.
+    Add(Added),
+}
+
+/// What is added to a model.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Added {
+    /// Effects of the catalogue.
+    pub effects: Vec<EffectId>,
+    /// Terms of the user's own.
+    pub terms: Vec<Formula>,
 }
 
 /// What comes of a task.
 pub enum Outcome {
     /// A model to begin with.
-    First(Box<Version>),
+    First(Box<Made>),
     /// A model that follows the present one.
-    Next(Box<Version>),
+    Next(Box<Made>),
     /// The answer of a diagnosis.
-    Diagnosis(Value),
+    Diagnosis(Box<api::Diagnosis>),
+}
+
+impl Added {
+    /// By their names, with commas between effects.
+    ///
+    /// # Errors
+    /// An effect that is not in the catalogue, a formula that cannot be read; nothing at all.
+    pub fn parse(effects: Option<&str>, term: Option<&str>) -> Result<Self> {
+        let names = effects.unwrap_or_default().split(',').filter(|name| !name.is_empty());
+        let effect = |name: &str| name.parse().map_err(|_| Error::NoEffect(name.to_owned()));
+        let added = Self {
+            effects: names.map(effect).collect::<Result<_>>()?,
+            terms: term.map(str::parse).transpose()?.into_iter().collect(),
+        };
+        if added == Self::default() { Err(Error::Missing("effect")) } else { Ok(added) }
+    }
+
+    /// As a command takes it.
+    pub fn arguments(&self) -> Vec<String> {
+        let terms = self.terms.iter().flat_map(|t| ["--term".to_owned(), t.text().to_owned()]);
+        self.effects.iter().map(ToString::to_string).chain(terms).collect()
+    }
 }
 
 impl Task {
-    /// Adding an effect of the catalogue.
-    ///
-    /// # Errors
-    /// An effect that is not in it.
-    pub fn add(id: &str) -> Result<Self> {
-        id.parse().map(Self::Add).map_err(|_| Error::NoEffect(id.to_owned()))
-    }
-
     /// What is being done, in words.
     pub fn name(&self) -> String {
         match self {
             Self::Identify => "identification".to_owned(),
+            Self::Open(name, _) => format!("opening {name}"),
             Self::Diagnose => "diagnosis".to_owned(),
-            Self::Add(id) => format!("adding {id}"),
+            Self::Add(added) => {
+                let all = added.effects.iter().map(ToString::to_string);
+                let all: Vec<String> = all.chain(added.terms.iter().map(|t| t.text().to_owned())).collect();
+                format!("adding {}", all.join(", "))
+            }
         }
     }
 
@@ -65,50 +96,129 @@ impl Task {
         ctx: &Context,
     ) -> Result<Outcome> {
         match (self, before) {
-            (Self::Identify, _) => identified(recordings, kind, ctx).map(|v| Outcome::First(Box::new(v))),
-            (Self::Diagnose, Some(before)) => diagnosed(recordings, before, ctx).map(Outcome::Diagnosis),
-            (Self::Add(id), Some(before)) => added(recordings, before, *id, ctx).map(|v| Outcome::Next(Box::new(v))),
+            (Self::Identify, _) => identified(recordings, kind, ctx).map(|made| Outcome::First(Box::new(made))),
+            (Self::Open(name, model), _) => {
+                opened(recordings, name, model, ctx).map(|made| Outcome::First(Box::new(made)))
+            }
+            (Self::Diagnose, Some(before)) => {
+                diagnosed(recordings, &before.model, ctx).map(|answer| Outcome::Diagnosis(Box::new(answer)))
+            }
+            (Self::Add(added), Some(before)) => {
+                with(recordings, &before.model, added, ctx).map(|made| Outcome::Next(Box::new(made)))
+            }
             (Self::Diagnose | Self::Add(_), None) => Err(Error::NoModel),
         }
     }
 }
 
-fn identified(recordings: &[Recording], kind: Option<Kind>, ctx: &Context) -> Result<Version> {
+fn identified(recordings: &[Recording], kind: Option<Kind>, ctx: &Context) -> Result<Made> {
     ctx.doing("all recordings");
     let whole = identify(recordings, &Settings::new(Kind::of(kind, recordings)), ctx)?;
     ctx.doing("data held out");
     let (training, held_out) = split(recordings);
     let judged = stage(&whole.model, Additions::default(), &training, &held_out, ctx)?;
-    Ok(Version::new("base model".to_owned(), whole, &judged, None, recordings.len()))
+    let made = Made {
+        label: "base model".to_owned(),
+        model: whole.model,
+        parameters: whole.parameters,
+        notes: whole.notes,
+        training: PerSignal::default(),
+        held_out: PerSignal::default(),
+        floor: PerSignal::default(),
+        accepted: None,
+    };
+    Ok(made.judged(&judged))
 }
 
-fn added(recordings: &[Recording], before: &Version, id: EffectId, ctx: &Context) -> Result<Version> {
-    if before.model.effects.iter().any(|e| e.id == id) {
-        return Err(Error::HasAlready(id));
+/// A model of a file, judged as it is.
+fn opened(recordings: &[Recording], name: &str, model: &Model, ctx: &Context) -> Result<Made> {
+    let (training, held_out) = split(recordings);
+    ctx.doing("training data");
+    let seen = compare(model, &training, ctx)?;
+    ctx.doing("data held out");
+    let judged = compare(model, &held_out, ctx)?;
+    Ok(Made {
+        label: name.to_owned(),
+        model: model.clone(),
+        parameters: Vec::new(),
+        notes: vec!["as it was in its file; it has seen other data than these".to_owned()],
+        training: seen.esr,
+        held_out: judged.esr,
+        floor: judged.noise_floor,
+        accepted: None,
+    })
+}
+
+/// A model with more, judged on data held out.
+///
+/// # Errors
+/// An effect that it has already; recordings from which it cannot be identified; an interrupt.
+pub fn with(recordings: &[Recording], before: &Model, added: &Added, ctx: &Context) -> Result<Made> {
+    if let Some(id) = added.effects.iter().find(|id| before.effects.iter().any(|e| e.id == **id)) {
+        return Err(Error::HasAlready(*id));
     }
     let (training, held_out) = split(recordings);
-    let held = held_of(&before.model, &[id], recordings, ctx)?;
-    let additions = Additions { effects: &[id], held: &held, ..Additions::default() };
+    let held = held_of(before, &added.effects, recordings, ctx)?;
+    let additions = Additions { effects: &added.effects, terms: &added.terms, held: &held };
     ctx.doing("without it");
-    let without = stage(&before.model, Additions::default(), &training, &held_out, ctx)?;
+    let without = stage(before, Additions::default(), &training, &held_out, ctx)?;
     ctx.doing("with it");
-    let with = stage(&before.model, additions, &training, &held_out, ctx)?;
-    let judged = with.shows(&before.model, &held_out, ctx)?;
+    let with = stage(before, additions, &training, &held_out, ctx)?;
+    let judged = with.shows(before, &held_out, ctx)?;
     ctx.doing("all recordings");
-    let mut whole = add_to(&before.model, additions, recordings, ctx)?;
+    let whole = add_to(before, additions, recordings, ctx)?;
     let accepted = judged && without.held_out.esr.falls_to(&with.held_out.esr);
-    whole.identification.model.judged(accepted);
-    let label = format!("+ {}", catalogue::joined(&whole.effects, " + "));
-    Ok(Version::new(label, whole.identification, &with, Some(accepted), recordings.len()))
+    let mut model = whole.identification.model;
+    model.judged(accepted);
+    let terms = added.terms.iter().map(Formula::text).collect::<Vec<_>>();
+    let names =
+        [vec![catalogue::joined(&whole.effects, " + ")], terms.iter().map(|t| (*t).to_owned()).collect()].concat();
+    let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
+    let made = Made {
+        label: format!("+ {}", names.join(" + ")),
+        model,
+        parameters: whole.identification.parameters,
+        notes: whole.identification.notes,
+        training: PerSignal::default(),
+        held_out: PerSignal::default(),
+        floor: PerSignal::default(),
+        accepted: Some(accepted),
+    };
+    Ok(made.judged(&with))
 }
 
-fn diagnosed(recordings: &[Recording], before: &Version, ctx: &Context) -> Result<Value> {
-    let settings = Settings::of_model(&before.model);
+fn diagnosed(recordings: &[Recording], before: &Model, ctx: &Context) -> Result<api::Diagnosis> {
+    let settings = Settings::of_model(before);
     let options = Options { settings, exclude: Vec::new(), candidates_refined: true };
     let d = diagnose(recordings, &options, ctx)?;
-    let comparison = if_possible(compare(&before.model, recordings, ctx))?;
-    let mut said = d.as_json(comparison.as_ref());
-    said["headline"] = json!(d.headline());
-    said["odds"] = json!(d.odds());
-    Ok(said)
+    Ok(told(&d))
+}
+
+fn told(d: &Diagnosis) -> api::Diagnosis {
+    let names = |ids: &[EffectId]| ids.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let candidate = d.candidates.iter().map(|c| api::Candidate {
+        effect: c.effect.to_string(),
+        step: u32::try_from(c.step).unwrap_or(u32::MAX),
+        gain: c.held_out_gain,
+        probability: c.probability,
+        esr_after: c.esr_after.into(),
+        objection: c.objection.map(str::to_owned),
+        predicted: None,
+    });
+    let candidates = candidate.collect();
+    let kind = serde_json::to_value(d.verdict.kind).ok();
+    api::Diagnosis {
+        headline: d.headline(),
+        odds: d.odds(),
+        probability: d.verdict.probability,
+        kind: kind.as_ref().and_then(|k| k.as_str()).unwrap_or_default().to_owned(),
+        effects: names(&d.verdict.effects),
+        classes: d.verdict.classes.iter().map(|class| names(class)).collect(),
+        text: d.verdict.text.clone(),
+        next_experiment: d.verdict.next_experiment.clone(),
+        decoy_gain: d.decoy_gain,
+        candidates,
+        basis: String::new(),
+        command: String::new(),
+    }
 }

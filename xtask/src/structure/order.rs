@@ -92,6 +92,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "firmware",
             "size",
             "packages",
+            "page",
             "python",
             "semver",
             "dependencies",

@@ -1,0 +1,348 @@
+//! What the page's script is told, and what a project keeps: numbers in SI units, ratios as fractions.
+//!
+//! The same types in TypeScript are in `host-tools/web/src/api.ts`, which a test below writes and compares.
+
+use serde::{Deserialize, Serialize};
+
+use crate::compare::PerSignal;
+use crate::identify::Estimate;
+use crate::recording::finding::{DataFinding, Severity};
+
+/// Declares types that the script knows, too.
+macro_rules! told {
+    ($($(#[$meta:meta])* $kind:ident $name:ident { $($body:tt)* })+) => {
+        $(#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(test, derive(ts_rs::TS))]
+        $(#[$meta])*
+        pub $kind $name { $($body)* })+
+
+        #[cfg(test)]
+        fn declarations() -> String {
+            use ts_rs::TS;
+            [$($name::decl()),+].map(|text| format!("export {text}\n")).join("\n")
+        }
+    };
+}
+
+told! {
+    /// A figure for each signal; none where it does not apply.
+    #[derive(Copy, Default)]
+    struct Figures {
+        /// Of the current.
+        pub current: Option<f64>,
+        /// Of the speed.
+        pub speed: Option<f64>,
+        /// Of the torque, or the force.
+        pub torque: Option<f64>,
+    }
+
+    /// What a recording is for.
+    #[derive(Copy, Eq)]
+    #[serde(rename_all = "lowercase")]
+    enum Role {
+        /// Models are fitted to it.
+        Fit,
+        /// What is added is judged on it.
+        Judge,
+        /// Nothing.
+        Off,
+    }
+
+    /// What was found about a recording.
+    struct Finding {
+        /// `info`, `warning` or `stop`.
+        pub severity: String,
+        /// The channel, where it is one.
+        pub channel: Option<String>,
+        /// Where it begins, s.
+        pub from_s: Option<f64>,
+        /// Where it ends, s.
+        pub to_s: Option<f64>,
+        /// In words.
+        pub text: String,
+        /// The option that mends it.
+        pub remedy: Option<String>,
+    }
+
+    /// A channel.
+    struct Signal {
+        /// The column: `u_v`, `i_a`, ….
+        pub column: String,
+        /// Its unit.
+        pub unit: String,
+    }
+
+    /// A recording of the project.
+    struct Recording {
+        /// Its number, which no other recording ever gets.
+        pub id: u32,
+        /// As the user knows it.
+        pub name: String,
+        /// What it is for.
+        pub role: Role,
+        /// Whether models are judged on it, or on a part of it.
+        pub judges: bool,
+        /// Why it cannot be used.
+        pub unusable: Option<String>,
+        /// Its first sample, s.
+        pub start_s: f64,
+        /// Duration, s.
+        pub seconds: f64,
+        /// Sampling interval, s.
+        pub sample_time_s: f64,
+        /// Number of samples.
+        pub samples: u32,
+        /// What was measured.
+        pub channels: Vec<Signal>,
+        /// Period of the mains, s; none on DC.
+        pub mains_s: Option<f64>,
+        /// Rules of `--map`.
+        pub map: Vec<String>,
+        /// What the reader has to say.
+        pub warnings: Vec<String>,
+        /// What is wrong with it.
+        pub findings: Vec<Finding>,
+    }
+
+    /// A parameter of a model.
+    struct Parameter {
+        /// Name.
+        pub name: String,
+        /// Value.
+        pub value: Option<f64>,
+        /// Unit.
+        pub unit: String,
+        /// 95 % interval.
+        pub ci95: Option<[f64; 2]>,
+        /// Whether the recordings determine it.
+        pub identifiable: bool,
+    }
+
+    /// An effect that was tried.
+    struct Candidate {
+        /// Its name in the catalogue.
+        pub effect: String,
+        /// Step of the diagnosis, from 1.
+        pub step: u32,
+        /// By how much the error on data held out falls.
+        pub gain: f64,
+        /// Chance that it is what is missing.
+        pub probability: Option<f64>,
+        /// Error in free run with it.
+        pub esr_after: Figures,
+        /// Why it does not count.
+        pub objection: Option<String>,
+        /// Error on data held out of the model with it, once that is there to be looked at.
+        pub predicted: Option<Figures>,
+    }
+
+    /// The answer to what is missing.
+    struct Diagnosis {
+        /// In a line.
+        pub headline: String,
+        /// How sure, as odds.
+        pub odds: Option<String>,
+        /// How sure, as a probability.
+        pub probability: Option<f64>,
+        /// `missing_effect`, `none`, `ambiguous`, `outside_catalogue` or `insufficient_data`.
+        pub kind: String,
+        /// What to add, in this order.
+        pub effects: Vec<String>,
+        /// Effects that no recording separates.
+        pub classes: Vec<Vec<String>>,
+        /// In a motor engineer's words.
+        pub text: String,
+        /// The recording that would tell more.
+        pub next_experiment: Option<String>,
+        /// Best gain of a decoy: what is below it is chance.
+        pub decoy_gain: f64,
+        /// What was tried, best first.
+        pub candidates: Vec<Candidate>,
+        /// The recordings that it rests on.
+        pub basis: String,
+        /// The command that does the same.
+        pub command: String,
+    }
+
+    /// A version of the model.
+    struct Version {
+        /// Its number, which no other version ever gets.
+        pub id: u32,
+        /// What it was made from.
+        pub parent: Option<u32>,
+        /// What it has got last.
+        pub label: String,
+        /// The command that makes the same.
+        pub command: String,
+        /// Effects that it has.
+        pub effects: Vec<String>,
+        /// Terms of the user's own.
+        pub terms: Vec<String>,
+        /// Parameters with their intervals.
+        pub parameters: Vec<Parameter>,
+        /// What the identification has to say.
+        pub notes: Vec<String>,
+        /// Error-to-signal ratio on the data that a fit of the training data has seen.
+        pub training: Figures,
+        /// The same on the data held out from it.
+        pub held_out: Figures,
+        /// Noise floor of these.
+        pub floor: Figures,
+        /// Whether the error on data held out falls by what it has got last.
+        pub accepted: Option<bool>,
+        /// The recordings that it rests on, and what they were for.
+        pub basis: String,
+        /// The answer to what it lacks.
+        pub diagnosis: Option<Diagnosis>,
+    }
+
+    /// What is being done.
+    struct Job {
+        /// In a word or two.
+        pub what: String,
+        /// Its present part.
+        pub doing: String,
+        /// How much of that part is done.
+        pub fraction: Option<f64>,
+        /// How many parts have begun.
+        pub step: u32,
+        /// How long it has been done, s.
+        pub seconds: f64,
+        /// How long this part will take, s.
+        pub left_s: Option<f64>,
+        /// Whether it is to stop.
+        pub stopping: bool,
+    }
+
+    /// A motor of the virtual rig that hides something.
+    struct Tour {
+        /// Which.
+        pub seed: u32,
+        /// What it hides.
+        pub hidden: Vec<String>,
+    }
+
+    /// Everything that the page shows but signals and maps.
+    struct State {
+        /// Layout of this.
+        pub schema: u32,
+        /// Goes up with each change of the project; a change names the one that it rests on.
+        pub revision: u32,
+        /// Goes up with everything that is to be seen.
+        pub shown: u32,
+        /// The project's folder.
+        pub project: String,
+        /// The recordings.
+        pub recordings: Vec<Recording>,
+        /// What they are, and what for.
+        pub basis: String,
+        /// The versions.
+        pub versions: Vec<Version>,
+        /// The version that is shown and worked on.
+        pub present: Option<u32>,
+        /// What is being done.
+        pub job: Option<Job>,
+        /// How many candidates are still being simulated.
+        pub ahead: u32,
+        /// What went wrong last.
+        pub message: Option<String>,
+        /// All effects of the catalogue.
+        pub catalogue: Vec<String>,
+        /// The command that identifies the base model.
+        pub identify: Option<String>,
+        /// The built-in motor, if it is one.
+        pub tour: Option<Tour>,
+    }
+
+    /// What the stream of events tells.
+    struct Tick {
+        /// As in the state.
+        pub revision: u32,
+        /// As in the state.
+        pub shown: u32,
+        /// As in the state.
+        pub job: Option<Job>,
+    }
+
+    /// An axis of a map.
+    struct Axis {
+        /// What it is.
+        pub name: String,
+        /// Its unit.
+        pub unit: String,
+        /// Edges of its cells, one more than cells.
+        pub edges: Vec<f64>,
+    }
+
+    /// Residual over a plane; cells row by row, a row per cell of `y`.
+    struct Map {
+        /// Across.
+        pub x: Axis,
+        /// Up.
+        pub y: Axis,
+        /// The residual's unit.
+        pub unit: String,
+        /// Samples in each cell.
+        pub counts: Vec<u32>,
+        /// Mean residual, modelled − measured.
+        pub mean: Vec<f64>,
+        /// RMS residual.
+        pub rms: Vec<f64>,
+    }
+
+    /// What a change has made.
+    struct Changed {
+        /// The revision after it.
+        pub revision: u32,
+    }
+}
+
+impl From<PerSignal> for Figures {
+    fn from(p: PerSignal) -> Self {
+        Self { current: p.current, speed: p.speed, torque: p.torque }
+    }
+}
+
+impl From<&Estimate> for Parameter {
+    fn from(e: &Estimate) -> Self {
+        Self { name: e.name.clone(), value: e.value, unit: e.unit.clone(), ci95: e.ci95, identifiable: e.identifiable }
+    }
+}
+
+impl From<&DataFinding> for Finding {
+    fn from(f: &DataFinding) -> Self {
+        let severity = match f.severity {
+            Severity::Info => "info",
+            Severity::Warning => "warning",
+            Severity::Stop => "stop",
+        };
+        Self {
+            severity: severity.to_owned(),
+            channel: f.channel.map(|c| c.column().to_owned()),
+            from_s: f.from_s,
+            to_s: f.to_s,
+            text: f.text.clone(),
+            remedy: f.remedy.clone(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With `GREYRIG_BLESS` set the file is written.
+    #[test]
+    fn the_script_knows_these_types() {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("web/src/api.ts");
+        let text = format!(
+            "// Made from host-tools/src/serve/api.rs by its test, with GREYRIG_BLESS=1.\n\n{}",
+            declarations()
+        );
+        if std::env::var_os("GREYRIG_BLESS").is_some() {
+            std::fs::write(&file, &text).expect("the types are written");
+        }
+        let kept = std::fs::read_to_string(&file).expect("the types");
+        assert!(kept == text, "{} is behind: run this test with GREYRIG_BLESS=1", file.display());
+    }
+}

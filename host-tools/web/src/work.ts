@@ -1,0 +1,76 @@
+// What the user wants done; each leaves the command that does the same.
+import type { Version } from "./api";
+import { change, failure, state } from "./server";
+import { beside, brush, command, hovered, present, range } from "./view";
+
+const base = (path: string) => path.split("/").pop() ?? path;
+const quoted = (text: string) => (/^[\w./=:,+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
+
+export async function identify(): Promise<void> {
+  command.value = state.value?.identify ?? "";
+  await change("identify");
+}
+
+export async function diagnose(): Promise<void> {
+  command.value = diagnosis();
+  await change("diagnose");
+}
+
+const files = () => (state.value?.identify ?? "").replace(/^greyrig identify /, "").replace(/ --out \S+$/, "");
+const model = (v: Version) => /--out (\S+)$/.exec(v.command)?.[1] ?? `${quoted(state.value?.project ?? "")}/versions/${v.id}.toml`;
+
+/** The command that asks what the present version lacks. */
+export const diagnosis = (): string => (present.value ? `greyrig diagnose ${files()} --model ${model(present.value)}` : "");
+export const adding = (what: string): string => (present.value ? `greyrig add ${what} --model ${model(present.value)} ${files()}` : "");
+
+export async function add(effects: string[]): Promise<void> {
+  hovered.value = null;
+  beside.value = "parent";
+  command.value = adding(effects.join(" "));
+  await change("add", { effect: effects.join(",") });
+}
+
+export async function addTerm(term: string): Promise<boolean> {
+  beside.value = "parent";
+  command.value = adding(`--term ${quoted(term)}`);
+  return change("add", { term });
+}
+
+export async function go(version: Version): Promise<void> {
+  command.value = version.command;
+  await change("go", { version: version.id });
+}
+
+/** The version that was made last from one. */
+export const next = (version: Version | null): Version | undefined =>
+  state.value?.versions.filter((v) => v.parent === version?.id && version != null).pop();
+
+export async function undo(): Promise<void> {
+  const parent = state.value?.versions.find((v) => v.id === present.value?.parent);
+  if (parent) await go(parent);
+}
+
+export async function redo(): Promise<void> {
+  const after = next(present.value);
+  if (after) await go(after);
+}
+
+export async function addFiles(all: Iterable<File>): Promise<void> {
+  const wrong: string[] = [];
+  for (const file of all) {
+    const isModel = file.name.toLowerCase().endsWith(".toml");
+    command.value = isModel ? `greyrig compare ${files()} --model ${quoted(file.name)}` : `greyrig check ${quoted(file.name)}`;
+    const done = isModel ? await change("models", { name: file.name }, file) : await change("recordings", { name: file.name }, file, true);
+    if (!done && failure.value) wrong.push(failure.value);
+  }
+  if (wrong.length) failure.value = wrong.join("\n");
+}
+
+export async function tour(seed: number): Promise<void> {
+  command.value = `greyrig demo --seed ${seed}`;
+  range.value = null;
+  brush.value = null;
+  await change("tour", { seed });
+}
+
+export const projectName = (): string => base(state.value?.project ?? "");
