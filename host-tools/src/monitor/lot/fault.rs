@@ -116,7 +116,8 @@ impl Fault {
         }
     }
 
-    /// Whether a size is a fault at all: a rotor that runs rounder than the others and brushes that spark less are none.
+    /// Whether a size is a fault at all: a rotor that runs rounder than the others and brushes that spark less are
+    /// none.
     pub fn is_one_at(self, size: f64) -> bool {
         self.own_row().is_none() || size > 0.0
     }
