@@ -47,7 +47,7 @@ pub async fn receive_all<B: Board>(server: &mut Server<'_>, board: &mut B, bytes
     }
 }
 
-/// Sends what waits to be sent unasked, [`FRAMES_A_TURN`] at most: while they leave, more may come.
+/// Sends what waits to be sent unasked, `FRAMES_A_TURN` at most: while they leave, more may come.
 pub async fn send_waiting<B: Board>(server: &mut Server<'_>, board: &mut B) {
     for _ in 0..FRAMES_A_TURN {
         let Some(outgoing) = server.unasked() else { return };

@@ -1,6 +1,6 @@
 //! What the line carries unasked, and what it cannot.
 //!
-//! At ten bits a byte, [`BAUD`](super::BAUD) carries 92,160 bytes a second. What is sent unasked may take
+//! At ten bits a byte, [`BAUD`] carries 92,160 bytes a second. What is sent unasked may take
 //! [`MOST`] of them; the rest is for answers, so that the host is heard whatever it has asked for.
 
 use super::BAUD;

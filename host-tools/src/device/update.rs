@@ -30,7 +30,7 @@ pub fn write(port: &Port, payload: &[u8], ctx: &Context) -> Result<(Device, InFo
 /// Writes a rig's payload, likewise; the motor's parameters stay as they are.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_rig(port: &Port, payload: &[u8], ctx: &Context) -> Result<(Device, InForce)> {
     let (fingerprint, length, crc) = (FINGERPRINT, payload.len() as u16, payload_crc(payload));
     let commit = Request::CommitRig { fingerprint, length, crc };
