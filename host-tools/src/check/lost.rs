@@ -103,7 +103,7 @@ fn of_mains(s: &Signals<'_>, u: &[f64], period: f64, interval_s: f64) -> (Vec<us
         let (before, after) = (k.saturating_sub(2), (k + 2).min(phases.len() - 1));
         let loud = [before, after].iter().all(|k| periods[*k].1 > loud);
         let shift = wrap(phases[after] - phases[before] - 0.5 * usual * (after - before) as f64);
-        !loud || (shift.abs() > 0.5 * limit && shift * off[k - 1] > 0.0)
+        !loud || shift.abs() > 0.5 * limit
     };
     let mut places: Vec<usize> = Vec::new();
     let mut first = None;
