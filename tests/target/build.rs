@@ -2,6 +2,7 @@
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=../../memory.x");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         // The memory map is the firmware's, ../../memory.x, shifted by this symbol: the linker prefers that file to any
         // other of its name.
