@@ -4,6 +4,7 @@ use greyrig::detector::Kind;
 
 use super::blocks::{RIPPLE, SPARKS};
 use crate::model::lot::Fault;
+use crate::numbers::figure;
 
 /// How a fault goes on once it has begun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,13 +123,14 @@ impl Fault {
         self.own_row().is_none() || size > 0.0
     }
 
-    /// A size in words.
+    /// A size in words, with three digits: what is small on one motor is large on another.
     pub fn told(self, size: f64) -> String {
+        let signed = |x: f64| format!("{}{}", if x < 0.0 { "" } else { "+" }, figure(x, 3));
         match (self.unit(), self.course()) {
-            _ if self == Self::Sparking => format!("{:.2} times the usual", size.exp()),
-            (Some(unit), _) => format!("{size:+.3} {unit}"),
-            (None, Course::Drift) => format!("{:+.2} % a second", 100.0 * size),
-            (None, Course::Step) => format!("{:+.1} %", 100.0 * size),
+            _ if self == Self::Sparking => format!("{} times the usual", figure(size.exp(), 3)),
+            (Some(unit), _) => format!("{} {unit}", signed(size)),
+            (None, Course::Drift) => format!("{} % a second", signed(100.0 * size)),
+            (None, Course::Step) => format!("{} %", signed(100.0 * size)),
         }
     }
 
@@ -156,5 +158,20 @@ impl Fault {
             Self::Sparking => "look at the brushes' seat and wear and at the commutator's bars",
             Self::Imbalance => "balance the rotor; look at the bearings' play and the speed sensor's mounting",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_on_motors_of_any_size() {
+        assert_eq!(Fault::DryFriction.told(9.8e-5), "+9.80e-5 N m");
+        assert_eq!(Fault::DryFriction.told(-1.25), "-1.25 N m");
+        assert_eq!(Fault::VoltageGain.told(4.1e-4), "+0.0410 %");
+        assert_eq!(Fault::SpeedDrift.told(-0.006), "-0.600 % a second");
+        assert_eq!(Fault::Sparking.told(2f64.ln()), "2.00 times the usual");
+        assert_eq!(Fault::Imbalance.told(1.5), "+1.50 rad/s");
     }
 }
