@@ -165,10 +165,7 @@ pub fn identify(
     let (request, recordings) = raised(py, asked())?;
     let answer = work(py, &watch, move |ctx| request.answer(request.question(recordings), ctx))?;
     let model = &answer.identification.model;
-    if let Some(path) = &to.out {
-        raised(py, model.save(path, to.force))?;
-    }
-    let out = to.out.as_deref();
+    let out = raised(py, to.save(model))?;
     Answer::new(py, answer.as_json(out), Some(Model::of(model, out)), Told::Identify(answer))
 }
 
@@ -281,10 +278,7 @@ pub fn add(
     let model = Arc::clone(&model.model);
     let answer = work(py, &watch, move |ctx| request.answer(&model, request.question(&model, recordings), ctx))?;
     let model = &answer.identification.model;
-    if let Some(path) = &to.out {
-        raised(py, model.save(path, to.force))?;
-    }
-    let out = to.out.as_deref();
+    let out = raised(py, to.save(model))?;
     Answer::new(py, answer.as_json(out), Some(Model::of(model, out)), Told::Add(answer))
 }
 
@@ -400,10 +394,7 @@ pub fn train(
     let (request, recordings) = raised(py, asked())?;
     let model = Arc::clone(&model.model);
     let answer = work(py, &watch, move |ctx| request.answer(&model, request.question(&model, recordings), ctx))?;
-    if let Some(path) = &to.out {
-        raised(py, answer.model.save(path, to.force))?;
-    }
-    let out = to.out.as_deref();
+    let out = raised(py, to.save(&answer.model))?;
     Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(answer))
 }
 
@@ -428,10 +419,7 @@ pub fn calibrate(
     let (request, recordings) = raised(py, asked())?;
     let model = Arc::clone(&model.model);
     let answer = work(py, &watch, move |ctx| request.answer(&model, request.question(&model, recordings), ctx))?;
-    if let Some(path) = &to.out {
-        raised(py, answer.model.save(path, to.force))?;
-    }
-    let out = to.out.as_deref();
+    let out = raised(py, to.save(&answer.model))?;
     Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Figures)
 }
 

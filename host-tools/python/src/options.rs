@@ -1,10 +1,10 @@
 //! Options from Python, understood as the command line understands them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use greyrig_host::error::{Error, Result};
-use greyrig_host::model::Assignment;
+use greyrig_host::model::{Assignment, Model};
 use greyrig_host::output;
 use greyrig_host::term::Formula;
 use pyo3::prelude::*;
@@ -28,6 +28,15 @@ impl Destination {
     /// An existing file that is not to be replaced.
     pub fn check(&self) -> Result<()> {
         self.out.as_deref().map_or(Ok(()), |path| output::refuse_overwrite(path, self.force))
+    }
+
+    /// Writes a model, if it is to be written, and says where.
+    ///
+    /// # Errors
+    /// An existing file that is not to be replaced, or what the system refuses.
+    pub fn save(&self, model: &Model) -> Result<Option<&Path>> {
+        let path = self.out.as_deref();
+        path.map_or(Ok(()), |path| model.save(path, self.force)).map(|()| path)
     }
 }
 
