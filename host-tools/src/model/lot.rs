@@ -100,6 +100,8 @@ pub struct Population {
     pub top_speed: f64,
     /// Healthy motors.
     pub motors: usize,
+    /// Share of healthy motors that the limits let fail.
+    pub false_alarms: f64,
     /// Standard deviations of [`OWN`] over the motors.
     pub scatter: [f64; OWN.len()],
     /// RMS voltage, V, block by block.

@@ -14,6 +14,7 @@ use std::cmp::Ordering;
 use greyrig::detector::Kind;
 use rayon::prelude::*;
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::context::Context;
 use crate::error::Result;
@@ -32,9 +33,6 @@ const OTHER_BLOCKS: f64 = 0.1;
 const FEWEST_BLOCKS: usize = 10;
 /// Into how many parts a lot is divided at most, each judged by what the others say is usual.
 const FOLDS: usize = 20;
-/// The limit if all that is left over were white: the normal quantile that holds as much. By how much a real one is
-/// larger, Z counts less.
-const OF_WHITE: f64 = 3.48;
 /// Groups of limits that are exceeded apart from one another: faults that the balances tell go together, and so do
 /// those with a row of their own. Each has its share of the false alarms.
 const GROUPS: f64 = 2.0;
@@ -181,7 +179,7 @@ pub fn learn(
     let outsiders = beyond_the_others(&shown, false_alarms).into_iter().map(outsider).collect();
     let limits = |false_alarms: f64| limits(&shown, 1.0 - false_alarms / GROUPS);
     let point = |false_alarms: f64| OperatingPoint { false_alarms, limits: limits(false_alarms) };
-    let population = Population { limits: limits(false_alarms), ..population };
+    let population = Population { limits: limits(false_alarms), false_alarms, ..population };
     Ok(Learnt { population: Ok(population), outsiders, operating_points: POINTS.map(point).to_vec() })
 }
 
@@ -270,10 +268,11 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     let ordered = |a: &Hypothesis, b: &Hypothesis| rank(b).partial_cmp(&rank(a)).unwrap_or(Ordering::Equal);
     found.sort_by(|(_, a), (_, b)| ordered(a, b));
     let best = found.first().copied();
+    let of_white = of_white(population.false_alarms);
     let is_as_likely = |h: &Hypothesis| {
         best.is_some_and(|(limit, best)| {
             let more = explains(&best).powi(2) - explains(h).powi(2);
-            h.fault.holds(h.size) && more / (2.0 * (limit.z / OF_WHITE).powi(2)) < AS_LIKELY.ln()
+            h.fault.holds(h.size) && more / (2.0 * (limit.z / of_white).powi(2)) < AS_LIKELY.ln()
         })
     };
     // Of what is as likely the frequent ones first, and behind them what hardly ever changes that way.
@@ -284,6 +283,13 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     let beside = beside(&population.whitened(&run), &run, found.first().map(|(_, h)| h));
     let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
+}
+
+/// The limit of |Z| for a share of false alarms if all that is left over were white: a normal quantile. By how much a
+/// real limit is larger, Z counts less.
+fn of_white(false_alarms: f64) -> f64 {
+    let share = 1.0 - false_alarms / (2.0 * GROUPS);
+    Normal::new(0.0, 1.0).map_or(f64::INFINITY, |normal| normal.inverse_cdf(share))
 }
 
 /// A run's balances beside the lot's. The motor's own parameters are those beside the fault.
@@ -327,5 +333,17 @@ fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding
         as_likely,
         text: format!("{} {} {when}", h.fault.words(), h.fault.told(h.size)),
         look_at: h.fault.look_at(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_white_noise_would_leave_is_of_the_published_table() {
+        // Two groups, both sides: z of 0.99975 is 3.481, that of 0.9975 is 2.807.
+        assert!((of_white(1e-3) - 3.481).abs() < 1e-3);
+        assert!((of_white(1e-2) - 2.807).abs() < 1e-3);
     }
 }

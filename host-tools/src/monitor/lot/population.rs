@@ -85,6 +85,7 @@ impl Population {
             alternating: cut.alternating,
             top_speed: cut.top_speed,
             motors,
+            false_alarms: 0.0,
             scatter: unit.map(|unit| FIRST * unit),
             voltage,
             power: power.iter().map(|p| p.max(LEAST_POWER * largest)).collect(),
