@@ -64,6 +64,8 @@ pub fn of_differences(signal: &[f64]) -> f64 {
 /// Amplitude density of a signal's noise in a band, Hz, per √Hz of the sampling rate: square root of the median, over
 /// windows in which all samples are `usable`, of the mean power in the band. What repeats with the mains is taken off
 /// by the mean of a period before and one after. `None` when there are too few windows.
+///
+/// A window lasts as long at any rate: a course that bends within it leaks over two lines of its spectrum, 40 Hz.
 pub fn density(
     signal: &[f64],
     interval_s: f64,
@@ -71,19 +73,20 @@ pub fn density(
     band_hz: (f64, f64),
     usable: &dyn Fn(usize) -> bool,
 ) -> Option<f64> {
-    const LENGTH: usize = 512;
+    const WINDOW_S: f64 = 0.0512;
     const FEWEST: usize = 8;
+    let length = (WINDOW_S / interval_s).round() as usize;
     let period = mains_period_s.map_or(0, |t| (t / interval_s).round() as usize);
     let mut planner = RealFftPlanner::<f64>::new();
-    let fft = planner.plan_fft_forward(LENGTH);
-    let window: Vec<f64> = (0..LENGTH).map(|k| 0.5 - 0.5 * (TAU * k as f64 / LENGTH as f64).cos()).collect();
+    let fft = planner.plan_fft_forward(length);
+    let window: Vec<f64> = (0..length).map(|k| 0.5 - 0.5 * (TAU * k as f64 / length as f64).cos()).collect();
     let energy: f64 = window.iter().map(|w| w * w).sum();
-    let bin = |hz: f64| (hz * interval_s * LENGTH as f64) as usize;
+    let bin = |hz: f64| (hz * interval_s * length as f64) as usize;
     let bins = bin(band_hz.0)..bin(band_hz.1);
     let mut powers = Vec::new();
     let mut from = period;
-    while from + LENGTH + period <= signal.len() {
-        if (from..from + LENGTH).all(usable) {
+    while from + length + period <= signal.len() {
+        if (from..from + length).all(usable) {
             let at = |n: usize| {
                 // The mean of two periods adds half the noise's power to that of the sample.
                 if period == 0 {
@@ -92,13 +95,13 @@ pub fn density(
                     (signal[n] - 0.5 * (signal[n - period] + signal[n + period])) / 1.5f64.sqrt()
                 }
             };
-            let mean = (from..from + LENGTH).map(at).sum::<f64>() / LENGTH as f64;
-            let mut input: Vec<f64> = (0..LENGTH).map(|k| (at(from + k) - mean) * window[k]).collect();
+            let mean = (from..from + length).map(at).sum::<f64>() / length as f64;
+            let mut input: Vec<f64> = (0..length).map(|k| (at(from + k) - mean) * window[k]).collect();
             let mut output = fft.make_output_vec();
             fft.process(&mut input, &mut output).ok()?;
             powers.push(output[bins.clone()].iter().map(|x| x.norm_sqr()).sum::<f64>() / energy / bins.len() as f64);
         }
-        from += LENGTH;
+        from += length;
     }
     if powers.len() < FEWEST {
         return None;

@@ -63,6 +63,10 @@ fn names_the_effect_and_its_class() {
     // Armature reaction is the same function of the same current: the default member stands for the class.
     let d = universal(&["armature_reaction=0.12"], &[]);
     assert_eq!(d.verdict.effects, ["saturation"]);
+    // Nor is it named where it cannot be it.
+    let d = universal(&["saturation=0.3"], &["saturation"]);
+    assert_eq!(verdict(&d), (VerdictKind::MissingEffect, vec!["armature_reaction"]), "{}", d.verdict.text);
+    assert!(d.verdict.classes.is_empty(), "{:?}", d.verdict.classes);
 }
 
 #[test]

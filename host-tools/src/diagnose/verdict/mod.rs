@@ -141,6 +141,19 @@ impl Verdict {
         }
     }
 
+    /// The same where some effects cannot be it: the next member of its class is named in the place of one of them.
+    pub fn but_for(mut self, excluded: &[EffectId]) -> Self {
+        for class in &mut self.classes {
+            let (first, found) = (class[0], class.clone());
+            class.retain(|id| !excluded.contains(id));
+            if let Some(next) = class.first().filter(|_| found.len() > class.len()) {
+                self.effects.iter_mut().filter(|id| **id == first).for_each(|id| *id = *next);
+            }
+        }
+        self.classes.retain(|class| class.len() > 1);
+        self
+    }
+
     /// Whether a parameter of the model changes in time, and nothing else is missing.
     pub fn is_of_a_change(&self) -> bool {
         self.kind == VerdictKind::MissingEffect
