@@ -48,17 +48,33 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 /// Standard deviation of white noise per sample, from fourth differences (median, so that edges do not count): a signal
 /// that is smooth over five samples has none.
 pub fn of_differences(signal: &[f64]) -> f64 {
+    const MIDDLE: [(f64, f64); 1] = [(0.5, 0.674_490)];
+    of_quantiles(signal, &MIDDLE)
+}
+
+/// The same of a signal that moves most of the time, as a voltage that steps every few samples: from where it is
+/// calmest, by the least of four quantiles of the differences. Noise alone has the same at each of them, but for
+/// chance, which makes the least of them smaller by an eighth where there are a few hundred samples.
+pub fn of_calm_differences(signal: &[f64]) -> f64 {
+    const QUANTILES: [(f64, f64); 4] = [(0.05, 0.062_707), (0.1, 0.125_661), (0.25, 0.318_639), (0.5, 0.674_490)];
+    of_quantiles(signal, &QUANTILES)
+}
+
+/// The least that quantiles of the fourth differences tell, each with that of the magnitude of a standard Gaussian
+/// variable.
+fn of_quantiles(signal: &[f64], quantiles: &[(f64, f64)]) -> f64 {
     /// Of the squares of the coefficients 1, −4, 6, −4, 1.
     const SQUARES: f64 = 70.0;
-    /// Median of the magnitude of a Gaussian variable, in standard deviations.
-    const MEDIAN: f64 = 0.674_490;
     let fourth = |w: &[f64]| (w[0] - 4.0 * w[1] + 6.0 * w[2] - 4.0 * w[3] + w[4]).abs();
     let mut differences: Vec<f64> = signal.windows(5).map(fourth).collect();
     if differences.is_empty() {
         return 0.0;
     }
-    let middle = differences.len() / 2;
-    *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / (MEDIAN * SQUARES.sqrt())
+    let mut at = |share: f64| {
+        let place = (share * differences.len() as f64) as usize;
+        *differences.select_nth_unstable_by(place, f64::total_cmp).1
+    };
+    quantiles.iter().map(|(share, gaussian)| at(*share) / (gaussian * SQUARES.sqrt())).fold(f64::INFINITY, f64::min)
 }
 
 /// Amplitude density of a signal's noise in a band, Hz, per √Hz of the sampling rate: square root of the median, over

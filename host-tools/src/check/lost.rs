@@ -5,6 +5,8 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::{DMatrix, DVector};
+
 use super::signals::{self, Signals, largest, short};
 use crate::mains;
 use crate::noise;
@@ -125,7 +127,8 @@ fn of_speed(s: &Signals<'_>) -> Vec<usize> {
     let (Some(u), Some(w)) = (s.voltage, s.recording().channel(Channel::Speed)) else { return Vec::new() };
     let m = SIDE as f64;
     // A line of least squares over m samples, half a sample beyond its end: variance σ² (1/m + 3 m/(m² − 1)).
-    let deviation = noise::of_differences(w) * (2.0 * (1.0 / m + 3.0 * m / (m * m - 1.0))).sqrt();
+    let noise = noise::of_differences(w);
+    let deviation = noise * (2.0 * (1.0 / m + 3.0 * m / (m * m - 1.0))).sqrt();
     let weight = |k: usize| 1.0 / m + (k as f64 - (m - 1.0) / 2.0) * (m / 2.0) * 12.0 / (m * (m * m - 1.0));
     let weights: [f64; SIDE] = std::array::from_fn(weight);
     let jump = |n: usize| -> f64 { (0..SIDE).map(|k| weights[k] * (w[n + SIDE - 1 - k] - w[n - SIDE + k])).sum() };
@@ -145,9 +148,53 @@ fn of_speed(s: &Signals<'_>) -> Vec<usize> {
         let beside = (SIDE..=2 * SIDE).flat_map(|k| [n - k, n + k]).map(|k| all.get(k - SIDE).copied().unwrap_or(0.0));
         let calm = u[n - far..n + 2].windows(2).all(|w| (w[1] - w[0]).abs() < step);
         let counts = (n - SIDE..n + SIDE).all(|k| s.is_valid(k) && !s.is_locked(k) && s.is_open(k) == s.is_open(n));
-        if calm && counts && here > ALONE * beside.fold(0.0, f64::max) {
+        let alone = || here > ALONE * beside.fold(0.0, f64::max);
+        if calm && counts && alone() && more_than_a_bend(&w[n - SIDE..n + SIDE]) > (SIGMAS * noise).powi(2) {
             places.push(n);
         }
     }
     places
+}
+
+/// Squares that a jump in the middle of a course explains beyond a bend at an instant of its own: two straight lines
+/// that need not meet, against two that do. A rotor that comes to rest bends the speed.
+fn more_than_a_bend(course: &[f64]) -> f64 {
+    let t = |k: usize| k as f64 - SIDE as f64 + 0.5;
+    let from = |knot: f64| (0..course.len()).map(move |k| (t(k) - knot).max(0.0));
+    let line = [vec![1.0; course.len()], (0..course.len()).map(t).collect()];
+    let rest = |more: Vec<Vec<f64>>| {
+        let columns: Vec<f64> = line.iter().chain(&more).flatten().copied().collect();
+        let columns = DMatrix::from_vec(course.len(), line.len() + more.len(), columns);
+        let y = DVector::from_column_slice(course);
+        let q = columns.qr().q();
+        y.norm_squared() - (q.transpose() * y).norm_squared()
+    };
+    let jump = (0..course.len()).map(|k| if t(k) > 0.0 { 1.0 } else { 0.0 }).collect();
+    let jumps = rest(vec![jump, from(0.0).collect()]);
+    let knots = (1..4 * (SIDE - 1)).map(|k| 0.5 * k as f64 - (SIDE - 1) as f64);
+    let bends = knots.map(|knot| rest(vec![from(knot).collect()])).fold(f64::INFINITY, f64::min);
+    bends - jumps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_course_that_bends_between_two_samples_does_not_jump() {
+        // A rotor that comes to rest, 20 rad/s per sample before.
+        for rest in [-3.3, -0.25, 0.0, 0.4, 5.1] {
+            let course: Vec<f64> = (0..2 * SIDE).map(|k| 20.0 * (k as f64 - 7.5 - rest).min(0.0)).collect();
+            // A knot that is a quarter of a sample off takes at most 5 rad/s at each sample beside it.
+            assert!(more_than_a_bend(&course) < 25.0, "{rest}: {}", more_than_a_bend(&course));
+        }
+    }
+
+    #[test]
+    fn a_course_that_jumps_is_no_bend() {
+        // Three samples are missing of a steady rise of 20 rad/s a sample: 60 rad/s, or less than a third of its
+        // square for each of the samples of one half if two lines have to meet.
+        let course: Vec<f64> = (0..2 * SIDE).map(|k| 20.0 * k as f64 + if k < SIDE { 0.0 } else { 60.0 }).collect();
+        assert!(more_than_a_bend(&course) > 60.0f64.powi(2), "{}", more_than_a_bend(&course));
+    }
 }

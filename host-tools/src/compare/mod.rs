@@ -92,10 +92,13 @@ fn compared(model: &Model, recordings: &[Recording], course: Option<Course>, ctx
             ctx.check()?;
             let others = experiments.iter().zip(&free_runs).enumerate().filter(|(j, _)| *j != k);
             let others: Vec<_> = others.map(|(_, other)| other).collect();
-            let floor = noise_floor::of_repeats((e, own), &others).unwrap_or_else(|| noise_floor::of_one(&motor, e));
+            let errors = errors(own);
+            let off = PerSignal::from(errors.map(|e| e.map(|e| (e.error / e.samples).sqrt())));
+            let of_one = || noise_floor::of_one(&motor, e, off);
+            let floor = noise_floor::of_repeats((e, own), &others).unwrap_or_else(of_one);
             let structured = structured(&motor, e)?;
             let one_step = if e.is_as_sampled() { one_step(&precise, e) } else { prediction::sums(e, &precise) };
-            Ok(Part { errors: errors(own), floor, structured, one_step })
+            Ok(Part { errors, floor, structured, one_step })
         })
         .collect::<Result<_>>()?;
     let floors = parts.iter().map(|part| part.floor.clone()).collect();

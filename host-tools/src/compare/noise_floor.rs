@@ -10,7 +10,9 @@
 //! 3. The spectrum above the signal: the noise density at the top of the band, taken as white.
 //!
 //! Slow samples have no band above the signal. There white noise is told by what is not smooth over five samples, in
-//! the median; of a speed that is held, over five of its values, and of their noise more passes the filter.
+//! the median, of the signal or of what the model leaves of it, whichever is less; of a speed that is held, over five
+//! of its values, and of their noise more passes the filter. The voltage is asked where it is calmest. Both still hold
+//! what the signal itself does within five samples, so that no floor is taken to be above the model's own error.
 //!
 //! Without repeated runs it holds no disturbance of the load. A diagnosis, whose best fit leaves nothing but noise,
 //! measures them by what does not repeat in its error: [`diagnose::completeness`](crate::diagnose::completeness).
@@ -23,6 +25,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::result::{PerSignal, Traces};
 use super::traces::simulate;
 use crate::experiment::{Drive, Experiment, Imposed};
+use crate::free_run::free_run;
 use crate::noise::{self, TOP_OF_BAND, white_noise};
 use crate::repeats;
 
@@ -56,8 +59,8 @@ fn values_shown(e: &Experiment) -> (Option<Vec<f64>>, usize) {
     (e.speed.as_ref().map(|speed| renewed.iter().map(|n| speed[*n]).collect()), held.max(1))
 }
 
-/// The floor from idle stretches or the spectrum.
-pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
+/// The floor from idle stretches or the spectrum; `error` is the RMS by which the model itself is off.
+pub fn of_one(motor: &Motor<f32>, e: &Experiment, error: PerSignal) -> Floor {
     if e.drive != Drive::Voltage {
         return Floor::default();
     }
@@ -68,8 +71,14 @@ pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
     let (speed, held) = values_shown(e);
     let (sigmas, source) = match idle(e) {
         _ if !has_free_band => {
-            let sigma = |signal: Option<&[f64]>| signal.map(noise::of_differences).filter(|sigma| *sigma > 0.0);
-            let sigmas = [sigma(Some(&e.input)), sigma(e.current.as_deref()), sigma(speed.as_deref())];
+            let of = |signal: &[f64]| Some(noise::of_differences(signal)).filter(|sigma| *sigma > 0.0);
+            let left = left_by(motor, e);
+            let sigma = |signal: Option<&[f64]>, left: Option<&[f64]>| {
+                [signal, left].into_iter().flatten().filter_map(of).reduce(f64::min)
+            };
+            let [of_current, of_speed] = [0, 1].map(|k| left[k].as_deref());
+            let voltage = Some(noise::of_calm_differences(&e.input)).filter(|sigma| *sigma > 0.0);
+            let sigmas = [voltage, sigma(e.current.as_deref(), of_current), sigma(speed.as_deref(), of_speed)];
             (sigmas, "fourth differences of the samples, taken as white noise; voltage noise through the model")
         }
         Some(sigmas) => (sigmas, "idle stretches of the recordings, voltage noise through the model"),
@@ -81,9 +90,31 @@ pub fn of_one(motor: &Motor<f32>, e: &Experiment) -> Floor {
     };
     let driven = sigmas[0].and_then(|sigma| through_model(motor, e, sigma)).unwrap_or([0.0; 2]);
     let floor = |sigma: Option<f64>, held: usize, driven: f64| sigma.map(|s| (s * passed(e, held)).hypot(driven));
-    let (current, speed) = (floor(sigmas[1], 1, driven[0]), floor(sigmas[2], held, driven[1]));
+    let (mut current, mut speed) = (floor(sigmas[1], 1, driven[0]), floor(sigmas[2], held, driven[1]));
+    if !has_free_band {
+        let at_most = |floor: Option<f64>, error: Option<f64>| Some(floor?.min(error.unwrap_or(f64::INFINITY)));
+        (current, speed) = (at_most(current, error.current), at_most(speed, error.speed));
+    }
     let rms = PerSignal { current, speed, torque: None };
     Floor { source: (rms.current.is_some() || rms.speed.is_some()).then_some(source), rms }
+}
+
+/// What the free run leaves of the current, A, and of the values that the speed has shown, rad/s, before any filter.
+fn left_by(motor: &Motor<f32>, e: &Experiment) -> [Option<Vec<f64>>; 2] {
+    let (mut current, mut speed) = (Vec::with_capacity(e.len()), Vec::with_capacity(e.len()));
+    let run = free_run(motor, None, e, Imposed::Nothing, |_, state| {
+        current.push(f64::from(state.current));
+        speed.push(f64::from(state.speed));
+    });
+    if run.is_err() {
+        return [None, None];
+    }
+    let left = |signal: Option<&[f64]>, modelled: &[f64], at: &[usize]| {
+        let left: Option<Vec<f64>> = signal.map(|x| at.iter().map(|n| x[*n] - modelled[*n]).collect());
+        left.filter(|left| left.iter().all(|x| x.is_finite()))
+    };
+    let all: Vec<usize> = (0..e.len()).collect();
+    [left(e.current.as_deref(), &current, &all), left(e.speed.as_deref(), &speed, &e.renewed())]
 }
 
 /// Floors of parts of recordings with gaps that are too short to show one: that of the longest part of the same file

@@ -75,7 +75,7 @@ impl<'a> Audit<'a> {
         let rows = experiments.iter().map(|e| Rows::new(e, substeps(e))).collect();
         let problem = OutputError::new(rows)?;
         let times = problem.times();
-        let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
+        let period_s = completeness::period_s(experiments);
         let time_constant_s = time_constant_s(&problem, space).max(period_s);
         let repeats = repeats::of_experiments(experiments);
         let (blocks, ctx) = (cross_validation::blocks(&times), ctx.quietly());

@@ -240,8 +240,9 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         by_what_it_has,
         is_strained: strained.is_some(),
     };
-    let (varies, mut verdict) =
-        varying.decide(varies, || verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds).but_for(&options.exclude))?;
+    let (varies, mut verdict) = varying.decide(varies, || {
+        verdict::judge(&ladder, explained, seen, &lead, strained.as_ref(), sizes, holds).but_for(&options.exclude)
+    })?;
     // A change that a model can have is fitted like any other effect.
     let mut change =
         varies.as_ref().filter(|_| verdict.is_of_a_change()).and_then(|varies| Change::of(varies, &coarse));

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Ranked;
 use super::classes;
-use super::completeness::{Completeness, Course, Floor};
+use super::completeness::{self, Completeness, Course, Floor};
 use super::constancy::{self, Variation};
 use super::criteria::SMALLEST_GAIN;
 use super::ladder::{Ladder, Step, Tried, left_out};
@@ -74,7 +74,7 @@ impl<'a> Climb<'a> {
     ) -> Option<Self> {
         let problem = EquationError::new(experiments)?;
         let blocks = cross_validation::blocks(problem.times());
-        let period_s = experiments.iter().find_map(|e| e.mains_period_s).unwrap_or(0.02);
+        let period_s = completeness::period_s(experiments);
         let repeats = repeats::of_experiments(experiments);
         let (ctx, fits, ranked) = (ctx.clone(), ctx.quietly(), &|_: &[_]| ());
         Some(Self { experiments, problem, blocks, period_s, repeats, candidates, most, ctx, fits, ranked })
