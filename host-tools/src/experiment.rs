@@ -197,9 +197,9 @@ const FEWEST_AVERAGED: usize = 4;
 /// an interval that is not cut into pieces.
 const LARGEST_RATE_STEP: f64 = 0.75;
 const MOST_SUBSTEPS: f64 = 16.0;
-/// Angle of the swing of current against speed, K/√(L J), that a step covers at most: (0.3)³/… of a period's error
-/// stays below one per mille.
-const LARGEST_SWING: f64 = 0.3;
+/// Angle of the swing of current against speed, h K/√(L J), that a step covers at most: a method of the third order is
+/// off by its cube over 24 a radian, 0.3 per mille.
+const LARGEST_SWING: f64 = 0.2;
 /// Pieces of an interval at most: with more, of L/R below a four-hundredth of the interval, the steps stay stable and
 /// the current after an edge settles within the first of them.
 const MOST_PIECES: usize = 512;
@@ -476,15 +476,16 @@ impl Experiment {
     fn pieces_for(&self, between: Between, motor: &Motor<f64>) -> usize {
         let p = motor.parameters();
         let rate = self.interval_s * p.resistance / p.inductance;
-        let can_be_built = |pieces: usize| Stepper::build(motor.clone(), self.interval_s / pieces as f64).is_ok();
-        if between == Between::Smooth && rate <= LARGEST_RATE_STEP * MOST_SUBSTEPS && can_be_built(1) {
-            return 1;
-        }
         let peak = |signal: &[f64]| signal.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // What was not measured is at most the current at a standstill.
         let largest = || self.current.as_deref().map_or_else(|| peak(&self.input) / p.resistance, peak);
         let linkage = p.flux_coefficient * if p.flux_law == FluxLaw::Series { largest() } else { 1.0 };
         let swing = self.interval_s * linkage / (p.inductance * p.inertia).sqrt();
+        let can_be_built = |pieces: usize| Stepper::build(motor.clone(), self.interval_s / pieces as f64).is_ok();
+        let has_substeps = rate <= LARGEST_RATE_STEP * MOST_SUBSTEPS && swing <= LARGEST_SWING;
+        if between == Between::Smooth && has_substeps && can_be_built(1) {
+            return 1;
+        }
         let mut pieces =
             (rate / LARGEST_RATE_STEP).max(swing / LARGEST_SWING).ceil().clamp(1.0, MOST_PIECES as f64) as usize;
         while pieces < MOST_PIECES && !can_be_built(pieces) {

@@ -68,7 +68,7 @@ impl SecondLook<'_> {
 }
 
 /// The single effect that was found, as it was tried in the first step by the balances, and all that was tried there.
-fn of_first_step(ladder: &Ladder) -> Option<(&Tried, &[Tried])> {
+pub(super) fn of_first_step(ladder: &Ladder) -> Option<(&Tried, &[Tried])> {
     let ([found], step) = (&ladder.found[..], ladder.steps.first()?) else { return None };
     let own = step.tried.iter().find(|t| t.id == *found)?;
     (!step.in_free_run && !step.together).then_some((own, &step.tried))

@@ -9,6 +9,7 @@
 
 mod another_form;
 mod by_chance;
+mod contradicted;
 mod more;
 mod reconsidered;
 mod surrogates;
@@ -70,7 +71,7 @@ impl<'a> SecondLook<'a> {
             self.take_if_better(&mut judged, other)?;
         }
         // Beside a wrong choice there is more to look for, and in vain.
-        let judged = self.exchanged(judged)?;
+        let judged = self.not_contradicted(self.exchanged(judged)?)?;
         let settled = judged.0.found.clone();
         let judged = self.with_more(judged)?;
         let mut best = self.in_another_form(judged)?;
