@@ -21,6 +21,9 @@ const SIGMAS: f64 = 12.0;
 const ALONE: f64 = 4.0;
 /// Least jump of the speed, in its largest magnitude.
 const LEAST: f64 = 2e-3;
+/// Speed of a rotor at rest, in standard deviations of its noise: friction bends its course twice, as it stops and as it
+/// breaks away, and what is lost there is not told.
+const AT_REST: f64 = 4.0;
 /// Step of the voltage, in its largest magnitude, beside which the speed may bend within a sample.
 const EDGE: f64 = 0.05;
 /// Jump of the mains' phase, in the usual change from period to period.
@@ -148,8 +151,14 @@ fn of_speed(s: &Signals<'_>) -> Vec<usize> {
         let beside = (SIDE..=2 * SIDE).flat_map(|k| [n - k, n + k]).map(|k| all.get(k - SIDE).copied().unwrap_or(0.0));
         let calm = u[n - far..n + 2].windows(2).all(|w| (w[1] - w[0]).abs() < step);
         let counts = (n - SIDE..n + SIDE).all(|k| s.is_valid(k) && !s.is_locked(k) && s.is_open(k) == s.is_open(n));
+        let comes_to_rest = w[n - SIDE..n + SIDE].iter().any(|w| w.abs() <= AT_REST * noise);
         let alone = || here > ALONE * beside.fold(0.0, f64::max);
-        if calm && counts && alone() && more_than_a_bend(&w[n - SIDE..n + SIDE]) > (SIGMAS * noise).powi(2) {
+        if calm
+            && counts
+            && !comes_to_rest
+            && alone()
+            && more_than_a_bend(&w[n - SIDE..n + SIDE]) > (SIGMAS * noise).powi(2)
+        {
             places.push(n);
         }
     }

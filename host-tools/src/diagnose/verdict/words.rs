@@ -80,7 +80,10 @@ fn gained(own: &Tried, step: &Step, has_company: bool) -> String {
     text + &match next.objection {
         _ if next.gain <= own.gain + SAME_ERROR => format!(", with the next best, {other}, by {taken:.0} %"),
         Some(objection) => format!("; {other} would take {taken:.0} %, but {}", objection.words()),
-        None => format!(", less than with {other} at first ({taken:.0} %), but more beside the other effects"),
+        None => {
+            let but = if has_company { "more beside the other effects" } else { "the free run comes closer" };
+            format!(", less than with {other} at first ({taken:.0} %), but {but}")
+        }
     }
 }
 
