@@ -65,6 +65,16 @@ impl Evidence {
         }
     }
 
+    /// The back-EMF over the drop of the resistance, RMS about their means.
+    pub fn motion_over_drop(&self, kind: Kind) -> Option<f64> {
+        let fit = self.voltage(kind)?;
+        let motion = match kind {
+            Kind::PmDc => variance(self.short.iter().map(|x| x.w)),
+            Kind::Universal => variance(self.short.iter().map(|x| x.iw)),
+        };
+        Some((fit.b[3] / fit.b[1]).abs() * (motion / variance(self.short.iter().map(|x| x.i))).sqrt())
+    }
+
     /// What the fit of the voltage leaves, as a share of its largest part: a supply that is constant has no variance of
     /// its own.
     pub fn unexplained(&self, kind: Kind) -> Option<f64> {

@@ -14,7 +14,8 @@ const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_TOLERANCE: f64 = 0.03;
 
 /// An edge of the voltage within an interval that the current has not seen yet passes for an inductance of up to R
-/// times the interval.
+/// times so many intervals; where the speed follows within an interval, too, and changes along with the current, for one
+/// that is larger by the back-EMF.
 const LATE: f64 = 1.5;
 
 /// What to look for.
@@ -55,8 +56,10 @@ fn unit(s: &Signals<'_>, e: &Evidence, kind: Kind) -> Option<DataFinding> {
     let period_s = |factor: f64| mains::period_s(s.voltage?, by(factor));
     let factors = [(1e-3, "ms"), (1e-6, "us"), (1e3, "ks"), (1e6, "Ms"), (1e-9, "ns")];
     let alternates = |t: f64| MAINS_HZ.iter().any(|hz| (t * hz - 1.0).abs() < MAINS_TOLERANCE);
-    let electrical =
-        e.voltage(e.told.unwrap_or(kind)).filter(|f| f.t[1] > T_SIGN && f.t[2] > T_SIGN).map(|f| f.b[2] / f.b[1]);
+    let told = e.told.unwrap_or(kind);
+    let by_a_delay_s = LATE * s.interval_s * (1.0 + e.motion_over_drop(told).unwrap_or(0.0));
+    let electrical = e.voltage(told).filter(|f| f.t[1] > T_SIGN && f.t[2] > T_SIGN).map(|f| f.b[2] / f.b[1]);
+    let electrical = electrical.filter(|t| *t > by_a_delay_s);
     let mechanical = e
         .voltage(Kind::PmDc)
         .filter(|_| kind == Kind::PmDc)

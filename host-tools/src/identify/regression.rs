@@ -22,8 +22,12 @@ use crate::experiment::{Drive, Experiment, derivative};
 use crate::filtering::directions;
 use crate::model::Kind;
 
-/// Windows of the weak form are at least this long, s.
+/// Windows of the weak form are this long, s, rounded up to whole periods of the mains.
 const WINDOW_S: f64 = 0.1;
+/// Or shorter where the recordings together would hold fewer of them: six for each of four unknowns.
+const WINDOWS: f64 = 24.0;
+/// Speeds at the ends of a window are means over this share of it at most, where no mains tells the time.
+const AT_ITS_ENDS: f64 = 0.2;
 
 /// Singular values below this share of the largest are rounding.
 const ROUNDING: f64 = 1e-7;
@@ -207,14 +211,16 @@ fn mechanical(space: &mut Space, experiments: &[Experiment]) {
     let mut regression =
         Regression::new(&[BaseParameter::J, BaseParameter::Mu0, BaseParameter::Mu1, BaseParameter::Mu2]);
     let k = space.value(BaseParameter::K);
+    let driven = experiments.iter().filter(|e| e.drive == Drive::Voltage);
+    let window_s = WINDOW_S.min(driven.map(|e| e.len() as f64 * e.interval_s).sum::<f64>() / WINDOWS);
     for e in experiments {
         let (Some(w), Drive::Voltage) = (e.speed_itself(), e.drive) else { continue };
         let zero = vec![0.0; w.len()];
         let Some(i) = e.current.as_ref().or(if e.open.iter().any(|o| *o) { Some(&zero) } else { None }) else {
             continue;
         };
-        let period = e.mains_period_s.unwrap_or(0.02);
-        let window = ((WINDOW_S / period).ceil() * period / e.interval_s).round() as usize;
+        let period = e.mains_period_s.unwrap_or(AT_ITS_ENDS * window_s);
+        let window = ((window_s / period).ceil() * period / e.interval_s).round().max(1.0) as usize;
         let smooth = SlidingMean::new(&w, (period / e.interval_s).round() as usize);
         let (direction, counted) = (directions(&w), e.counted_where_told());
         let mut from = 0;
