@@ -24,8 +24,10 @@ const LEAST: f64 = 2e-3;
 /// Speed of a rotor at rest, in standard deviations of its noise: friction bends its course twice, as it stops and as it
 /// breaks away, and what is lost there is not told.
 const AT_REST: f64 = 4.0;
-/// Step of the voltage, in its largest magnitude, beside which the speed may bend within a sample.
+/// Step of the voltage, in its largest magnitude, beside which the speed may bend within a sample; and what a smaller one
+/// may change the speed by, in largest speed over largest voltage: dry friction makes more of it than of the whole.
 const EDGE: f64 = 0.05;
+const FOLLOWS: f64 = 2.0;
 /// Jump of the mains' phase, in the usual change from period to period.
 const PHASE: f64 = 20.0;
 /// Least jump of the phase, in samples.
@@ -142,6 +144,7 @@ fn of_speed(s: &Signals<'_>) -> Vec<usize> {
     let all: Vec<f64> = (SIDE..=w.len() - SIDE).map(|n| jump(n).abs()).collect();
     let limit = (SIGMAS * deviation).max(LEAST * largest(w));
     let step = EDGE * largest(u);
+    let gain = FOLLOWS * largest(w) / largest(u).max(f64::MIN_POSITIVE);
     let mut places: Vec<usize> = Vec::new();
     for n in far..w.len() - far {
         let here = all[n - SIDE];
@@ -149,7 +152,8 @@ fn of_speed(s: &Signals<'_>) -> Vec<usize> {
             continue;
         }
         let beside = (SIDE..=2 * SIDE).flat_map(|k| [n - k, n + k]).map(|k| all.get(k - SIDE).copied().unwrap_or(0.0));
-        let calm = u[n - far..n + 2].windows(2).all(|w| (w[1] - w[0]).abs() < step);
+        let steepest = u[n - far..n + 2].windows(2).fold(0.0f64, |most, w| most.max((w[1] - w[0]).abs()));
+        let calm = steepest < step && gain * steepest < here;
         let counts = (n - SIDE..n + SIDE).all(|k| s.is_valid(k) && !s.is_locked(k) && s.is_open(k) == s.is_open(n));
         let comes_to_rest = w[n - SIDE..n + SIDE].iter().any(|w| w.abs() <= AT_REST * noise);
         let alone = || here > ALONE * beside.fold(0.0, f64::max);

@@ -1,14 +1,17 @@
 //! What a set of recordings holds, as far as it decides which effects can be told, and which recording would tell more.
 
-use greyrig::effects::{Description, Excitation, InWords, Recording, Separation};
+use greyrig::effects::{Description, Excitation, InWords, Recording, Role, Separation};
 
 use crate::experiment::{Drive, Experiment};
 
 /// Speed in the rarer direction, relative to that in the other one, from which both count as recorded.
 const BOTH: f64 = 0.02;
 
+/// Samples of a period that show a swing that dies away within a few.
+const SAMPLES_A_SWING: f64 = 8.0;
+
 /// What a set of recordings holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holds {
     /// Voltage and current: without, nothing is known of the electrical side by itself.
     pub electrical: bool,
@@ -25,6 +28,8 @@ pub struct Holds {
     pub inductance: bool,
     /// A rotor that turns: without, some effects are one ([`at_standstill`](super::classes::at_standstill)).
     pub motion: bool,
+    /// The shortest interval between samples, s: without several of them in a period, what swings cannot be told.
+    pub interval_s: f64,
 }
 
 impl Holds {
@@ -41,6 +46,7 @@ impl Holds {
             open_supply: anywhere(Experiment::is_open),
             inductance: true,
             motion: low < high,
+            interval_s: experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min),
             both_directions: (-low).min(high) > BOTH * (-low).max(high),
         }
     }
@@ -49,7 +55,10 @@ impl Holds {
     pub fn tells(self, d: &Description) -> bool {
         let both_directions = d.excited_by.contains(&Excitation::BothDirections);
         let of_rate = d.excited_by.contains(&Excitation::Alternating);
+        let is_too_fast = |hz: f64| hz * self.interval_s * SAMPLES_A_SWING > 1.0;
+        let swings_unseen = d.parameters.iter().any(|p| p.role == Role::Frequency && is_too_fast(p.start));
         (self.electrical || d.shows_in_motion())
+            && !swings_unseen
             && (self.both_directions || !both_directions)
             && (self.inductance || !of_rate)
     }
@@ -104,7 +113,16 @@ mod tests {
         open_supply: false,
         inductance: true,
         motion: true,
+        interval_s: 1e-4,
     };
+
+    #[test]
+    fn a_swing_that_slow_samples_cannot_show_is_not_tried() {
+        // A typical one of 30 Hz: 33 samples of a period at 1 kHz, three at 100 Hz.
+        let tells = |interval_s: f64| Holds { interval_s, ..AC }.tells(EffectId::TwoMass.description());
+        assert!(tells(1e-3) && !tells(1e-2));
+        assert!(Holds { interval_s: 1e-2, ..AC }.tells(EffectId::QuadraticLoad.description()));
+    }
 
     #[test]
     fn what_is_there_already_is_not_asked_for() {
