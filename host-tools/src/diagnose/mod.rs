@@ -46,6 +46,7 @@ use crate::context::Context;
 use crate::error::{Error, Insufficient, Result, if_possible};
 use crate::experiment::Experiment;
 use crate::identify::minimise::Fit;
+use crate::identify::space::Space;
 use crate::identify::{self, Settings, identifiability, slow_sampling};
 use crate::model::Kind;
 use crate::recording::Recording;
@@ -193,7 +194,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
         false => None,
     };
-    let Searched { ladder, in_free_run, wandering, errors } = search(&climb, free_run.as_ref(), &base, options)?;
+    let Searched { ladder, in_free_run, wandering, errors } =
+        search(&climb, free_run.as_ref(), &base, &space, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
@@ -362,9 +364,17 @@ struct Searched {
 }
 
 /// Looks for effects beside the base model, by the balances and then by the free run.
-fn search(climb: &Climb<'_>, free_run: Option<&Audit<'_>>, base: &Fit, options: &Options) -> Result<Searched> {
-    let (ladder, look) =
-        rayon::join(|| climb.climb(base), || free_run.map(|audit| SecondLook::new(climb, audit, base)).transpose());
+fn search(
+    climb: &Climb<'_>,
+    free_run: Option<&Audit<'_>>,
+    base: &Fit,
+    start: &Space,
+    options: &Options,
+) -> Result<Searched> {
+    let (ladder, look) = rayon::join(
+        || climb.climb(base),
+        || free_run.map(|audit| SecondLook::new(climb, audit, base, start)).transpose(),
+    );
     let (mut ladder, look) = (ladder?, look?);
     climb.context().doing("free run");
     let (Some(audit), Some(look)) = (free_run, &look) else {

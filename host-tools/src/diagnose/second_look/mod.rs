@@ -25,6 +25,7 @@ use super::ladder::Ladder;
 use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::error::Result;
 use crate::identify::minimise::{Effort, Fit};
+use crate::identify::space::Space;
 
 /// Least fall of the error on data held out, sum of the logarithms of both signals.
 const SMALLEST_FALL: f64 = 0.5;
@@ -43,12 +44,20 @@ pub struct SecondLook<'a> {
 type Judged = (Ladder, Fit);
 
 impl<'a> SecondLook<'a> {
-    /// Fits the model as it was, `base` by the balances, in the free run.
+    /// Fits the model as it was, `base` by the balances, in the free run. Where it ends farther off than it was at its
+    /// `start` values, the balances had led it astray, and it begins there.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn new(climb: &'a Climb<'a>, audit: &'a Audit<'a>, base: &'a Fit) -> Result<Self> {
-        Ok(Self { climb, audit, base, free: audit.fit(&base.space)? })
+    pub fn new(climb: &'a Climb<'a>, audit: &'a Audit<'a>, base: &'a Fit, start: &Space) -> Result<Self> {
+        let mut free = audit.fit(&base.space)?;
+        if audit.log_error_at(start).total_cmp(&audit.log_error(&free)).is_lt() {
+            let other = audit.fit(start)?;
+            if audit.fall(&free, &other) > 0.0 {
+                free = other;
+            }
+        }
+        Ok(Self { climb, audit, base, free })
     }
 
     /// The free run of the model as it was.
