@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use greyrig::motor::BaseParameter;
 use greyrig_host::between::Course;
+use greyrig_host::check::check;
 use greyrig_host::compare::compare;
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::{Options, VerdictKind, diagnose};
@@ -15,10 +16,11 @@ use greyrig_host::experiment::Experiment;
 use greyrig_host::filtering::Filter;
 use greyrig_host::identify::{Settings, identify};
 use greyrig_host::model::{Base, Kind, Model, Parameter, Provenance, SCHEMA, Status, unit};
+use greyrig_host::recording::finding::Code;
 use greyrig_host::recording::{Channel, Motion, Recording};
 use greyrig_host::rig::logger;
 use greyrig_host::speed_sensor::{Chain, KEY, SpeedSensor};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -73,8 +75,34 @@ fn steps(n: usize, interval_s: f64) -> f64 {
     if n == 0 { 0.0 } else { [8.5, -8.5, 5.0, -8.5, 8.5, 3.5, -5.0, 8.5][second % 8] }
 }
 
+/// Levels within ±8.5 V, each for one to seven samples.
+fn binary(n: usize, _: f64) -> f64 {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut left = 0;
+    let mut level = 0.0;
+    for _ in 0..=n {
+        if left == 0 {
+            (left, level) = (random.random_range(1..8), random.random_range(3.0..8.5));
+            level *= if random.random() { 1.0 } else { -1.0 };
+        }
+        left -= 1;
+    }
+    level
+}
+
 /// A recording and what the reference is off by, fed the same samples: noise of current and speed over their RMS.
 fn recorded(truth: Truth, interval_s: f64, seconds: f64, course: Course) -> (Recording, [f64; 2]) {
+    recorded_along(truth, interval_s, seconds, course, steps)
+}
+
+/// The same along another voltage, of the number of a sample and the interval, s.
+fn recorded_along(
+    truth: Truth,
+    interval_s: f64,
+    seconds: f64,
+    course: Course,
+    voltage: fn(usize, f64) -> f64,
+) -> (Recording, [f64; 2]) {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let count = (seconds / interval_s) as usize;
@@ -82,7 +110,7 @@ fn recorded(truth: Truth, interval_s: f64, seconds: f64, course: Course) -> (Rec
     let mut channels: [Vec<f64>; 3] = Default::default();
     let mut sums = [[0.0; 2]; 2];
     for n in 0..count {
-        let (before, after) = (steps(n.max(1) - 1, interval_s), steps(n, interval_s));
+        let (before, after) = (voltage(n.max(1) - 1, interval_s), voltage(n, interval_s));
         if n > 0 {
             state = truth.run(state, interval_s, |t| match course {
                 Course::Linear => before + (after - before) * t / interval_s,
@@ -360,4 +388,48 @@ fn how_a_speed_was_measured_is_told_by_a_recording_or_by_the_model() {
     wrong.set_metadata(KEY, "tacho");
     let refused = compare(&with, &[wrong], &Context::quiet()).unwrap_err().to_string();
     assert!(refused.contains("speed_sensor") && refused.contains("counts:PULSES:WINDOW"), "{refused}");
+}
+
+#[test]
+fn a_voltage_that_steps_with_the_samples_leaves_noise_and_no_structure() {
+    for interval_s in [0.02, 0.05] {
+        let (recording, reference) = recorded_along(MOTOR, interval_s, 60.0, Course::Held, binary);
+        let found = compare(&model(&MOTOR), std::slice::from_ref(&recording), &Context::quiet()).unwrap();
+        let floor = [found.noise_floor.current.unwrap(), found.noise_floor.speed.unwrap()];
+        for s in 0..2 {
+            // The filter cuts off at half of what the samples can carry, and leaves 0.7 of white noise; differences of
+            // five samples tell its size to a tenth, and a model's errors leave them some more.
+            assert!((0.5..1.1).contains(&(floor[s] / reference[s])), "{interval_s} s: {floor:?}, noise {reference:?}");
+        }
+        let asked = Options { settings: Settings::new(Kind::PmDc), exclude: Vec::new(), candidates_refined: false };
+        let verdict = diagnose(&[recording], &asked, &Context::quiet()).unwrap().verdict;
+        assert!(verdict.kind == VerdictKind::None, "{interval_s} s: {:?} {}", verdict.kind, verdict.text);
+    }
+}
+
+#[test]
+fn a_recording_of_half_a_second_tells_the_inertia() {
+    // A step every 40 ms; 100,000 samples a second.
+    let quick = |n: usize, interval_s: f64| steps((n as f64 * 25.0) as usize, interval_s);
+    let (recording, _) = recorded_along(MOTOR, 1e-5, 0.5, Course::Held, quick);
+    let found = identify(&[recording], &Settings::new(Kind::PmDc), &Context::quiet()).unwrap();
+    let value = |name: &str| found.parameters.iter().find(|p| p.name == name).unwrap().value.unwrap();
+    // The noise of 50,000 samples leaves less than a per mille; steps of the reference and of the model differ by less.
+    for (name, truth) in [("R", MOTOR.r), ("K", MOTOR.k), ("J", MOTOR.j)] {
+        assert!((value(name) / truth - 1.0).abs() < 0.01, "{name}: {} for {truth}", value(name));
+    }
+}
+
+#[test]
+fn a_rotor_that_stops_and_one_that_follows_at_once_are_sound() {
+    // A ramp through zero and back: dry friction holds the rotor for a while.
+    let ramp =
+        |n: usize, interval_s: f64| 8.5 * (2.0 * ((n as f64 * interval_s / 8.0).fract() - 0.5).abs() * 2.0 - 1.0);
+    let stops = recorded_along(MOTOR, 2e-3, 16.0, Course::Linear, ramp).0;
+    let follows = recorded_along(Truth { j: 1e-5, ..MOTOR }, 0.05, 60.0, Course::Held, binary).0;
+    for recording in [stops, follows] {
+        let codes: Vec<Code> =
+            check(std::slice::from_ref(&recording), Some(Kind::PmDc)).into_iter().map(|found| found.code).collect();
+        assert!(!codes.iter().any(|code| matches!(code, Code::SamplesLost | Code::TimeUnit)), "{codes:?}");
+    }
 }
