@@ -202,6 +202,12 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
+    let asks_again = settings.course.is_none() && !ladder.found.is_empty();
+    let another = asks_again.then(|| slow_sampling::another_course(&full, space)).flatten();
+    if another.is_some() {
+        let settings = Settings { course: another, ..options.settings.clone() };
+        return diagnosed(recordings, &Options { settings, ..options.clone() }, ctx, ranked);
+    }
     let varies = climb.varies(&ladder.fit, &ladder);
     let is_a_form = varies.as_ref().is_some_and(|varies| varies.explains && varies.of_law().is_some());
     let explained = ladder.is_explained() || is_a_form && !ladder.found.is_empty();

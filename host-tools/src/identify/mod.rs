@@ -84,7 +84,21 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
         }
         Drive::Voltage => {
             let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, settings.course, &ctx.quietly())?;
-            by_simulation::fit(space, &experiments, settings.method, out_of_reach, &settings.known, &mut notes, ctx)?
+            let fitted = by_simulation::fit(
+                space,
+                &experiments,
+                settings.method,
+                out_of_reach,
+                &settings.known,
+                &mut notes,
+                ctx,
+            )?;
+            let asks_again = settings.course.is_none() && !settings.effects.is_empty();
+            let another = asks_again.then(|| slow_sampling::another_course(&experiments, &fitted.space)).flatten();
+            if another.is_some() {
+                return identified(recordings, &Settings { course: another, ..settings.clone() }, ctx);
+            }
+            fitted
         }
     };
     // Of slow recordings the filter passes what they can carry.

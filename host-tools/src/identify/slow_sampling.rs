@@ -117,6 +117,20 @@ pub fn prepare(
     Ok(weakness)
 }
 
+/// The course of the voltage that all slow recordings tell with a whole motor, effects and all, where it is another one
+/// than they were taken along: what was missing before, as an offset of the current, had hidden it.
+pub fn another_course(experiments: &[Experiment], space: &Space) -> Option<Course> {
+    let motor = space.motor().ok()?;
+    let slow: Vec<&Experiment> = experiments.iter().filter(|e| e.is_slow(None)).collect();
+    let with = |e: &&Experiment| -> [Course; 2] {
+        [e.between, prediction::as_told((*e).clone(), &motor).between].map(Course::from)
+    };
+    let courses: Vec<[Course; 2]> = slow.par_iter().map(with).collect();
+    let [_, told] = *courses.first()?;
+    let all_tell_it = courses.iter().all(|[_, with]| *with == told);
+    (all_tell_it && courses.iter().any(|[before, _]| *before != told)).then_some(told)
+}
+
 /// Keeps frictions from driving. Dry friction, viscous friction and the inertia are told apart by how a motor turns
 /// round, of which slow samples show next to nothing: large ones of opposite signs are a valley of their own, in which
 /// the edges' instants fit the wrong inertia. What the model lacks may still make a friction negative in the fit that
