@@ -45,6 +45,8 @@ pub trait Stepped<S> {
     fn begin(&mut self, state: State<S>, elapsed: S);
     /// Advances by one interval, during which the voltage goes linearly from `from` to `to` (V).
     fn step(&mut self, from: S, to: S, constraints: Constraints<S>);
+    /// Current and speed.
+    fn state(&self) -> State<S>;
     /// Current and speed as the measuring chain shows them.
     fn reading(&self) -> State<S>;
     /// Goes on from another state, with what the effects remember.
@@ -60,6 +62,10 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
         Stepper::step(self, from, to, constraints);
     }
     #[inline(always)]
+    fn state(&self) -> State<S> {
+        Stepper::state(self)
+    }
+    #[inline(always)]
     fn reading(&self) -> State<S> {
         Stepper::reading(self)
     }
@@ -67,6 +73,14 @@ impl<S: Scalar<Base = S>> Stepped<S> for Stepper<S> {
         let memories = self.snapshot().memories;
         self.restore(&Snapshot { state, rounding: State::default(), memories });
     }
+}
+
+/// Begins a run where the measuring chain shows a state: what it adds to one, such as an offset, is taken off.
+fn begin_as_shown<S: Scalar<Base = S>>(stepper: &mut impl Stepped<S>, shown: State<S>, elapsed: S) {
+    stepper.begin(shown, elapsed);
+    let reading = stepper.reading();
+    let off = |shown: S, reading: S| shown + (shown - reading);
+    stepper.put(State { current: off(shown.current, reading.current), speed: off(shown.speed, reading.speed) });
 }
 
 /// What a measuring chain shows of the speed from sample to sample.
@@ -658,14 +672,14 @@ impl Experiment {
         mut take: impl FnMut(usize, State<S>),
     ) {
         let measured = |n: usize| State { current: S::constant(current[n]), speed: S::constant(speed[n]) };
-        stepper.begin(measured(0), S::constant(self.elapsed_s));
+        begin_as_shown(&mut stepper, measured(0), S::constant(self.elapsed_s));
         let gain = S::constant(self.gain);
         let mut last = measured(0);
         let mut shown = Shown::new(self, last.speed);
         let mut edges = self.edges.as_slice();
         for n in 1..self.len() {
             if (n - 1) % length == 0 && n > 1 {
-                let (state, measured) = (stepper.reading(), measured(n - 1));
+                let (state, measured) = (stepper.state(), measured(n - 1));
                 // What is held is a correction once.
                 let speed = if shown.is_renewed() { measured.speed - last.speed } else { S::ZERO };
                 let off = State { current: measured.current - last.current, speed };
@@ -687,7 +701,7 @@ impl Experiment {
         [current, speed]: [&[f64]; 2],
     ) -> State<S> {
         let before = State { current: S::constant(current[n - 1]), speed: S::constant(speed[n - 1]) };
-        stepper.begin(before, S::constant(self.elapsed_s + (n - 1) as f64 * self.interval_s));
+        begin_as_shown(stepper, before, S::constant(self.elapsed_s + (n - 1) as f64 * self.interval_s));
         let mean = self.advance(stepper, n, Imposed::Nothing, &mut self.edges.as_slice());
         let reading = stepper.reading();
         if self.window == Some(Window::ONE) { State { speed: mean, ..reading } } else { reading }

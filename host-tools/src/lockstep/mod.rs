@@ -93,6 +93,10 @@ impl Stepped<Lanes> for Lockstep {
         }
     }
 
+    fn state(&self) -> State<Lanes> {
+        self.together.state()
+    }
+
     fn reading(&self) -> State<Lanes> {
         self.reading
     }
