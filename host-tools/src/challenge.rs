@@ -231,8 +231,7 @@ impl<'a> Rig<'a> {
         space.take_model(model);
         let mut along = full.to_vec();
         slow_sampling::prepare(&mut start, &mut along, settings.course, &ctx.quietly())?;
-        let coarse: Vec<Experiment> = along.iter().map(Experiment::coarse).collect();
-        diagnose::base::start(&mut start, &along, &coarse)?;
+        let coarse = diagnose::base::start(&mut start, &along)?;
         let scales = start.scales(full);
         for id in found {
             start = start.with_effect(*id, &scales);

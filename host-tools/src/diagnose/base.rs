@@ -32,17 +32,26 @@ pub fn prepared(recordings: &[Recording], settings: &Settings, ctx: &Context) ->
     let mut full = identify::prepare(recordings, &settings.filter, &settings.chain)?;
     let mut space = identify::build_space(settings)?;
     slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-    start(&mut space, &full, &coarse)?;
+    let coarse = start(&mut space, &full)?;
     Ok((coarse, space))
 }
 
 /// Start values of the base model, where slow samples have not told them already, and what these recordings cannot hold
-/// taken out of it.
+/// taken out of it; and the recordings at the rate at which models are tried on them, which is their own where the motor
+/// is too fast for a lower one.
 ///
 /// # Errors
 /// A channel is missing without which a parameter that is to be identified cannot be.
-pub fn start(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
+pub fn start(space: &mut Space, full: &[Experiment]) -> Result<Vec<Experiment>> {
+    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
+    start_at(space, full, &coarse)?;
+    let Ok(motor) = space.motor() else { return Ok(coarse) };
+    let is_slow_enough = |e: &Experiment| e.substeps(&motor).is_ok();
+    let with = |(coarse, full): (Experiment, &Experiment)| if is_slow_enough(&coarse) { coarse } else { full.clone() };
+    Ok(coarse.into_iter().zip(full).map(with).collect())
+}
+
+fn start_at(space: &mut Space, full: &[Experiment], coarse: &[Experiment]) -> Result<()> {
     if full.iter().all(|e| e.drive == Drive::Torque) {
         space.hold(BaseParameter::ELECTRICAL, Freedom::Absent);
         space.take_scales(&space.scales(coarse));

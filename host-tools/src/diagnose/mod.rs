@@ -178,8 +178,7 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         other => other?,
     }
     let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
-    let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
-    base::start(&mut space, &full, &coarse)?;
+    let coarse = base::start(&mut space, &full)?;
 
     let holds = Holds { inductance: out_of_reach.is_none(), ..Holds::of(&full) };
     let known: Vec<EffectId> = space.effects().to_vec();

@@ -282,7 +282,6 @@ mod tests {
     use crate::context::Context;
     use crate::diagnose::base;
     use crate::diagnose::holds::Holds;
-    use crate::experiment::Experiment;
     use crate::identify::{self, Settings};
     use crate::model::Kind;
     use crate::rig::Setup;
@@ -295,9 +294,8 @@ mod tests {
         let setup = effects.iter().fold(setup, |setup, effect| setup.effect(effect).unwrap());
         let settings = Settings::new(Kind::Universal);
         let full = identify::prepare(&[setup.run().unwrap().recording], &settings.filter, &settings.chain).unwrap();
-        let coarse: Vec<Experiment> = full.iter().map(Experiment::coarse).collect();
         let mut space = identify::build_space(&settings).unwrap();
-        base::start(&mut space, &full, &coarse).unwrap();
+        let coarse = base::start(&mut space, &full).unwrap();
         // Another law of a drop's class would come closer by its form, and be no other effect.
         let other_law = |id| id == EffectId::ConverterDeadTime;
         let candidates = screening::candidates(Kind::Universal, Holds::of(&full), other_law);
