@@ -207,9 +207,11 @@ impl Answer {
     }
 }
 
+/// Title of what a candidate is ranked by.
+pub const GAIN_COLUMN: &str = "held-out error falls by";
+
 /// Titles of [`candidate_rows`].
-pub const CANDIDATE_COLUMNS: [&str; 7] =
-    ["step", "candidate", "held-out error falls by", "current", "speed", "p", "objection"];
+pub const CANDIDATE_COLUMNS: [&str; 7] = ["step", "candidate", GAIN_COLUMN, "current", "speed", "p", "objection"];
 
 /// The candidates, best first, a row each.
 pub fn candidate_rows(d: &Diagnosis) -> Vec<Vec<String>> {
@@ -222,7 +224,7 @@ pub fn candidate_rows(d: &Diagnosis) -> Vec<Vec<String>> {
                 format!("{:.1} %", 100.0 * c.held_out_gain.max(0.0)),
                 percent_in_column(c.esr_after.current),
                 percent_in_column(c.esr_after.speed),
-                if c.p_value < 1e-6 { "< 1e-6".to_owned() } else { format!("{:.1e}", c.p_value) },
+                if c.p_value < 1e-6 { "< 1e-6".to_owned() } else { figure(c.p_value, 2) },
                 c.objection.unwrap_or("").to_owned(),
             ]
         })

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use super::input::{self, Answered, Input};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
 use crate::challenge::{Challenge, Challenged, challenge};
@@ -75,14 +76,20 @@ fn print(c: &Challenge) -> Result<()> {
 }
 
 fn table(c: &Challenge) -> String {
-    let mut table = words::table(&["effect", "revealed", "current error", "speed error", "smaller ones"]);
+    let mut table = Table::new([
+        Column::text("effect"),
+        Column::text("revealed"),
+        Column::figure("current error"),
+        Column::figure("speed error"),
+        Column::prose("smaller ones"),
+    ]);
     for e in &c.effects {
-        table.add_row([
-            e.name.to_owned(),
-            from(e),
-            words::percent(e.esr.current),
-            words::percent(e.esr.speed),
-            smaller(e),
+        table.row([
+            Cell::from(e.name),
+            words::strong(from(e)),
+            words::percent(e.esr.current).into(),
+            words::percent(e.esr.speed).into(),
+            smaller(e).into(),
         ]);
     }
     table.to_string()

@@ -3,15 +3,16 @@
 use std::process::ExitCode;
 
 use super::input::Input;
+use super::paint::{BAD, DOUBT, FAINT};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
-use super::words;
 use crate::answers::check::Request;
 use crate::answers::next::CommandLine;
 use crate::check::stop;
 use crate::error::{EXIT_BAD_INPUT, Result};
 use crate::model::Kind;
-use crate::recording::finding::DataFinding;
+use crate::recording::finding::{DataFinding, Severity};
 
 /// What is wrong with the recordings, and what mends it; the first step of every other command, too.
 #[derive(Debug, clap::Args)]
@@ -59,13 +60,19 @@ fn in_words(found: &[DataFinding], next: &CommandLine) -> String {
     if found.is_empty() {
         return format!("nothing is wrong\n\n{next}");
     }
-    let mut table = words::table(&["", "finding", "what", "handled"]);
+    let mut table =
+        Table::new([Column::text(""), Column::text("finding"), Column::text("handled"), Column::prose("what")]);
     for finding in found {
-        table.add_row([
-            as_written(finding.severity),
-            finding.code.to_string(),
-            format!("{}: {}", finding.recording.display(), finding.text),
-            as_written(finding.handled),
+        let style = match finding.severity {
+            Severity::Stop => BAD,
+            Severity::Warning => DOUBT,
+            Severity::Info => FAINT,
+        };
+        table.row([
+            Cell::painted(style, as_written(finding.severity)),
+            finding.code.to_string().into(),
+            as_written(finding.handled).into(),
+            format!("{}: {}", finding.recording.display(), finding.text).into(),
         ]);
     }
     let remedies: Vec<&str> = found.iter().filter_map(|f| f.remedy.as_deref()).collect();

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use serde_json::{Value, json};
 
 use super::stdout;
+use super::table::{Cell, Column, Table as Shown};
 use super::terminal::Terminal;
 use super::words;
 use crate::compare::PerSignal;
@@ -70,9 +71,13 @@ const CORRECTIONS: [&str; 4] = ["model", "current", "with correction", "black bo
 /// Columns of the motors that are judged.
 const MOTORS: [&str; 3] = ["motor", "verdict", "why"];
 
-fn in_terminal<const N: usize>(columns: &[&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
-    let mut table = words::table(columns);
-    table.add_rows(rows);
+fn in_terminal<const N: usize, T: Into<Cell>>(columns: [&str; N], rows: impl IntoIterator<Item = [T; N]>) -> String {
+    let mut table = Shown::new(columns.map(|title| match title {
+        "model" | "motor" | "verdict" => Column::text(title),
+        "why" => Column::prose(title),
+        figure => Column::figure(figure),
+    }));
+    table.rows(rows);
     table.to_string()
 }
 
@@ -154,7 +159,7 @@ impl Story {
         say("\n6. Added, and identified again:\n")?;
         say(&words::parameters(&attempts.improved().identification))?;
         say("\n7. The error falls, on the ramp that no fit has seen:\n")?;
-        say(&in_terminal(&WAYS, attempts_rows(&attempts)))?;
+        say(&in_terminal(WAYS, attempts_rows(&attempts)))?;
 
         say(
             "\n8. A learned correction (ANFIS) beside the model, and how much of the current it makes, from 1 s on:\n",
@@ -163,11 +168,13 @@ impl Story {
             Corrected::new("physical model", attempts.physical().model(), &data, ctx)?,
             Corrected::new("with what was missing", attempts.improved().model(), &data, ctx)?,
         ];
-        say(&in_terminal(&CORRECTIONS, corrections.iter().map(correction_row)))?;
+        say(&in_terminal(CORRECTIONS, corrections.iter().map(correction_row)))?;
 
         say("\n9. Ten healthy motors of the type (3 % scatter) teach the detector; then three others are judged:\n")?;
         let station = Station::run(&corrections[1].model, hidden, ctx)?;
-        say(&in_terminal(&MOTORS, station_rows(&station)))?;
+        let verdicts = station.tests.iter().map(|(_, test)| words::outcome(test.verdict));
+        let judged = station_rows(&station).zip(verdicts);
+        say(&in_terminal(MOTORS, judged.map(|([motor, _, why], verdict)| [motor.into(), verdict, why.into()])))?;
         Ok(Self { seed, hidden, origins: data.origins(), attempts, diagnosis, corrections, station })
     }
 

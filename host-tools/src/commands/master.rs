@@ -9,8 +9,8 @@ use sha2::{Digest, Sha256};
 use super::answer::Answer;
 use super::input::{self, Input};
 use super::stdout;
+use super::table::{Column, Table as Shown};
 use super::terminal::Terminal;
-use super::words;
 use crate::check::{self, Purpose};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -257,11 +257,7 @@ fn chart_rows(charts: &[Chart]) -> Vec<Vec<String>> {
 }
 
 fn charted(charts: &[Chart]) -> String {
-    let mut table = words::table(&CHARTED);
-    for row in chart_rows(charts) {
-        table.add_row(row);
-    }
-    table.to_string()
+    in_terminal(CHARTED, chart_rows(charts))
 }
 
 const STUDIED: [&str; 7] =
@@ -286,10 +282,14 @@ fn study_rows(study: &[Study]) -> Vec<Vec<String>> {
 }
 
 fn studied(study: &[Study]) -> String {
-    let mut table = words::table(&STUDIED);
-    for row in study_rows(study) {
-        table.add_row(row);
-    }
+    in_terminal(STUDIED, study_rows(study))
+}
+
+/// The figure's name, then numbers.
+fn in_terminal<const N: usize>(columns: [&str; N], rows: Vec<Vec<String>>) -> String {
+    let column = |title: &str| if title == "figure" { Column::text(title) } else { Column::figure(title) };
+    let mut table = Shown::new(columns.map(column));
+    table.rows(rows);
     table.to_string()
 }
 

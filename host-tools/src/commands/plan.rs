@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use greyrig::effects::EffectId;
 
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
 use crate::error::{Error, Result};
@@ -93,26 +94,28 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
 
 fn ranking(contest: &Contest) -> String {
     let [a, b] = contest.rivals.map(EffectId::id);
-    let mut table = words::table(&["recording", "separation", a, b, "peak voltage", "peak current"]);
+    let figures = ["separation", a, b, "peak voltage", "peak current"].map(Column::figure);
+    let mut table = Table::new([Column::text("recording")].into_iter().chain(figures));
     for p in contest.proposals.iter().take(SHOWN) {
         let peak = |of: fn(&Take) -> f64| p.recordings.iter().map(of).fold(0.0, f64::max);
-        table.add_row([
-            names(p),
-            format!("{:.2}", p.separation),
-            format!("{:.2}", p.each[0]),
-            format!("{:.2}", p.each[1]),
-            words::quantity(peak(|t| t.peak_voltage_v), "V"),
-            words::quantity(peak(|t| t.peak_current_a), "A"),
+        table.row([
+            Cell::from(names(p)),
+            words::strong(format!("{:.2}", p.separation)),
+            format!("{:.2}", p.each[0]).into(),
+            format!("{:.2}", p.each[1]).into(),
+            words::quantity(peak(|t| t.peak_voltage_v), "V").into(),
+            words::quantity(peak(|t| t.peak_current_a), "A").into(),
         ]);
     }
     table.to_string()
 }
 
 fn best_of_each(plan: &Plan) -> String {
-    let mut table = words::table(&["rivals", "recording", "separation"]);
+    let mut table = Table::new([Column::text("rivals"), Column::text("recording"), Column::figure("separation")]);
     for contest in &plan.contests {
         let Some(best) = contest.proposals.first() else { continue };
-        table.add_row([catalogue::joined(&contest.rivals, ", "), names(best), format!("{:.2}", best.separation)]);
+        let separation = words::strong(format!("{:.2}", best.separation));
+        table.row([Cell::from(catalogue::joined(&contest.rivals, ", ")), names(best).into(), separation]);
     }
     table.to_string()
 }

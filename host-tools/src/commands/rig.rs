@@ -7,8 +7,9 @@ use greyrig::detector::Verdict;
 use greyrig::units::Scale;
 use serde_json::json;
 
+use super::stdout;
+use super::table::{Column, Table};
 use super::terminal::Terminal;
-use super::{stdout, words};
 use crate::device::rig::{self, Rig};
 use crate::device::{Port, connection, parameters, update};
 use crate::error::Result;
@@ -99,9 +100,9 @@ const fn verdict(verdict: Verdict) -> &'static str {
 fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     let Rig { device, status, settings, rig: own } = rig;
     let named = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
-    let mut table = words::table(&["", port]);
+    let mut table = Table::new([Column::text(""), Column::text(port)]);
     let mut row = |what: &str, value: String| {
-        table.add_row([what.to_owned(), value]);
+        table.row([what.to_owned(), value]);
     };
     row("rig", own.as_ref().map_or_else(|| "–".into(), |rig| named(&rig.name)));
     row("motor type on board", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.motor_type)));
