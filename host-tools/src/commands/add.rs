@@ -13,6 +13,7 @@ use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::Stage;
 use crate::answers::add::Request;
+use crate::answers::next::{CommandLine, Files, unused};
 use crate::error::Result;
 use crate::model::{Model, catalogue};
 use crate::output;
@@ -45,6 +46,19 @@ pub struct Args {
     map: MapArgs,
     #[command(flatten)]
     answer: Answer,
+}
+
+impl Args {
+    /// The command that goes on: what the model still lacks, or the same with a file to write.
+    fn next(&self, files: &Files, effects: &[EffectId], accepted: bool) -> CommandLine {
+        if accepted && self.out.is_none() {
+            let add = CommandLine::new("add").with(effects).option("--term", self.term.iter().map(Formula::text));
+            let add = files.again(add.option("--model", [self.model.display()]));
+            return add.option("--out", [unused(&self.model).display()]);
+        }
+        let model = self.out.as_ref().filter(|_| accepted).unwrap_or(&self.model);
+        files.again(CommandLine::new("diagnose")).option("--model", [model.display()])
+    }
 }
 
 /// Runs the command.
@@ -96,6 +110,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
     }
+    let files = Files { recordings: files, map: args.map.map.clone() };
+    stdout::print_next(Some(&args.next(&files, &request.effects, answer.accepted)))?;
     Ok(ExitCode::SUCCESS)
 }
 

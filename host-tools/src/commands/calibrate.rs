@@ -10,6 +10,7 @@ use super::stdout;
 use super::table::{Column, Table};
 use super::terminal::Terminal;
 use crate::answers::calibrate::Request;
+use crate::answers::next::CommandLine;
 use crate::error::Result;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::model::{DetectorEntry, Model};
@@ -111,6 +112,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
+        let next = args.input.files().again(CommandLine::new("monitor")).option("--model", [path.display()]);
+        stdout::print_next(Some(&next))?;
     }
     Ok(ExitCode::SUCCESS)
 }

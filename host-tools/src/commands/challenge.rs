@@ -8,6 +8,7 @@ use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::challenge::{Challenge, Challenged, challenge};
 use crate::check::{self, Purpose};
 use crate::error::Result;
@@ -32,6 +33,24 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// The command that goes on: what was found is added, what is left is looked for, what stays hidden is told apart by
+    /// another recording.
+    fn next(&self, c: &Challenge) -> Option<CommandLine> {
+        let files = self.input.files();
+        let model = |line: CommandLine| line.option("--model", [self.model.display()]);
+        if !c.found.is_empty() {
+            let add = files.again(model(CommandLine::new("add").with(&c.found)));
+            return Some(add.option("--out", [unused(&self.model).display()]));
+        }
+        if c.unexplained {
+            return Some(model(files.again(CommandLine::new("diagnose"))));
+        }
+        let hidden = c.effects.iter().any(|e| e.revealed_from.is_none());
+        (hidden || c.out_of_reach.iter().any(|o| !o.invisible)).then(|| model(CommandLine::new("plan")))
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -48,6 +67,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_json("challenge", &args.input.names(), answer)?;
     } else {
         print(&result)?;
+        stdout::print_next(args.next(&result).as_ref())?;
     }
     Ok(ExitCode::SUCCESS)
 }

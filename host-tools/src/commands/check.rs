@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use super::input::Input;
-use super::paint::{BAD, DOUBT, FAINT};
+use super::paint::{BAD, DOUBT, FAINT, GOOD, painted};
 use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
@@ -32,10 +32,16 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command that goes on with recordings of which nothing has to be mended.
-    fn goes_on(&self) -> CommandLine {
-        let line = self.input.files().again(CommandLine::new("identify"));
-        line.option("--kind", self.kind.map(Kind::name)).option("--out", ["model.toml"])
+    /// The command that goes on: what mends the recordings, or else what is identified from them; none where nothing does.
+    fn next(&self, found: &[DataFinding]) -> Option<CommandLine> {
+        let files = self.input.files();
+        let with_kind = |line: CommandLine| line.option("--kind", self.kind.map(Kind::name));
+        if let Some(remedy) = found.iter().find_map(|f| f.remedy.as_deref().filter(|words| words.starts_with("--"))) {
+            let line = files.again_with(CommandLine::new("check"), remedy);
+            return Some(if remedy.starts_with("--kind") { line } else { with_kind(line) });
+        }
+        let identify = || with_kind(files.again(CommandLine::new("identify"))).option("--out", ["model.toml"]);
+        stop(found).is_none().then(identify)
     }
 }
 
@@ -50,15 +56,15 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.json {
         stdout::print_as_it_is(&answer.as_json()?.to_string())?;
     } else {
-        stdout::print_line(&in_words(found, &args.goes_on()))?;
+        stdout::print_line(&in_words(found))?;
+        stdout::print_next(args.next(found).as_ref())?;
     }
     Ok(if stop(found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
 }
 
-fn in_words(found: &[DataFinding], next: &CommandLine) -> String {
-    let next = format!("next: {next}");
+fn in_words(found: &[DataFinding]) -> String {
     if found.is_empty() {
-        return format!("nothing is wrong\n\n{next}");
+        return format!("{}\n", painted(GOOD, "nothing is wrong"));
     }
     let mut table =
         Table::new([Column::text(""), Column::text("finding"), Column::text("handled"), Column::prose("what")]);
@@ -76,12 +82,11 @@ fn in_words(found: &[DataFinding], next: &CommandLine) -> String {
         ]);
     }
     let remedies: Vec<&str> = found.iter().filter_map(|f| f.remedy.as_deref()).collect();
-    let last = match (stop(found), remedies.is_empty()) {
-        (_, false) => format!("what mends it:\n  {}", remedies.join("\n  ")),
-        (Some(_), true) => "nothing can be told from these recordings as they are".to_owned(),
-        (None, true) => next,
-    };
-    format!("{table}\n\n{last}")
+    match (stop(found), remedies.is_empty()) {
+        (_, false) => format!("{table}\n\nwhat mends it:\n  {}", remedies.join("\n  ")),
+        (Some(_), true) => format!("{table}\n\nnothing can be told from these recordings as they are"),
+        (None, true) => format!("{table}\n"),
+    }
 }
 
 /// As in JSON.

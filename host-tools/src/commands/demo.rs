@@ -9,6 +9,7 @@ use super::stdout;
 use super::table::{Cell, Column, Table as Shown};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::CommandLine;
 use crate::compare::PerSignal;
 use crate::demo::{Attempts, Corrected, Data, Station, figures, hidden};
 use crate::diagnose::{Diagnosis, Options, diagnose};
@@ -57,6 +58,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     story.report().write(&report, args.force)?;
     say(&format!("\nThe motor did hide: {}.\n\nreport: {}", story.hidden.join(" "), report.display()))?;
+    if !args.json {
+        stdout::print_next(Some(&CommandLine::new("serve")))?;
+    }
     if args.json {
         let files: Vec<_> = story.origins.iter().map(|origin| origin.file.clone()).collect();
         stdout::print_json("demo", &files, story.in_json(&report))?;

@@ -85,15 +85,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        stdout::print_as_it_is(&answer.as_json(next.as_deref())?.to_string())?;
+        stdout::print_as_it_is(&answer.as_json(next.as_ref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
     let Some(d) = &answer.diagnosis else {
         let reason = answer.stopped().unwrap_or_default();
         stdout::print_line(&format!("verdict: {}\n  {reason}", painted(DOUBT, "insufficient data")))?;
-        if let Some(next) = &next {
-            stdout::print_as_it_is(&format!("next: {next}"))?;
-        }
+        stdout::print_next(next.as_ref())?;
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(comparison) = &answer.comparison {
@@ -131,9 +129,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             words::percent(Some(speed))
         ))?;
     }
-    if let Some(next) = &next {
-        stdout::print_as_it_is(&format!("next: {next}"))?;
-    }
+    stdout::print_next(next.as_ref())?;
     Ok(ExitCode::SUCCESS)
 }
 

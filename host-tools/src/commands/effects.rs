@@ -1,5 +1,6 @@
 //! `greyrig effects`: the catalogue, explained.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -11,9 +12,11 @@ use super::paint::{STRONG, painted};
 use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::diagnose::classes;
 use crate::error::Result;
 use crate::model::{Kind, catalogue};
+use crate::rig;
 
 /// The catalogue of physical effects, explained.
 #[derive(Debug, clap::Args)]
@@ -46,6 +49,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else if args.id.is_some() {
         for description in chosen {
             stdout::print_line(&explained(description))?;
+            stdout::print_next(on_the_rig(description).as_ref())?;
         }
     } else {
         let mut table = Table::new([
@@ -67,8 +71,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             table.row([words::strong(d.id.id()), Cell::from(enters(d)), shows.into(), d.name.into()]);
         }
         stdout::print_line(&table.to_string())?;
+        stdout::print_next(Some(&CommandLine::new("effects").with(["saturation"])))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A motor of the virtual rig that has an effect, if that can be.
+fn on_the_rig(d: &Description) -> Option<CommandLine> {
+    let part = rig::EFFECTS.iter().find(|effect| effect.id == d.id.id())?;
+    let kind = Kind::value_variants().iter().copied().find(|kind| part.sizes(*kind).is_some())?;
+    let kind = (kind != Kind::Universal).then_some(kind);
+    let line = CommandLine::new("simulate").option("--kind", kind).option("--effect", [part.id]);
+    Some(line.option("--out", [unused(Path::new("run.csv")).display()]))
 }
 
 /// Which equation an effect enters, in words.

@@ -8,9 +8,12 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::paint::{BAD, painted};
 use super::stdout;
 use super::table::{Column, Table as Shown};
 use super::terminal::Terminal;
+use super::words;
+use crate::answers::next::{CommandLine, Files};
 use crate::check::{self, Purpose};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -52,6 +55,20 @@ pub struct Args {
     study: bool,
     #[command(flatten)]
     answer: Answer,
+}
+
+impl Args {
+    /// The command that goes on: where a motor that fails is off, or the same with a history.
+    fn next(&self, tests: &[Test]) -> Option<CommandLine> {
+        let files = self.input.files();
+        let model = |line: CommandLine| line.option("--model", [self.model.display()]);
+        if let Some(place) = tests.iter().position(|test| test.verdict == Outcome::Fail) {
+            let one = Files { recordings: vec![files.recordings.get(place)?.clone()], ..files };
+            return Some(model(one.again(CommandLine::new("compare"))));
+        }
+        let master = || model(files.again(CommandLine::new("master"))).option("--history", ["golden.csv"]);
+        (self.history.is_none() && !self.study).then(master)
+    }
 }
 
 /// Runs the command.
@@ -107,6 +124,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
     } else {
         print(args, &tests, &shift, drifted)?;
+        stdout::print_next(args.next(&tests).as_ref())?;
     }
     Ok(match verdict {
         Outcome::Fail => ExitCode::from(FAILED),
@@ -202,7 +220,8 @@ fn study(recordings: &[Recording], tests: &[Test], detector: &DetectorEntry) -> 
 fn print(args: &Args, tests: &[Test], shift: &Shift, drifted: bool) -> Result<()> {
     for t in tests {
         let serial = t.serial.as_deref().map_or_else(String::new, |s| format!(", motor {s}"));
-        stdout::print_line(&format!("{}{serial}: {}", t.recording, t.verdict.words()))?;
+        let verdict = painted(words::style_of(t.verdict), t.verdict.words());
+        stdout::print_line(&format!("{}{serial}: {verdict}", t.recording))?;
         for reason in &t.reasons {
             stdout::print_line(&format!("  {reason}"))?;
         }
@@ -223,7 +242,8 @@ fn print(args: &Args, tests: &[Test], shift: &Shift, drifted: bool) -> Result<()
         "nothing is said about drift: the golden motor does not pass".to_owned()
     } else if drifted {
         let which: Vec<&str> = shift.charts.iter().filter(|c| c.drifted()).map(|c| c.figure).collect();
-        format!("ALARM: the rig has drifted: {}. Find out why before motors are judged", which.join(", "))
+        let alarm = painted(BAD, "ALARM: the rig has drifted");
+        format!("{alarm}: {}. Find out why before motors are judged", which.join(", "))
     } else if shift.checks <= baseline {
         format!("check {} of the {baseline} that teach what is usual: nothing is said about drift yet", shift.checks)
     } else {

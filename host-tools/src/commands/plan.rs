@@ -1,6 +1,6 @@
 //! `greyrig plan`: the recording that would best tell rival effects apart.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
@@ -9,6 +9,7 @@ use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model, catalogue};
 use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan};
@@ -87,9 +88,13 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
     }
     stdout::print_line(if one { "\nbest:" } else { "\nbest over all pairs:" })?;
     for take in &plan.best {
-        stdout::print_line(&format!("  {}", instruction(take, kind)))?;
+        stdout::print_line(&format!("  {}", instruction(take)))?;
     }
-    Ok(())
+    let simulated = plan.best.iter().map(|take| simulated(take, kind)).reduce(CommandLine::then);
+    if simulated.is_some() {
+        stdout::print_line("on the virtual rig:")?;
+    }
+    stdout::print_next(simulated.as_ref())
 }
 
 fn ranking(contest: &Contest) -> String {
@@ -124,17 +129,22 @@ fn names(p: &Proposal) -> String {
     p.recordings.iter().map(|t| t.profile).collect::<Vec<_>>().join(" + ")
 }
 
-fn instruction(take: &Take, kind: Kind) -> String {
+fn instruction(take: &Take) -> String {
     format!(
-        "{} of {} s, up to {} and {} (on the virtual rig: greyrig simulate --kind {kind} --profile {} --seconds {} \
-         --peak-voltage {:.1} --out {}.csv)",
+        "{} of {} s, up to {} and {}",
         take.profile,
         take.seconds,
         words::quantity(take.peak_voltage_v, "V"),
-        words::quantity(take.peak_current_a, "A"),
-        take.profile,
-        take.seconds,
-        take.peak_voltage_v,
-        take.profile,
+        words::quantity(take.peak_current_a, "A")
     )
+}
+
+/// The recording, made by the virtual rig.
+fn simulated(take: &Take, kind: Kind) -> CommandLine {
+    CommandLine::new("simulate")
+        .option("--kind", [kind])
+        .option("--profile", [take.profile])
+        .option("--seconds", [take.seconds])
+        .option("--peak-voltage", [format!("{:.1}", take.peak_voltage_v)])
+        .option("--out", [unused(Path::new(&format!("{}.csv", take.profile))).display()])
 }

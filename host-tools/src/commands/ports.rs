@@ -8,6 +8,7 @@ use serde_json::json;
 use super::stdout;
 use super::table::{Column, Table};
 use super::terminal::Terminal;
+use crate::answers::next::CommandLine;
 use crate::device::Port;
 use crate::device::ports::{self, Answer, Listed, Way};
 use crate::error::{EXIT_HARDWARE, Error, Result};
@@ -54,6 +55,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
     } else {
         print(&asked)?;
+        let board = asked.iter().find(|port| matches!(port.answer, Answer::Board(_)));
+        stdout::print_next(board.map(|board| CommandLine::new("rig").option("--port", [&board.name])).as_ref())?;
     }
     let failed = asked.iter().any(|port| port.named && matches!(port.answer, Answer::Nobody(_)));
     Ok(if failed { ExitCode::from(EXIT_HARDWARE) } else { ExitCode::SUCCESS })

@@ -1,6 +1,6 @@
 //! `greyrig simulate`: a recording from the virtual rig.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use serde_json::json;
@@ -9,6 +9,7 @@ use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::answers::simulate::{Answer, Request};
 use crate::error::{Error, Result};
 use crate::output;
@@ -139,6 +140,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             setup.motor.kind.name(),
             setup.profile.id
         ))?;
+        let next = CommandLine::new("identify").with([&name]);
+        stdout::print_next(Some(&next.option("--out", [unused(Path::new("model.toml")).display()])))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -208,6 +211,13 @@ fn list(args: &Args) -> Result<ExitCode> {
         profiles.row([words::strong(p.id), Cell::from(p.seconds.to_string()), p.what.into(), p.identifies.into()]);
     }
     stdout::print_line(&format!("For --kind {}:\n\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
+    let (effect, profile) = match kind {
+        Kind::Universal => ("saturation", "staircase"),
+        Kind::PmDc => ("brush_drop", "dc-steps"),
+    };
+    let next = CommandLine::new("simulate").option("--kind", [kind]).option("--effect", [effect]);
+    let next = next.option("--profile", [profile]);
+    stdout::print_next(Some(&next.option("--out", [unused(Path::new("run.csv")).display()])))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -32,9 +32,9 @@ pub fn print_line(text: &str) -> Result<()> {
     print_as_it_is(&folded(text, width()))
 }
 
-/// Prints the command that goes on from an answer, in one line: it is there to be copied.
-pub fn print_next(next: &CommandLine) -> Result<()> {
-    print_as_it_is(&format!("next: {}", painted(STRONG, next)))
+/// Prints the command that goes on from an answer, if one does, in one line: it is there to be copied.
+pub fn print_next(next: Option<&CommandLine>) -> Result<()> {
+    next.map_or(Ok(()), |next| print_as_it_is(&format!("next: {}", painted(STRONG, next))))
 }
 
 /// Folds lines that are longer than a width between words, and indents what follows by two more.

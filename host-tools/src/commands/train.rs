@@ -12,6 +12,7 @@ use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Trained};
+use crate::answers::next::CommandLine;
 use crate::answers::train::{Answer as Answered, Request};
 use crate::compare::{Comparison, PerSignal};
 use crate::error::Result;
@@ -100,6 +101,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     tell(&answer)?;
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
+        let next = args.input.files().again(CommandLine::new("compare")).option("--model", [path.display()]);
+        stdout::print_next(Some(&next))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,5 +1,7 @@
 //! How results are printed for a person.
 
+use anstyle::Style;
+
 use super::paint::{BAD, DOUBT, FAINT, GOOD, STRONG};
 use super::table::{Cell, Column, Table};
 use crate::between::Course;
@@ -23,14 +25,18 @@ pub fn faint(text: impl ToString) -> Cell {
     Cell::painted(FAINT, text)
 }
 
-/// The verdict on a motor.
-pub fn outcome(outcome: Outcome) -> Cell {
-    let style = match outcome {
+/// How a verdict on a motor is shown.
+pub const fn style_of(outcome: Outcome) -> Style {
+    match outcome {
         Outcome::Pass => GOOD,
         Outcome::CannotJudge => DOUBT,
         Outcome::Fail => BAD,
-    };
-    Cell::painted(style, outcome.words())
+    }
+}
+
+/// The verdict on a motor.
+pub fn outcome(outcome: Outcome) -> Cell {
+    Cell::painted(style_of(outcome), outcome.words())
 }
 
 /// The parameters with their intervals.
