@@ -10,7 +10,12 @@ use tempfile::TempDir;
 use crate::bad_input::refused;
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn json(output: &Output) -> Value {
@@ -204,6 +209,7 @@ fn an_interrupt_leaves_nothing_behind() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out: PathBuf = folder.path().join("long.csv");
     let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
         .args(["simulate", "--profile", "staircase", "--seconds", "3000", "--out"])
         .arg(&out)
         .spawn()

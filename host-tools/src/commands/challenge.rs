@@ -34,8 +34,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command that goes on: what was found is added, what is left is looked for, what stays hidden is told apart by
-    /// another recording.
+    /// The command that goes on: what was found is added, what is left is looked for, what stays hidden is told apart
+    /// by another recording.
     fn next(&self, c: &Challenge) -> Option<CommandLine> {
         let files = self.input.files();
         let model = |line: CommandLine| line.option("--model", [self.model.display()]);

@@ -32,7 +32,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command that goes on: what mends the recordings, or else what is identified from them; none where nothing does.
+    /// The command that goes on: what mends the recordings, or else what is identified from them; none where nothing
+    /// does.
     fn next(&self, found: &[DataFinding]) -> Option<CommandLine> {
         let files = self.input.files();
         let with_kind = |line: CommandLine| line.option("--kind", self.kind.map(Kind::name));

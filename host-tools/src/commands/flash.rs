@@ -59,7 +59,8 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command that goes on over the link: a motor is judged by what was written, or recorded where that has no limits.
+    /// The command that goes on over the link: a motor is judged by what was written, or recorded where that has no
+    /// limits.
     fn next(&self, has_limits: bool) -> Option<CommandLine> {
         let port = self.port.as_ref().filter(|_| !self.dry_run)?;
         let line = CommandLine::new(if has_limits { "monitor" } else { "record" }).option("--port", [port]);

@@ -260,15 +260,18 @@ fn chart_rows(charts: &[Chart]) -> Vec<Vec<String>> {
         let ratio = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.2}"));
         vec![
             c.figure.to_owned(),
-            c.checks.last().map_or_else(|| "–".to_owned(), |x| format!("{x:.5}")),
-            c.baseline.map_or_else(|| "–".to_owned(), |b| format!("{:.5} ± {:.5}", b.mean, b.deviation)),
+            c.checks.last().map_or_else(|| "–".to_owned(), |x| golden::told(c.figure, *x)),
+            c.baseline.map_or_else(
+                || "–".to_owned(),
+                |b| format!("{} ± {}", golden::told(c.figure, b.mean), golden::told(c.figure, b.deviation)),
+            ),
             ratio(last.map(|p| p.individual)),
             ratio(last.map(|p| p.average)),
             c.gauge.map_or_else(
                 || "–".to_owned(),
                 |g| {
                     let share = c.of_tolerance.map_or_else(String::new, |t| format!(", {:.1} %", 100.0 * t));
-                    format!("{:.2e}{share}", g.repeatability)
+                    format!("{}{share}", golden::told(c.figure, g.repeatability))
                 },
             ),
         ]
@@ -284,8 +287,8 @@ const STUDIED: [&str; 7] =
     ["figure", "run to run", "rig to rig", "gauge R&R", "motor to motor", "of all scatter, of tolerance", "categories"];
 
 fn study_rows(study: &[Study]) -> Vec<Vec<String>> {
-    let number = |x: f64| format!("{x:.3e}");
     let row = |s: &Study| {
+        let number = |x: f64| golden::told(s.figure, x);
         let g = &s.gauge;
         let tolerance = s.of_tolerance.map_or_else(String::new, |t| format!(", {:.1} %", 100.0 * t));
         vec![

@@ -271,7 +271,7 @@ impl Space {
     /// Unit of a parameter in a drive; `SI` where a formula does not determine that of its unknown.
     pub fn unit(&self, key: Key, motion: Motion) -> String {
         match key {
-            Key::Term(t, j) => self.terms[t].unit(j, motion).unwrap_or_else(|| "SI".to_owned()),
+            Key::Term(t, j) => self.terms[t].unit(j, motion == Motion::Linear).unwrap_or_else(|| "SI".to_owned()),
             Key::Base(_) | Key::Effect(..) => key.unit(self.kind, motion).to_owned(),
         }
     }

@@ -8,7 +8,6 @@
 use greyrig::term::{Op, Target};
 
 use super::Formula;
-use crate::recording::Motion;
 
 /// What V, A, speed and torque are in the list of powers.
 const VOLTAGE: usize = 0;
@@ -62,7 +61,7 @@ impl Dimension {
 /// A formula whose dimensions are being worked out.
 struct Equations<'a> {
     formula: &'a Formula,
-    motion: Motion,
+    is_linear: bool,
     /// What has to vanish.
     demands: Vec<Dimension>,
     /// Powers that are sought themselves, as units: `(rad/s)^n`.
@@ -70,9 +69,10 @@ struct Equations<'a> {
 }
 
 impl Formula {
-    /// The SI unit of an unknown, as `V/A2`; none where the formula does not determine one.
-    pub fn unit(&self, unknown: usize, motion: Motion) -> Option<String> {
-        let mut equations = Equations { formula: self, motion, demands: Vec::new(), sought: Vec::new() };
+    /// The SI unit of an unknown, as `V/A2`, in a rotary drive or a linear one; none where the formula does not
+    /// determine it.
+    pub fn unit(&self, unknown: usize, is_linear: bool) -> Option<String> {
+        let mut equations = Equations { formula: self, is_linear, demands: Vec::new(), sought: Vec::new() };
         let whole = equations.run()?;
         let target = match self.target {
             Target::Voltage => VOLTAGE,
@@ -80,7 +80,7 @@ impl Formula {
         };
         equations.agree(whole, Dimension::of_base(target, self.unknowns.len()));
         let powers = equations.solve(unknown)?;
-        Some(written(&powers, &equations.sought, motion))
+        Some(written(&powers, &equations.sought, is_linear))
     }
 }
 
@@ -152,7 +152,7 @@ impl Equations<'_> {
         if base.unknowns.iter().any(|power| *power != 0.0) {
             return None;
         }
-        let unit = written(&base.powers, &self.sought, self.motion);
+        let unit = written(&base.powers, &self.sought, self.is_linear);
         let unit = if unit.contains([' ', '/']) { format!("({unit})^{name}") } else { format!("{unit}^{name}") };
         let place = self.sought.iter().position(|known| *known == unit).unwrap_or_else(|| {
             self.sought.push(unit);
@@ -205,11 +205,8 @@ impl Equations<'_> {
 }
 
 /// Powers as a unit: `V s/(rad A)`, and `1` without any.
-fn written(powers: &[f64], sought: &[String], motion: Motion) -> String {
-    let (angle, torque) = match motion {
-        Motion::Rotary => ("rad", &["N", "m"][..]),
-        Motion::Linear => ("m", &["N"][..]),
-    };
+fn written(powers: &[f64], sought: &[String], is_linear: bool) -> String {
+    let (angle, torque) = if is_linear { ("m", &["N"][..]) } else { ("rad", &["N", "m"][..]) };
     let power = |k: usize| powers.get(k).copied().unwrap_or(0.0);
     let mut parts: Vec<(&str, f64)> = vec![("V", power(VOLTAGE))];
     parts.extend(torque.iter().map(|unit| (*unit, power(TORQUE))));
@@ -245,7 +242,7 @@ mod tests {
 
     fn units(text: &str) -> Vec<Option<String>> {
         let formula = Formula::parse(text).unwrap_or_else(|e| panic!("{text}: {e}"));
-        (0..formula.unknowns().len()).map(|k| formula.unit(k, Motion::Rotary)).collect()
+        (0..formula.unknowns().len()).map(|k| formula.unit(k, false)).collect()
     }
 
     #[test]
@@ -284,6 +281,6 @@ mod tests {
     #[test]
     fn of_a_linear_drive() {
         let formula = Formula::parse("torque: k*w").expect("a formula");
-        assert_eq!(formula.unit(0, Motion::Linear), Some("N s/m".to_owned()));
+        assert_eq!(formula.unit(0, true), Some("N s/m".to_owned()));
     }
 }

@@ -121,8 +121,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
 }
 
 impl Args {
-    /// The command that goes on: where the first motor that fails is off, or what is wrong with the recording of one that
-    /// cannot be judged.
+    /// The command that goes on: where the first motor that fails is off, or what is wrong with the recording of one
+    /// that cannot be judged.
     fn next(&self, tests: &[Test]) -> Option<CommandLine> {
         let worst = monitor::worst(tests);
         let command = match worst {

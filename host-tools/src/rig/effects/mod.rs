@@ -193,9 +193,12 @@ impl ChosenEffect {
             Some(_) if effect.forms.is_empty() => {
                 return Err(Error::usage(format!("{id} has one form only"), format!("write {id} alone")));
             }
-            Some(form) => effect.forms.iter().copied().find(|f| *f == form).ok_or_else(|| {
-                Error::unknown("form", form, effect.forms.iter().copied(), "the usual one stands first of")
-            })?,
+            Some(form) => effect
+                .forms
+                .iter()
+                .copied()
+                .find(|f| *f == form)
+                .ok_or_else(|| Error::unknown("form", form, effect.forms.iter().copied(), "known are"))?,
         };
         Ok(Self { effect, form, size })
     }
