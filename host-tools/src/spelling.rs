@@ -52,9 +52,19 @@ pub fn file(given: &Path) -> Option<PathBuf> {
     let there = std::fs::read_dir(folder).ok()?.take(FILES).flatten();
     let mut names: Vec<String> = there.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
-    let extended = names.iter().map(String::as_str).filter(|name| Path::new(name).extension() == given.extension());
-    let found = meant(name, extended).or_else(|| meant(name, names.iter().map(String::as_str)))?;
+    // An extension that all have in common makes no two names alike.
+    let (same, others): (Vec<&str>, Vec<&str>) =
+        names.iter().map(String::as_str).partition(|name| Path::new(name).extension() == given.extension());
+    let found = nearest_stem(given, &same).or_else(|| meant(name, others))?;
     Some(given.with_file_name(found))
+}
+
+/// The name that was meant among those of the same extension.
+fn nearest_stem<'a>(given: &Path, names: &[&'a str]) -> Option<&'a str> {
+    let stem = given.file_stem()?.to_str()?;
+    let stems = names.iter().filter_map(|name| Path::new(name).file_stem()?.to_str());
+    let found = meant(stem, stems)?;
+    names.iter().copied().find(|name| Path::new(name).file_stem().is_some_and(|stem| stem == found))
 }
 
 #[cfg(test)]

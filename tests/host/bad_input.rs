@@ -14,7 +14,8 @@ fn convert(name: &str, content: &[u8], more: &[&str]) -> Output {
 }
 
 fn run(input: &Path, out: &Path, more: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig")).env("COLUMNS", crate::WIDE);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
+    command.env("COLUMNS", crate::WIDE);
     command.arg("convert").arg(input).arg("--out").arg(out).args(more).output().expect("greyrig runs")
 }
 

@@ -269,7 +269,8 @@ fn a_history_is_shared_and_survives_kills_and_full_disks() {
     std::os::unix::fs::symlink("rig/golden.csv", here.join("golden.csv")).unwrap();
     let arguments = ["master", "a.csv", "--model", "station.toml", "--history", "golden.csv", "--json"];
     let command = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig")).env("COLUMNS", crate::WIDE);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
+        command.env("COLUMNS", crate::WIDE);
         command.current_dir(here).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };

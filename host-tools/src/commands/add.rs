@@ -95,7 +95,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     stdout::print_line(&waterfall(&answer.stages))?;
     stdout::print_line(&format!("\n{}", words::parameters(final_fit)))?;
     for note in &final_fit.notes {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
     let (style, word, why) = match (answer.accepted, answer.judged) {
         (true, _) => (GOOD, "accepted", "the error falls on data that the fit has not seen"),

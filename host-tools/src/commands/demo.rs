@@ -149,7 +149,7 @@ impl Story {
         say("\n3. The same model refined by output error, on the free run itself:\n")?;
         say(&words::parameters(&physical.identification))?;
         for note in &physical.identification.notes {
-            say(&format!("note: {note}"))?;
+            say(&words::note(note))?;
         }
         say("\n4. Where it fails on the held-out ramp, in free run from the voltage alone:\n")?;
         say(&words::regions(&physical.held_out))?;

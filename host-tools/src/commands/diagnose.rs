@@ -117,7 +117,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_line(&format!("next recording: {next}"))?;
     }
     if !d.clean.is_empty() {
-        stdout::print_line(&format!("note: {}", cleanness(d)))?;
+        stdout::print_line(&words::note(cleanness(d)))?;
     }
     if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
         && !d.verdict.effects.is_empty()

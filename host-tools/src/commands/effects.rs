@@ -42,7 +42,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(id) => vec![catalogue::effect(id)?.description()],
     };
     if args.markdown {
-        stdout::print_line(&page(&chosen))?;
+        stdout::print_as_it_is(&page(&chosen))?;
     } else if args.json {
         let effects: Vec<_> = chosen.iter().map(|d| as_json(d)).collect();
         stdout::print_json("effects", &[], json!({ "effects": effects }))?;

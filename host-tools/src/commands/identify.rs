@@ -128,7 +128,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_line(&words::flux(flux))?;
     }
     for note in &identification.notes {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
     if let Some(comparison) = comparison {
         stdout::print_line(&format!("\n{}", words::errors(comparison)))?;

@@ -28,6 +28,7 @@ pub mod record;
 pub mod rig;
 pub mod serve;
 pub mod simulate;
+mod stderr;
 mod stdout;
 #[cfg(feature = "parquet")]
 pub mod store;

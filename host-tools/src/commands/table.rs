@@ -305,7 +305,7 @@ mod tests {
         let told = "\
  effect      held-out error falls by
    objection
-────────────────────────────────────────
+─────────────────────────────────────
  saturation                   98.4 %
  hysteresis                    1.2 %
    the error on data held out hardly

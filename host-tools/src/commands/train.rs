@@ -122,7 +122,7 @@ fn tell(answer: &Answered) -> Result<()> {
         ))?;
     }
     for note in answer.trained.notes() {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
     if !answer.accepted() {
         stdout::print_line(&format!(

@@ -8,8 +8,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use serde_json::json;
 
 use super::Cli;
-use super::paint::{BAD, STRONG, painted};
-use super::stdout;
+use super::paint::{STRONG, painted};
+use super::{stderr, stdout};
 use crate::error::{EXIT_BAD_INPUT, Error};
 use crate::spelling;
 
@@ -38,7 +38,7 @@ impl Asked {
 
     /// Tells what has gone wrong, and the exit code of that.
     pub fn tell(&self, error: &Error) -> ExitCode {
-        say(&error.to_string());
+        stderr::trouble(error);
         self.answer(error.place(), &error.what(), &error.remedy());
         ExitCode::from(error.exit_code())
     }
@@ -64,7 +64,7 @@ impl Asked {
         }
         let what = wrong(error);
         let remedy = self.meant(error).map_or_else(|| REMEDY.to_owned(), |name| format!("did you mean {name}?"));
-        say(&format!("{what}; {remedy}"));
+        stderr::trouble(format!("{what}; {remedy}"));
         self.answer(None, &what, &remedy);
         ExitCode::from(EXIT_BAD_INPUT)
     }
@@ -106,11 +106,6 @@ impl Asked {
                 stdout::print_as_it_is(&json!({ "schema": 1, "command": self.command, "error": error }).to_string());
         }
     }
-}
-
-/// One line on stderr.
-fn say(line: &str) {
-    anstream::eprintln!("{} {line}", painted(BAD, "greyrig:"));
 }
 
 /// What is wrong with a command line, in one line and without advice.

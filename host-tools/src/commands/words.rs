@@ -2,7 +2,7 @@
 
 use anstyle::Style;
 
-use super::paint::{BAD, DOUBT, FAINT, GOOD, STRONG};
+use super::paint::{BAD, DOUBT, FAINT, GOOD, STRONG, painted};
 use super::table::{Cell, Column, Table};
 use crate::between::Course;
 use crate::compare::{Comparison, PerSignal};
@@ -23,6 +23,11 @@ pub fn strong(text: impl ToString) -> Cell {
 /// What only stands beside it.
 pub fn faint(text: impl ToString) -> Cell {
     Cell::painted(FAINT, text)
+}
+
+/// Something to know beside an answer.
+pub fn note(text: impl std::fmt::Display) -> String {
+    format!("{}: {text}", painted(DOUBT, "note"))
 }
 
 /// How a verdict on a motor is shown.
