@@ -32,7 +32,7 @@ pub struct Args {
     /// Effects of the catalogue, and recordings
     #[arg(required = true, value_name = "EFFECT|RUN")]
     arguments: Vec<PathBuf>,
-    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)*w'
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)'
     /// (repeatable)
     #[arg(long, value_name = "FORMULA")]
     term: Vec<Formula>,

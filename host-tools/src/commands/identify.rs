@@ -40,7 +40,7 @@ pub struct Args {
     /// Effect of the catalogue that the model shall have besides (repeatable)
     #[arg(long, value_name = "ID")]
     effect: Vec<String>,
-    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)*w'
+    /// Term of your own in the voltage balance, or after `torque:` in the torque balance, such as 'k*i*abs(i)'
     /// (repeatable)
     #[arg(long, value_name = "FORMULA")]
     term: Vec<Formula>,
