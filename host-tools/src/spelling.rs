@@ -33,12 +33,13 @@ pub fn meant<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Optio
 /// What to do about a name that there is not: `did you mean saturation? known are …`, the nearest first; a long list
 /// only where no name is near.
 pub fn advice<'a>(given: &str, known: impl IntoIterator<Item = &'a str>, introduction: &str) -> String {
-    let known = nearest_first(given, known);
-    let list = format!("{introduction} {}", known.join(", "));
+    let known: Vec<&str> = known.into_iter().collect();
+    let list = |names: &[&str]| format!("{introduction} {}", names.join(", "));
     match meant(given, known.iter().copied()) {
         Some(name) if known.len() > LISTED => format!("did you mean {name}?"),
-        Some(name) => format!("did you mean {name}? {list}"),
-        None => list,
+        Some(name) => format!("did you mean {name}? {}", list(&nearest_first(given, known))),
+        // In their own order.
+        None => list(&known),
     }
 }
 

@@ -181,7 +181,7 @@ fn nothing_is_overwritten_or_half_written() {
     assert_eq!(std::fs::read(&path).unwrap(), before);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--out", "/dev/full"]), &["/dev/full", "free some space"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--out", "no/such/model.toml"]), &["no/such/model.toml"]);
-    refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "Q=1"]), &["no parameter Q", "mu2"]);
+    refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "Q=1"]), &["no parameter 'Q'", "mu2"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "J"]), &["NAME=VALUE"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--effect", "magic"]), &["no effect magic", "saturation"]);
     refused(&greyrig(folder.path(), &["identify"]), &["RUN"]);

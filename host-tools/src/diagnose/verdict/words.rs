@@ -55,7 +55,7 @@ fn plainly(id: EffectId, sizes: &[Size]) -> Option<String> {
     let sentences = std::iter::once(d.size_in_words).chain(d.second_size_in_words);
     let with_size = |(place, sentence)| {
         let size = sizes.iter().find(|size| size.key == Key::Effect(id, place))?;
-        Some((size, Sentence(sentence, in_plain_words(id, size)).to_string()))
+        Some((size, Sentence(sentence, in_plain_words(size)).to_string()))
     };
     let all: Vec<(&Size, String)> = sentences.enumerate().filter_map(with_size).collect();
     let there = all.iter().filter(|(size, _)| !size.may_be_zero()).map(|(_, words)| words.as_str());
@@ -63,10 +63,11 @@ fn plainly(id: EffectId, sizes: &[Size]) -> Option<String> {
     if there.is_empty() { all.into_iter().next().map(|(_, words)| words) } else { Some(there) }
 }
 
-/// A size in a unit that leaves no zeros in front: shares in per cent, but for an exponent.
-fn in_plain_words(id: EffectId, size: &Size) -> String {
+/// A size in a unit that leaves no zeros in front: shares in per cent. What may be less than minus one is none.
+fn in_plain_words(size: &Size) -> String {
+    let is_share = size.key.of_effect().is_none_or(|p| p.range.0 >= -1.0);
     let (scale, unit) = match size.unit.as_str() {
-        "1" if id == EffectId::WindageExponent => (1.0, String::new()),
+        "1" if !is_share => (1.0, String::new()),
         "1" => (0.01, " %".to_owned()),
         unit => {
             let (scale, unit) = readable_unit(size.value, unit);
