@@ -183,7 +183,10 @@ fn nothing_is_overwritten_or_half_written() {
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--out", "no/such/model.toml"]), &["no/such/model.toml"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "Q=1"]), &["no parameter 'Q'", "mu2"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "J"]), &["NAME=VALUE"]);
-    refused(&greyrig(folder.path(), &["identify", "run.csv", "--effect", "magic"]), &["no effect magic", "saturation"]);
+    refused(
+        &greyrig(folder.path(), &["identify", "run.csv", "--effect", "magic"]),
+        &["no effect 'magic'", "saturation"],
+    );
     refused(&greyrig(folder.path(), &["identify"]), &["RUN"]);
 }
 
