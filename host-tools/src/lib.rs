@@ -42,6 +42,7 @@ pub mod rig;
 pub mod segments;
 pub mod serve;
 pub mod speed_sensor;
+pub mod spelling;
 #[cfg(feature = "parquet")]
 pub mod store;
 pub mod term;

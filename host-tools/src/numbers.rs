@@ -32,6 +32,35 @@ pub fn rounded(value: f64) -> String {
     }
 }
 
+/// A unit as it is read: m², not m2; nothing for a bare number.
+pub fn unit(unit: &str) -> String {
+    if unit == "1" {
+        return String::new();
+    }
+    let mut told = String::with_capacity(unit.len());
+    for c in unit.chars() {
+        let is_power = told.chars().last().is_some_and(char::is_alphabetic);
+        told.push(match c {
+            '2' if is_power => '²',
+            '3' if is_power => '³',
+            '4' if is_power => '⁴',
+            c => c,
+        });
+    }
+    told
+}
+
+/// Prefixes of units down to the billionth.
+const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
+
+/// The unit in which a value is read without leading zeros, and its size: 1e-3 and `mA` for 0.15 A.
+pub fn readable_unit(value: f64, unit: &str) -> (f64, String) {
+    let simple = matches!(unit, "V" | "A" | "s" | "N m" | "N" | "Ω" | "ohm" | "H");
+    let fitting = PREFIXES.iter().find(|(size, _)| value.abs() >= 0.9995 * size);
+    let (size, prefix) = fitting.filter(|_| simple).copied().unwrap_or(PREFIXES[0]);
+    (size, format!("{prefix}{}", self::unit(unit)))
+}
+
 /// A number that may not apply, with its unit.
 pub fn quantity(value: Option<f64>, unit: &str) -> String {
     match value.filter(|v| v.is_finite()) {

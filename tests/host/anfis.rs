@@ -365,7 +365,12 @@ fn impossible_settings_are_refused() {
 }
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn write_csv(path: &Path, rows: impl Iterator<Item = ([f64; 3], f64)>) {

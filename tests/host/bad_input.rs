@@ -15,6 +15,7 @@ fn convert(name: &str, content: &[u8], more: &[&str]) -> Output {
 
 fn run(input: &Path, out: &Path, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
+    command.env("COLUMNS", crate::WIDE);
     command.arg("convert").arg(input).arg("--out").arg(out).args(more).output().expect("greyrig runs")
 }
 
@@ -210,7 +211,11 @@ fn with_json_an_error_is_an_object_as_well() {
     assert!(told["error"]["place"].as_str().unwrap().ends_with("run.csv"), "{told}");
     refused_in_json(&convert("run.csv", b"t_s,u_v\n0,1,2\n0.1,1,2\n0.2,1,2\n", &["--json"]), "convert", true);
     let greyrig = |arguments: &[&str]| {
-        Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+        Command::new(env!("CARGO_BIN_EXE_greyrig"))
+            .env("COLUMNS", crate::WIDE)
+            .args(arguments)
+            .output()
+            .expect("greyrig runs")
     };
     // Wrong usage, of the command line and of the command.
     refused_in_json(&greyrig(&["compare", "--json", "--nonsense"]), "compare", false);
@@ -226,7 +231,11 @@ fn a_recording_at_rest_is_a_verdict_of_a_diagnosis_and_an_error_of_an_identifica
     std::fs::write(&input, format!("t_s,u_v,i_a,omega_rad_s\n{rows}")).expect("a writable file");
     let greyrig = |command: &str| {
         let arguments = [command, input.to_str().unwrap(), "--kind", "pm-dc", "--json"];
-        Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+        Command::new(env!("CARGO_BIN_EXE_greyrig"))
+            .env("COLUMNS", crate::WIDE)
+            .args(arguments)
+            .output()
+            .expect("greyrig runs")
     };
     refused_in_json(&greyrig("identify"), "identify", true);
     let diagnosed = greyrig("diagnose");

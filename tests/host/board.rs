@@ -13,4 +13,11 @@ fn a_board_that_is_not_built_says_how_to_build_it() {
     let talk = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), talk.lines().count()), (Some(2), 1), "{talk}");
     assert!(talk.contains("not built") && talk.contains("--package greyrig-board"), "{talk}");
+
+    let help = Command::new(&tool).args(["board", "--help"]).env("PATH", folder.path()).output().unwrap();
+    let text = String::from_utf8(help.stdout).unwrap();
+    assert!(
+        help.status.success() && text.contains("Usage: greyrig board") && text.contains("--package greyrig-board"),
+        "{text}"
+    );
 }

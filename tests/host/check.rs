@@ -14,7 +14,11 @@ use greyrig_host::rig::{Kind, Motor, PROFILES, Setup};
 use crate::random::Random;
 
 fn greyrig(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 struct Sound {

@@ -10,7 +10,12 @@ use tempfile::TempDir;
 use crate::bad_input::refused;
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn json(output: &Output) -> Value {
@@ -176,9 +181,12 @@ fn nothing_is_overwritten_or_half_written() {
     assert_eq!(std::fs::read(&path).unwrap(), before);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--out", "/dev/full"]), &["/dev/full", "free some space"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--out", "no/such/model.toml"]), &["no/such/model.toml"]);
-    refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "Q=1"]), &["no parameter Q", "mu2"]);
+    refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "Q=1"]), &["no parameter 'Q'", "mu2"]);
     refused(&greyrig(folder.path(), &["identify", "run.csv", "--fix", "J"]), &["NAME=VALUE"]);
-    refused(&greyrig(folder.path(), &["identify", "run.csv", "--effect", "magic"]), &["no effect magic", "saturation"]);
+    refused(
+        &greyrig(folder.path(), &["identify", "run.csv", "--effect", "magic"]),
+        &["no effect 'magic'", "saturation"],
+    );
     refused(&greyrig(folder.path(), &["identify"]), &["RUN"]);
 }
 
@@ -204,6 +212,7 @@ fn an_interrupt_leaves_nothing_behind() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out: PathBuf = folder.path().join("long.csv");
     let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
         .args(["simulate", "--profile", "staircase", "--seconds", "3000", "--out"])
         .arg(&out)
         .spawn()

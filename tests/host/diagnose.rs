@@ -524,7 +524,12 @@ fn what_the_base_model_has_is_no_candidate() {
 }
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn json(output: &Output) -> Value {

@@ -106,7 +106,12 @@ fn spawn_from(command: &mut Command) -> Child {
 }
 
 pub fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
@@ -278,6 +283,7 @@ fn a_serial_port_will_do() {
 #[cfg(unix)]
 fn begin_recording(folder: &Path, port: &str) -> Child {
     let recording = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
         .current_dir(folder)
         .args(["record", "--port", port, "--seconds", "500", "--out", "run.csv"])
         .stdout(Stdio::piped())

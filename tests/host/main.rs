@@ -37,4 +37,8 @@ mod stamps;
 mod store;
 mod swallowed;
 mod synthetic_comparison;
+mod terminal;
 mod train;
+
+/// Columns for programs whose sentences a test looks into: none of them is folded.
+const WIDE: &str = "1000";

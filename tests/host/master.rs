@@ -270,6 +270,7 @@ fn a_history_is_shared_and_survives_kills_and_full_disks() {
     let arguments = ["master", "a.csv", "--model", "station.toml", "--history", "golden.csv", "--json"];
     let command = || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
+        command.env("COLUMNS", crate::WIDE);
         command.current_dir(here).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };

@@ -157,6 +157,7 @@ fn an_interrupt_ends_a_test_without_a_verdict_and_the_next_one_begins() {
     flash(folder.path(), &board.port);
     let arguments = ["monitor", "--port", &board.port, "--model", "station.toml", "--results", "day.csv"];
     let test = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
         .current_dir(folder.path())
         .args(arguments)
         .args(["--out", "run.csv"])

@@ -116,7 +116,7 @@ fn an_effect_that_wins_without_a_challenge_does_not_hide_the_others() {
 #[test]
 fn effects_that_there_are_not_are_refused() {
     let refused = catalogue::effects(&["saturation".to_owned(), "gremlins".to_owned()]).unwrap_err().to_string();
-    assert!(refused.contains("there is no effect gremlins") && refused.contains("brush_drop"), "{refused}");
+    assert!(refused.contains("there is no effect 'gremlins'") && refused.contains("brush_drop"), "{refused}");
 }
 
 fn planned(kind: Kind, rivals: &[&str]) -> Plan {

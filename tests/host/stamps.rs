@@ -82,7 +82,11 @@ fn slowly(run: &Recording, instants: &[f64], noise: f64, random: &mut Random) ->
 }
 
 fn greyrig(arguments: &[&str]) -> Value {
-    let output = Command::new(env!("CARGO_BIN_EXE_greyrig")).args(arguments).output().expect("greyrig runs");
+    let output = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs");
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {told}");
     serde_json::from_slice(&output.stdout).expect("one JSON object")

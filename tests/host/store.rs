@@ -12,7 +12,12 @@ use tempfile::TempDir;
 use crate::bad_input::refused;
 
 fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig")).current_dir(folder).args(arguments).output().expect("greyrig runs")
+    Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs")
 }
 
 fn json(output: &Output) -> Value {
@@ -206,6 +211,7 @@ fn what_was_killed_goes_on_and_ends_the_same() {
         // Each time it may work longer, so that it comes to its end whatever the machine.
         for round in 1_u32.. {
             let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+                .env("COLUMNS", crate::WIDE)
                 .current_dir(folder.path())
                 .args(arguments)
                 .stdout(Stdio::null())
@@ -245,6 +251,7 @@ fn what_was_killed_goes_on_and_ends_the_same() {
 fn an_interrupt_keeps_what_is_done() {
     let folder = with_runs(400, 2000);
     let child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::WIDE)
         .current_dir(folder.path())
         .args(["store", "add", "motors", "runs", "--json"])
         .stdout(Stdio::piped())
@@ -271,6 +278,7 @@ fn two_writers_lose_nothing() {
     let folder = with_runs(60, 200);
     let start = || {
         Command::new(env!("CARGO_BIN_EXE_greyrig"))
+            .env("COLUMNS", crate::WIDE)
             .current_dir(folder.path())
             .args(["store", "add", "motors", "runs", "--json"])
             .stdout(Stdio::piped())

@@ -193,7 +193,8 @@ pub fn run(checks: &[&Check], length: Length) -> ExitCode {
     let mut table = Vec::new();
     let mut failure = None;
 
-    let begin = Instant::now();
+    let started = Instant::now();
+    let begin = started;
     let wanted = checks.iter().flat_map(|check| check.needs);
     if let Err(sentence) = needs::provide(wanted) {
         failure = Some(sentence);
@@ -201,13 +202,14 @@ pub fn run(checks: &[&Check], length: Length) -> ExitCode {
     }
     table.push(("needs", begin.elapsed(), if failure.is_none() { "ok" } else { "FAILED" }));
 
-    for check in checks {
+    for (place, check) in checks.iter().enumerate() {
         if failure.is_some() {
             total.skipped.push((check.name.to_owned(), "not reached".to_owned()));
             table.push((check.name, Duration::ZERO, "not reached"));
             continue;
         }
-        eprintln!("\n=== {}: {}", check.name, check.what);
+        let so_far = lasted(started.elapsed());
+        eprintln!("\n=== step {} of {}, {so_far} so far: {}: {}", place + 1, checks.len(), check.name, check.what);
         let begin = Instant::now();
         let mut tally = (check.run)(length).unwrap_or_else(|sentence| {
             failure = Some(format!("{}: {sentence}", check.name));
@@ -235,8 +237,17 @@ pub fn run(checks: &[&Check], length: Length) -> ExitCode {
     if let Some(sentence) = &failure {
         println!("xtask: {sentence}");
     }
+    println!("{} in all", lasted(started.elapsed()));
     println!("{} passed, {} failed, {} skipped", total.passed, total.failed, total.skipped.len());
     if failure.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// A time as one says it: `4 s`, `12 min 05 s`.
+fn lasted(time: Duration) -> String {
+    match time.as_secs() {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds => format!("{} min {:02} s", seconds / 60, seconds % 60),
+    }
 }
 
 /// Runs all tests, even after one has failed, and counts them. Their output is shown if one fails.
@@ -287,6 +298,12 @@ fn firmware(_: Length) -> Result<Tally, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_told_in_minutes_and_seconds() {
+        let told = [0, 59, 60, 725].map(|seconds| lasted(Duration::from_secs(seconds)));
+        assert_eq!(told, ["0 s", "59 s", "1 min 00 s", "12 min 05 s"]);
+    }
 
     #[test]
     fn steps_are_chosen_by_name() {

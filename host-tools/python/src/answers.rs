@@ -250,7 +250,7 @@ pub fn diagnose(
     let files = files(&recordings).filter(|_| can_be_named);
     let next = files.and_then(|files| request.next_command(&answer, &files, path));
     let fitted = answer.fitted.as_ref().map(|fitted| Model::of(fitted, None));
-    Answer::new(py, answer.as_json(next.as_deref()), fitted, Told::Diagnose(answer))
+    Answer::new(py, answer.as_json(next.as_ref()), fitted, Told::Diagnose(answer))
 }
 
 /// Effects and terms added to a model.

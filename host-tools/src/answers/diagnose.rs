@@ -89,24 +89,20 @@ impl Request {
     /// The command that goes on from an answer, if one does: what is missing is added, rivals are told apart, a model
     /// that lacks nothing is identified, or asked what these recordings would have shown, and what stops is mended.
     /// `files` and `model` are where recordings and model come from.
-    pub fn next_command(&self, answer: &Answer, files: &Files, model: Option<&Path>) -> Option<String> {
+    pub fn next_command(&self, answer: &Answer, files: &Files, model: Option<&Path>) -> Option<CommandLine> {
         let Some(d) = &answer.diagnosis else {
             let remedy = check::stop(&answer.given.findings)?.remedy.as_ref()?;
             let again = files.again_with(CommandLine::new("diagnose"), remedy);
             let kind = self.kind.filter(|_| !remedy.starts_with("--kind"));
-            return Some(
-                again.option("--kind", kind).option("--model", model.map(|model| model.display())).to_string(),
-            );
+            return Some(again.option("--kind", kind).option("--model", model.map(|model| model.display())));
         };
         let verdict = &d.verdict;
         let with_more = |effects: &[EffectId], terms: &[String]| self.with_more(files, model, effects, terms);
         match verdict.kind {
-            VerdictKind::MissingEffect if d.can_be_added => Some(with_more(&verdict.effects, &[]).to_string()),
+            VerdictKind::MissingEffect if d.can_be_added => Some(with_more(&verdict.effects, &[])),
             VerdictKind::None => Some(match model {
-                Some(model) => {
-                    files.again(CommandLine::new("challenge")).option("--model", [model.display()]).to_string()
-                }
-                None => with_more(&[], &[]).to_string(),
+                Some(model) => files.again(CommandLine::new("challenge")).option("--model", [model.display()]),
+                None => with_more(&[], &[]),
             }),
             VerdictKind::Ambiguous if verdict.effects.len() > 1 => {
                 let known = model.map_or_else(|| unused(Path::new("model.toml")), Path::to_owned);
@@ -122,12 +118,12 @@ impl Request {
                     .option("--max-voltage", largest(Channel::Voltage))
                     .option("--max-current", largest(Channel::Current));
                 Some(match model {
-                    Some(_) => plan.to_string(),
-                    None => format!("{} && {plan}", with_more(&[], &[])),
+                    Some(_) => plan,
+                    None => with_more(&[], &[]).then(plan),
                 })
             }
             VerdictKind::OutsideCatalogue if !d.lead.as_arguments().is_empty() => {
-                Some(with_more(&[], &d.lead.as_arguments()).to_string())
+                Some(with_more(&[], &d.lead.as_arguments()))
             }
             _ => None,
         }
@@ -177,7 +173,7 @@ impl Answer {
     ///
     /// # Errors
     /// As [`object`].
-    pub fn as_json(&self, next: Option<&str>) -> Result<Value> {
+    pub fn as_json(&self, next: Option<&CommandLine>) -> Result<Value> {
         let mut body = match &self.diagnosis {
             Some(diagnosis) => diagnosis.as_json(self.comparison.as_ref()),
             None => json!({
@@ -190,7 +186,7 @@ impl Answer {
                 "decoy_gain": null, "dithered": [],
             }),
         };
-        body["next_command"] = json!(next);
+        body["next_command"] = json!(next.map(CommandLine::to_string));
         body["data_findings"] = json!(self.given.findings);
         object("diagnose", &self.given.names(), body)
     }
@@ -207,9 +203,11 @@ impl Answer {
     }
 }
 
+/// Title of what a candidate is ranked by.
+pub const GAIN_COLUMN: &str = "held-out error falls by";
+
 /// Titles of [`candidate_rows`].
-pub const CANDIDATE_COLUMNS: [&str; 7] =
-    ["step", "candidate", "held-out error falls by", "current", "speed", "p", "objection"];
+pub const CANDIDATE_COLUMNS: [&str; 7] = ["step", "candidate", GAIN_COLUMN, "current", "speed", "p", "objection"];
 
 /// The candidates, best first, a row each.
 pub fn candidate_rows(d: &Diagnosis) -> Vec<Vec<String>> {
@@ -222,7 +220,7 @@ pub fn candidate_rows(d: &Diagnosis) -> Vec<Vec<String>> {
                 format!("{:.1} %", 100.0 * c.held_out_gain.max(0.0)),
                 percent_in_column(c.esr_after.current),
                 percent_in_column(c.esr_after.speed),
-                if c.p_value < 1e-6 { "< 1e-6".to_owned() } else { format!("{:.1e}", c.p_value) },
+                if c.p_value < 1e-6 { "< 1e-6".to_owned() } else { figure(c.p_value, 2) },
                 c.objection.unwrap_or("").to_owned(),
             ]
         })

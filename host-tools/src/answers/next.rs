@@ -3,19 +3,28 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A command line of this program.
-#[derive(Debug, Clone)]
-pub struct CommandLine(Vec<String>);
+/// A command line of this program, or several that follow one another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CommandLine(Vec<String>, Option<Box<CommandLine>>);
 
 impl CommandLine {
-    /// Of a command without arguments.
+    /// Of a command without arguments; one of several words is a part of a command, as `store run`.
     pub fn new(command: &str) -> Self {
-        Self(vec!["greyrig".to_owned(), command.to_owned()])
+        Self(["greyrig"].into_iter().chain(command.split(' ')).map(str::to_owned).collect(), None)
     }
 
     /// With arguments.
     pub fn with<T: fmt::Display>(mut self, words: impl IntoIterator<Item = T>) -> Self {
         self.0.extend(words.into_iter().map(|word| word.to_string()));
+        self
+    }
+
+    /// Followed by another one, where it has succeeded.
+    pub fn then(mut self, next: Self) -> Self {
+        self.1 = Some(Box::new(match self.1.take() {
+            Some(own) => own.then(next),
+            None => next,
+        }));
         self
     }
 
@@ -39,20 +48,24 @@ impl fmt::Display for CommandLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Only a NUL cannot be quoted, which no argument holds.
         let quoted = shlex::try_join(self.0.iter().map(String::as_str));
-        f.write_str(&quoted.unwrap_or_else(|_| self.0.join(" ")))
+        f.write_str(&quoted.unwrap_or_else(|_| self.0.join(" ")))?;
+        self.1.as_ref().map_or(Ok(()), |next| write!(f, " && {next}"))
     }
 }
 
-/// The first of `model.toml`, `model2.toml`, `model3.toml` … that does not exist, beside a model file and by its name.
+/// The first of `model.toml`, `model2.toml`, `model3.toml` … that does not exist, beside a file and by its name.
 pub fn unused(model: &Path) -> PathBuf {
+    let extension =
+        model.extension().map_or_else(|| "toml".into(), |extension| extension.to_string_lossy().into_owned());
     let stem = model.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy().into_owned());
     // A name that is a number goes on behind a hyphen.
     let stem = match stem.trim_end_matches(|c: char| c.is_ascii_digit()) {
         "" => format!("{stem}-"),
         name => name.to_owned(),
     };
-    let numbered =
-        |n: u32| model.with_file_name(format!("{stem}{}.toml", if n == 1 { String::new() } else { n.to_string() }));
+    let numbered = |n: u32| {
+        model.with_file_name(format!("{stem}{}.{extension}", if n == 1 { String::new() } else { n.to_string() }))
+    };
     (1..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(1))
 }
 
@@ -95,6 +108,12 @@ mod tests {
             .files(&[PathBuf::from("my run.csv")])
             .option("--model", ["it's.toml"]);
         assert_eq!(line.to_string(), r#"greyrig add saturation --term 'torque: k*w' 'my run.csv' --model "it's.toml""#);
+    }
+
+    #[test]
+    fn one_command_follows_another() {
+        let line = CommandLine::new("store add").with(["a"]).then(CommandLine::new("b")).then(CommandLine::new("c"));
+        assert_eq!(line.to_string(), "greyrig store add a && greyrig b && greyrig c");
     }
 
     #[test]

@@ -1,18 +1,21 @@
 //! `greyrig add`: adds effects to a model, identifies again, and judges the gain on data held out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
 
 use super::answer::Answer;
+use super::paint::{DOUBT, GOOD, painted};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::{input, words};
 use crate::addition::Stage;
 use crate::answers::add::Request;
+use crate::answers::next::{CommandLine, Files, unused};
 use crate::error::Result;
-use crate::model::Model;
+use crate::model::{Model, catalogue};
 use crate::output;
 use crate::recording::MapArgs;
 use crate::term::Formula;
@@ -45,6 +48,19 @@ pub struct Args {
     answer: Answer,
 }
 
+impl Args {
+    /// The command that goes on: what the model still lacks, or the same with a file to write.
+    fn next(&self, files: &Files, effects: &[EffectId], accepted: bool) -> CommandLine {
+        if accepted && self.out.is_none() {
+            let add = CommandLine::new("add").with(effects).option("--term", self.term.iter().map(Formula::text));
+            let add = files.again(add.option("--model", [self.model.display()]));
+            return add.option("--out", [unused(&self.model).display()]);
+        }
+        let model = self.out.as_ref().filter(|_| accepted).unwrap_or(&self.model);
+        files.again(CommandLine::new("diagnose")).option("--model", [model.display()])
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -56,6 +72,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let known = |path: &PathBuf| path.to_str()?.parse().ok();
     let effects: Vec<EffectId> = args.arguments.iter().filter_map(known).collect();
     let files: Vec<PathBuf> = args.arguments.iter().filter(|a| known(a).is_none()).cloned().collect();
+    files.iter().try_for_each(|file| refuse_misspelt(file))?;
     let request = Request { effects, terms: args.term.clone() };
     request.check(!files.is_empty())?;
     let model = Model::load(&args.model)?;
@@ -78,44 +95,44 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     stdout::print_line(&waterfall(&answer.stages))?;
     stdout::print_line(&format!("\n{}", words::parameters(final_fit)))?;
     for note in &final_fit.notes {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
-    stdout::print_line(match (answer.accepted, answer.judged) {
-        (true, _) => "\naccepted: the error falls on data that the fit has not seen",
-        (false, false) => "\nnot accepted: the data that the fit has not seen cannot judge it",
-        (false, true) => {
-            "\nnot accepted: the error does not fall on data that the fit has not seen; this effect is not what is missing"
-        }
-    })?;
+    let (style, word, why) = match (answer.accepted, answer.judged) {
+        (true, _) => (GOOD, "accepted", "the error falls on data that the fit has not seen"),
+        (false, false) => (DOUBT, "not accepted", "the data that the fit has not seen cannot judge it"),
+        (false, true) => (
+            DOUBT,
+            "not accepted",
+            "the error does not fall on data that the fit has not seen; this effect is not what is missing",
+        ),
+    };
+    stdout::print_line(&format!("\n{}: {why}", painted(style, word)))?;
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
     }
+    let files = Files { recordings: files, map: args.map.map.clone() };
+    stdout::print_next(Some(&args.next(&files, &request.effects, answer.accepted)))?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// What is no file, and looks like no file's name, is a misspelt effect.
+fn refuse_misspelt(file: &Path) -> Result<()> {
+    let word = file.to_str().filter(|word| !word.contains(['.', '/', '\\']) && !file.exists());
+    word.map_or(Ok(()), |word| catalogue::effect(word).map(|_| ()))
+}
+
 fn waterfall(stages: &[Stage]) -> String {
-    let mut table = words::table(&["error-to-signal ratio", "current", "speed", "held out: current", "speed"]);
+    let figures = ["current", "speed", "held out: current", "speed"].map(Column::figure);
+    let mut table = Table::new([Column::text("error-to-signal ratio")].into_iter().chain(figures));
     for s in stages {
         let (training, held_out) = (s.training, s.held_out.esr);
-        table.add_row(
-            [s.label.clone()].into_iter().chain(
-                [
-                    training.current.or(training.torque),
-                    training.speed,
-                    held_out.current.or(held_out.torque),
-                    held_out.speed,
-                ]
-                .map(words::percent),
-            ),
-        );
+        let [current, speed] = [training.current.or(training.torque), training.speed].map(words::percent);
+        let judged = [held_out.current.or(held_out.torque), held_out.speed].map(words::percent).map(words::strong);
+        let [judged_current, judged_speed] = judged;
+        table.row([Cell::from(&s.label), current.into(), speed.into(), judged_current, judged_speed]);
     }
     let floor = stages[stages.len() - 1].held_out.noise_floor;
-    table.add_row([
-        "noise floor".into(),
-        String::new(),
-        String::new(),
-        words::percent(floor.current),
-        words::percent(floor.speed),
-    ]);
+    let [current, speed] = [floor.current, floor.speed].map(words::percent).map(words::faint);
+    table.row([words::faint("noise floor"), Cell::default(), Cell::default(), current, speed]);
     table.to_string()
 }

@@ -9,8 +9,8 @@ use serde_json::json;
 
 use super::answer::Answer;
 use super::stdout;
+use super::table::{Column, Table};
 use super::terminal::Terminal;
-use super::words;
 use crate::anfis::csv::{self, Named};
 use crate::anfis::{Epoch, Keep, Method, Ridge, Settings, Trained, train};
 use crate::error::{Error, Result};
@@ -230,10 +230,10 @@ fn as_json(data: &Named, trained: &Trained, args: &Fit) -> serde_json::Value {
 }
 
 fn print(data: &Named, trained: &Trained) -> Result<()> {
-    let mut table = words::table(&["", "training", "checking"]);
+    let mut table = Table::new([Column::text(""), Column::figure("training"), Column::figure("checking")]);
     let chk = |e: Option<f64>| e.map_or_else(|| "–".into(), |e| format!("{e:.6}"));
     let mut row = |name: String, e: &Epoch| {
-        table.add_row([name, format!("{:.6}", e.rmse_trn), chk(e.rmse_chk)]);
+        table.row([name, format!("{:.6}", e.rmse_trn), chk(e.rmse_chk)]);
     };
     row("RMS error, epoch 1".into(), &trained.epochs[0]);
     row(format!("epoch {}, kept", trained.best + 1), &trained.epochs[trained.best]);
@@ -256,9 +256,10 @@ fn print(data: &Named, trained: &Trained) -> Result<()> {
             crate::anfis::Stopped::Asked => "stopped",
         }
     ))?;
-    let mut table = words::table(&["input", "function", "a", "b", "c"]);
+    let figures = ["function", "a", "b", "c"].map(Column::figure);
+    let mut table = Table::new([Column::text("input")].into_iter().chain(figures));
     for (k, p) in net.premise.iter().enumerate() {
-        table.add_row([
+        table.row([
             data.inputs[k / net.functions].clone(),
             (k % net.functions + 1).to_string(),
             format!("{:.5}", p.a),

@@ -5,10 +5,31 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
+use super::stdout;
 use crate::error::{Error, Result};
 
 /// Name of the program.
 const PROGRAM: &str = "greyrig-board";
+
+/// What makes it.
+const BUILD: &str = "build it in a checkout with `cargo build --release --package greyrig-board` (needs cmake, a C compiler and libclang)";
+
+/// What is told where the program is not there to tell it.
+const HELP: &str = "\
+A virtual board that runs the flashed image, behind a pseudo-terminal
+
+Usage: greyrig board [OPTIONS]
+
+The board is a program of its own, greyrig-board, which is not beside this one: its processor's licence (GPL-2.0) is not \
+this tool's, so that no build of greyrig holds it. Build it in a checkout with
+
+  cargo build --release --package greyrig-board
+
+(needs cmake, a C compiler and libclang); then greyrig finds it beside itself or on the PATH, and greyrig board --help lists \
+its options.
+
+Example:
+  greyrig board --fault sparking=0.3@5 --calibration-out rig.toml";
 
 /// A virtual board that runs the flashed image, behind a pseudo-terminal.
 #[derive(Debug, clap::Args)]
@@ -32,12 +53,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         program.is_file().then_some(program)
     });
     let mut command = Command::new(beside.unwrap_or_else(|| PathBuf::from(PROGRAM)));
-    start(command.args(&args.arguments)).map_err(|_| {
-        Error::usage(
-            "the virtual board is not built",
-            "build it with `cargo build --release --package greyrig-board` (needs cmake and libclang), and run this again",
-        )
-    })
+    match start(command.args(&args.arguments)) {
+        Err(_) if args.arguments.iter().any(|word| word == "--help" || word == "-h") => {
+            stdout::print_line(HELP)?;
+            Ok(ExitCode::SUCCESS)
+        }
+        started => {
+            started.map_err(|_| Error::usage("the virtual board is not built", format!("{BUILD}, and run this again")))
+        }
+    }
 }
 
 /// The program takes the place of this one, and so gets its signals.

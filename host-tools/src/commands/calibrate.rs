@@ -7,9 +7,10 @@ use greyrig::motor::BaseParameter;
 
 use super::input::{self, Input};
 use super::stdout;
+use super::table::{Column, Table};
 use super::terminal::Terminal;
-use super::words;
 use crate::answers::calibrate::Request;
+use crate::answers::next::CommandLine;
 use crate::error::Result;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::model::{DetectorEntry, Model};
@@ -111,6 +112,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
+        let next = args.input.files().again(CommandLine::new("monitor")).option("--model", [path.display()]);
+        stdout::print_next(Some(&next))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -141,24 +144,24 @@ fn of_parameters(model: &Model, detector: &DetectorEntry) -> Vec<String> {
 
 /// The smallest faults that are seen.
 fn smallest(lot: &Population) -> String {
-    let mut table = words::table(&["fault", "during the test", "from the start"]);
+    let mut table =
+        Table::new([Column::text("fault"), Column::text("during the test"), Column::text("from the start")]);
     for fault in Fault::ALL {
         let [during, start] = [Onset::During, Onset::Start].map(|onset| seen(&lot.limits, fault, onset));
-        table.add_row([fault.words().to_owned(), during, start]);
+        table.row([fault.words().to_owned(), during, start]);
     }
     table.to_string()
 }
 
 /// The same by how many healthy motors fail.
 fn by_false_alarms(points: &[OperatingPoint], onset: Onset) -> String {
-    let shares: Vec<String> = points.iter().map(|point| format!("{} %", percent(point.false_alarms))).collect();
-    let heads: Vec<&str> = std::iter::once("fault").chain(shares.iter().map(String::as_str)).collect();
-    let mut table = words::table(&heads);
+    let shares = points.iter().map(|point| Column::text(format!("{} %", percent(point.false_alarms))));
+    let mut table = Table::new([Column::text("fault")].into_iter().chain(shares));
     for fault in
         Fault::ALL.into_iter().filter(|fault| points[0].limits.iter().any(|l| l.fault == *fault && l.onset == onset))
     {
         let cells = points.iter().map(|point| seen(&point.limits, fault, onset));
-        table.add_row(std::iter::once(fault.words().to_owned()).chain(cells));
+        table.row(std::iter::once(fault.words().to_owned()).chain(cells));
     }
     table.to_string()
 }
@@ -175,11 +178,16 @@ fn percent(share: f64) -> f64 {
 }
 
 fn table(detector: &DetectorEntry, shown: &[Shown]) -> String {
-    let mut table = words::table(&["watched", "mean of the runs", "largest", "limit"]);
+    let mut table = Table::new([
+        Column::text("watched"),
+        Column::figure("mean of the runs"),
+        Column::figure("largest"),
+        Column::figure("limit"),
+    ]);
     let mut row = |name: &str, values: Vec<f64>, limit: String, unit: f64, suffix: &str| {
         let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let number = |x: f64| format!("{:.3}{suffix}", unit * x);
-        table.add_row([name.to_owned(), number(moments(&values).0), number(largest), limit]);
+        table.row([name.to_owned(), number(moments(&values).0), number(largest), limit]);
     };
     let percent = |x: f64| format!("{:.2} %", 100.0 * x);
     let of = |get: &dyn Fn(&Shown) -> f64| shown.iter().map(get).collect::<Vec<f64>>();

@@ -5,8 +5,10 @@ use std::process::ExitCode;
 
 use super::input::{self, Answered, Input};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::challenge::{Challenge, Challenged, challenge};
 use crate::check::{self, Purpose};
 use crate::error::Result;
@@ -31,6 +33,24 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// The command that goes on: what was found is added, what is left is looked for, what stays hidden is told apart
+    /// by another recording.
+    fn next(&self, c: &Challenge) -> Option<CommandLine> {
+        let files = self.input.files();
+        let model = |line: CommandLine| line.option("--model", [self.model.display()]);
+        if !c.found.is_empty() {
+            let add = files.again(model(CommandLine::new("add").with(&c.found)));
+            return Some(add.option("--out", [unused(&self.model).display()]));
+        }
+        if c.unexplained {
+            return Some(model(files.again(CommandLine::new("diagnose"))));
+        }
+        let hidden = c.effects.iter().any(|e| e.revealed_from.is_none());
+        (hidden || c.out_of_reach.iter().any(|o| !o.invisible)).then(|| model(CommandLine::new("plan")))
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -47,6 +67,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_json("challenge", &args.input.names(), answer)?;
     } else {
         print(&result)?;
+        stdout::print_next(args.next(&result).as_ref())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -75,14 +96,20 @@ fn print(c: &Challenge) -> Result<()> {
 }
 
 fn table(c: &Challenge) -> String {
-    let mut table = words::table(&["effect", "revealed", "current error", "speed error", "smaller ones"]);
+    let mut table = Table::new([
+        Column::text("effect"),
+        Column::text("revealed"),
+        Column::figure("current error"),
+        Column::figure("speed error"),
+        Column::prose("smaller ones"),
+    ]);
     for e in &c.effects {
-        table.add_row([
-            e.name.to_owned(),
-            from(e),
-            words::percent(e.esr.current),
-            words::percent(e.esr.speed),
-            smaller(e),
+        table.row([
+            Cell::from(e.name),
+            words::strong(from(e)),
+            words::percent(e.esr.current).into(),
+            words::percent(e.esr.speed).into(),
+            smaller(e).into(),
         ]);
     }
     table.to_string()

@@ -3,15 +3,16 @@
 use std::process::ExitCode;
 
 use super::input::Input;
+use super::paint::{BAD, DOUBT, FAINT, GOOD, painted};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
-use super::words;
 use crate::answers::check::Request;
 use crate::answers::next::CommandLine;
 use crate::check::stop;
 use crate::error::{EXIT_BAD_INPUT, Result};
 use crate::model::Kind;
-use crate::recording::finding::DataFinding;
+use crate::recording::finding::{DataFinding, Severity};
 
 /// What is wrong with the recordings, and what mends it; the first step of every other command, too.
 #[derive(Debug, clap::Args)]
@@ -31,10 +32,17 @@ pub struct Args {
 }
 
 impl Args {
-    /// The command that goes on with recordings of which nothing has to be mended.
-    fn goes_on(&self) -> CommandLine {
-        let line = self.input.files().again(CommandLine::new("identify"));
-        line.option("--kind", self.kind.map(Kind::name)).option("--out", ["model.toml"])
+    /// The command that goes on: what mends the recordings, or else what is identified from them; none where nothing
+    /// does.
+    fn next(&self, found: &[DataFinding]) -> Option<CommandLine> {
+        let files = self.input.files();
+        let with_kind = |line: CommandLine| line.option("--kind", self.kind.map(Kind::name));
+        if let Some(remedy) = found.iter().find_map(|f| f.remedy.as_deref().filter(|words| words.starts_with("--"))) {
+            let line = files.again_with(CommandLine::new("check"), remedy);
+            return Some(if remedy.starts_with("--kind") { line } else { with_kind(line) });
+        }
+        let identify = || with_kind(files.again(CommandLine::new("identify"))).option("--out", ["model.toml"]);
+        stop(found).is_none().then(identify)
     }
 }
 
@@ -49,32 +57,37 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if args.json {
         stdout::print_as_it_is(&answer.as_json()?.to_string())?;
     } else {
-        stdout::print_line(&in_words(found, &args.goes_on()))?;
+        stdout::print_line(&in_words(found))?;
+        stdout::print_next(args.next(found).as_ref())?;
     }
     Ok(if stop(found).is_some() { ExitCode::from(EXIT_BAD_INPUT) } else { ExitCode::SUCCESS })
 }
 
-fn in_words(found: &[DataFinding], next: &CommandLine) -> String {
-    let next = format!("next: {next}");
+fn in_words(found: &[DataFinding]) -> String {
     if found.is_empty() {
-        return format!("nothing is wrong\n\n{next}");
+        return format!("{}\n", painted(GOOD, "nothing is wrong"));
     }
-    let mut table = words::table(&["", "finding", "what", "handled"]);
+    let mut table =
+        Table::new([Column::text(""), Column::text("finding"), Column::text("handled"), Column::prose("what")]);
     for finding in found {
-        table.add_row([
-            as_written(finding.severity),
-            finding.code.to_string(),
-            format!("{}: {}", finding.recording.display(), finding.text),
-            as_written(finding.handled),
+        let style = match finding.severity {
+            Severity::Stop => BAD,
+            Severity::Warning => DOUBT,
+            Severity::Info => FAINT,
+        };
+        table.row([
+            Cell::painted(style, as_written(finding.severity)),
+            finding.code.to_string().into(),
+            as_written(finding.handled).into(),
+            format!("{}: {}", finding.recording.display(), finding.text).into(),
         ]);
     }
     let remedies: Vec<&str> = found.iter().filter_map(|f| f.remedy.as_deref()).collect();
-    let last = match (stop(found), remedies.is_empty()) {
-        (_, false) => format!("what mends it:\n  {}", remedies.join("\n  ")),
-        (Some(_), true) => "nothing can be told from these recordings as they are".to_owned(),
-        (None, true) => next,
-    };
-    format!("{table}\n\n{last}")
+    match (stop(found), remedies.is_empty()) {
+        (_, false) => format!("{table}\n\nwhat mends it:\n  {}", remedies.join("\n  ")),
+        (Some(_), true) => format!("{table}\n\nnothing can be told from these recordings as they are"),
+        (None, true) => format!("{table}\n"),
+    }
 }
 
 /// As in JSON.

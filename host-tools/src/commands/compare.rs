@@ -9,6 +9,7 @@ use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::answers::compare::Request;
+use crate::answers::next::CommandLine;
 use crate::between::Course;
 use crate::error::Result;
 use crate::model::Model;
@@ -66,6 +67,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         if let Some(path) = &args.out {
             stdout::print_line(&format!("\nwritten: {}", path.display()))?;
         }
+        let next = args.input.files().again(CommandLine::new("diagnose")).option("--model", [args.model.display()]);
+        stdout::print_next(Some(&next.option("--input", args.course)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

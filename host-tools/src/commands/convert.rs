@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::stdout;
 use super::terminal::Terminal;
+use crate::answers::next::CommandLine;
 use crate::check::check;
 use crate::error::Result;
 use crate::output;
@@ -96,8 +97,12 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         ))?;
         for s in channels {
             let unit = s.unit.map(|u| format!(" {u}")).unwrap_or_default();
-            stdout::print_line(&format!("  {:<14} {:.5} to {:.5}{unit}, RMS {:.5}", s.channel, s.min, s.max, s.rms))?;
+            stdout::print_line(&format!(
+                "  {:<14} {:.5} to {:.5}{unit}, RMS {:.5}{unit}",
+                s.channel, s.min, s.max, s.rms
+            ))?;
         }
+        stdout::print_next(Some(&CommandLine::new("check").files([&args.out])))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use serde_json::{Value, json};
 
 use super::stdout;
+use super::table::{Cell, Column, Table as Shown};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::CommandLine;
 use crate::compare::PerSignal;
 use crate::demo::{Attempts, Corrected, Data, Station, figures, hidden};
 use crate::diagnose::{Diagnosis, Options, diagnose};
@@ -56,6 +58,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     }
     story.report().write(&report, args.force)?;
     say(&format!("\nThe motor did hide: {}.\n\nreport: {}", story.hidden.join(" "), report.display()))?;
+    if !args.json {
+        stdout::print_next(Some(&CommandLine::new("serve")))?;
+    }
     if args.json {
         let files: Vec<_> = story.origins.iter().map(|origin| origin.file.clone()).collect();
         stdout::print_json("demo", &files, story.in_json(&report))?;
@@ -70,9 +75,13 @@ const CORRECTIONS: [&str; 4] = ["model", "current", "with correction", "black bo
 /// Columns of the motors that are judged.
 const MOTORS: [&str; 3] = ["motor", "verdict", "why"];
 
-fn in_terminal<const N: usize>(columns: &[&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
-    let mut table = words::table(columns);
-    table.add_rows(rows);
+fn in_terminal<const N: usize, T: Into<Cell>>(columns: [&str; N], rows: impl IntoIterator<Item = [T; N]>) -> String {
+    let mut table = Shown::new(columns.map(|title| match title {
+        "model" | "motor" | "verdict" => Column::text(title),
+        "why" => Column::prose(title),
+        figure => Column::figure(figure),
+    }));
+    table.rows(rows);
     table.to_string()
 }
 
@@ -140,7 +149,7 @@ impl Story {
         say("\n3. The same model refined by output error, on the free run itself:\n")?;
         say(&words::parameters(&physical.identification))?;
         for note in &physical.identification.notes {
-            say(&format!("note: {note}"))?;
+            say(&words::note(note))?;
         }
         say("\n4. Where it fails on the held-out ramp, in free run from the voltage alone:\n")?;
         say(&words::regions(&physical.held_out))?;
@@ -154,7 +163,7 @@ impl Story {
         say("\n6. Added, and identified again:\n")?;
         say(&words::parameters(&attempts.improved().identification))?;
         say("\n7. The error falls, on the ramp that no fit has seen:\n")?;
-        say(&in_terminal(&WAYS, attempts_rows(&attempts)))?;
+        say(&in_terminal(WAYS, attempts_rows(&attempts)))?;
 
         say(
             "\n8. A learned correction (ANFIS) beside the model, and how much of the current it makes, from 1 s on:\n",
@@ -163,11 +172,13 @@ impl Story {
             Corrected::new("physical model", attempts.physical().model(), &data, ctx)?,
             Corrected::new("with what was missing", attempts.improved().model(), &data, ctx)?,
         ];
-        say(&in_terminal(&CORRECTIONS, corrections.iter().map(correction_row)))?;
+        say(&in_terminal(CORRECTIONS, corrections.iter().map(correction_row)))?;
 
         say("\n9. Ten healthy motors of the type (3 % scatter) teach the detector; then three others are judged:\n")?;
         let station = Station::run(&corrections[1].model, hidden, ctx)?;
-        say(&in_terminal(&MOTORS, station_rows(&station)))?;
+        let verdicts = station.tests.iter().map(|(_, test)| words::outcome(test.verdict));
+        let judged = station_rows(&station).zip(verdicts);
+        say(&in_terminal(MOTORS, judged.map(|([motor, _, why], verdict)| [motor.into(), verdict, why.into()])))?;
         Ok(Self { seed, hidden, origins: data.origins(), attempts, diagnosis, corrections, station })
     }
 

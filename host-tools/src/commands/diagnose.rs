@@ -9,13 +9,15 @@ use greyrig::effects::EffectId;
 
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::paint::{DOUBT, GOOD, painted};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
-use crate::answers::diagnose::{CANDIDATE_COLUMNS, Request, candidate_rows, shape_caption};
+use crate::answers::diagnose::{CANDIDATE_COLUMNS, GAIN_COLUMN, Request, candidate_rows, shape_caption};
 use crate::between::Course;
-use crate::diagnose::Diagnosis;
 use crate::diagnose::shape::Shape;
+use crate::diagnose::{Diagnosis, VerdictKind};
 use crate::error::Result;
 use crate::model::{Assignment, Base, Kind, Model, catalogue};
 use crate::output;
@@ -83,15 +85,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         eprintln!("report: {}", path.display());
     }
     if args.answer.json {
-        stdout::print_as_it_is(&answer.as_json(next.as_deref())?.to_string())?;
+        stdout::print_as_it_is(&answer.as_json(next.as_ref())?.to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
     let Some(d) = &answer.diagnosis else {
         let reason = answer.stopped().unwrap_or_default();
-        stdout::print_line(&format!("verdict: insufficient data\n  {reason}"))?;
-        if let Some(next) = &next {
-            stdout::print_as_it_is(&format!("next: {next}"))?;
-        }
+        stdout::print_line(&format!("verdict: {}\n  {reason}", painted(DOUBT, "insufficient data")))?;
+        stdout::print_next(next.as_ref())?;
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(comparison) = &answer.comparison {
@@ -104,21 +104,20 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_line(&candidates(d))?;
     }
     let odds = d.odds().map_or_else(String::new, |odds| format!(" (odds: {odds})"));
-    stdout::print_line(&format!("\nverdict: {}{odds}", d.headline()))?;
+    let style = if d.verdict.kind == VerdictKind::None { GOOD } else { DOUBT };
+    stdout::print_line(&format!("\nverdict: {}{odds}", painted(style, d.headline())))?;
     for line in d.verdict.text.lines() {
         stdout::print_line(&format!("  {line}"))?;
     }
     if let Some(shape) = &d.shape {
         stdout::print_line(&format!("\n{}", shape_caption(shape)))?;
-        let mut table = words::table(&shape_columns(shape).each_ref().map(String::as_str));
-        table.add_rows(shape_rows(shape));
-        stdout::print_line(&table.to_string())?;
+        stdout::print_line(&drawn(shape))?;
     }
     if let Some(next) = &d.verdict.next_experiment {
         stdout::print_line(&format!("next recording: {next}"))?;
     }
     if !d.clean.is_empty() {
-        stdout::print_line(&format!("note: {}", cleanness(d)))?;
+        stdout::print_line(&words::note(cleanness(d)))?;
     }
     if let (Some(current), Some(speed)) = (d.esr_after.current, d.esr_after.speed)
         && !d.verdict.effects.is_empty()
@@ -130,9 +129,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             words::percent(Some(speed))
         ))?;
     }
-    if let Some(next) = &next {
-        stdout::print_as_it_is(&format!("next: {next}"))?;
-    }
+    stdout::print_next(next.as_ref())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -156,28 +153,31 @@ fn first_look(candidates: &[(EffectId, f64)], after: Duration) -> String {
 
 /// The candidates as a table for the terminal.
 pub fn candidates(d: &Diagnosis) -> String {
-    let mut table = words::table(&CANDIDATE_COLUMNS);
-    table.add_rows(candidate_rows(d));
+    let mut table = Table::new(CANDIDATE_COLUMNS.map(|title| match title {
+        "step" | "candidate" => Column::text(title),
+        "objection" => Column::prose(title),
+        figure => Column::figure(figure),
+    }));
+    let gain = CANDIDATE_COLUMNS.iter().position(|title| *title == GAIN_COLUMN);
+    for row in candidate_rows(d) {
+        let cells = row.into_iter().enumerate();
+        table.row(cells.map(|(k, text)| if Some(k) == gain { words::strong(text) } else { Cell::from(text) }));
+    }
     table.to_string()
 }
 
-fn shape_columns(shape: &Shape) -> [String; 3] {
-    [format!("{}, {}", shape.axis, shape.axis_unit), format!("missing, {}", shape.unit), String::new()]
-}
-
 /// The curve, a row a point, with a bar.
-fn shape_rows(shape: &Shape) -> Vec<Vec<String>> {
+fn drawn(shape: &Shape) -> String {
     const HALF: f64 = 12.0;
+    let at = Column::figure(format!("{}, {}", shape.axis, words::unit(shape.axis_unit)));
+    let mut table = Table::new([at, Column::figure(format!("missing, {}", words::unit(shape.unit))), Column::text("")]);
     let largest = shape.curve.iter().map(|p| p.missing.abs()).fold(f64::MIN_POSITIVE, f64::max);
-    shape
-        .curve
-        .iter()
-        .map(|p| {
-            let length = (HALF * p.missing.abs() / largest).round() as usize;
-            let bar = "█".repeat(length);
-            let width = HALF as usize;
-            let drawn = if p.missing < 0.0 { format!("{bar:>width$}│") } else { format!("{:width$}│{bar}", "") };
-            vec![format!("{:.4}", p.at), format!("{:+.3e}", p.missing), drawn]
-        })
-        .collect()
+    for p in &shape.curve {
+        let length = (HALF * p.missing.abs() / largest).round() as usize;
+        let bar = "█".repeat(length);
+        let width = HALF as usize;
+        let drawn = if p.missing < 0.0 { format!("{bar:>width$}│") } else { format!("{:width$}│{bar}", "") };
+        table.row([format!("{:.4}", p.at), format!("{:+.3e}", p.missing), drawn]);
+    }
+    table.to_string()
 }

@@ -1,5 +1,6 @@
 //! `greyrig effects`: the catalogue, explained.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
@@ -7,11 +8,15 @@ use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen, Sen
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
+use super::paint::{STRONG, painted};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::diagnose::classes;
 use crate::error::Result;
 use crate::model::{Kind, catalogue};
+use crate::rig;
 
 /// The catalogue of physical effects, explained.
 #[derive(Debug, clap::Args)]
@@ -37,16 +42,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(id) => vec![catalogue::effect(id)?.description()],
     };
     if args.markdown {
-        stdout::print_line(&page(&chosen))?;
+        stdout::print_as_it_is(&page(&chosen))?;
     } else if args.json {
         let effects: Vec<_> = chosen.iter().map(|d| as_json(d)).collect();
         stdout::print_json("effects", &[], json!({ "effects": effects }))?;
     } else if args.id.is_some() {
         for description in chosen {
             stdout::print_line(&explained(description))?;
+            stdout::print_next(on_the_rig(description).as_ref())?;
         }
     } else {
-        let mut table = words::table(&["effect", "what", "enters", "shows in"]);
+        let mut table = Table::new([
+            Column::text("effect"),
+            Column::text("enters"),
+            Column::text("shows in"),
+            Column::prose("what"),
+        ]);
         for d in chosen {
             let shows = match d.seen {
                 Seen::FreeRun => "free run",
@@ -57,11 +68,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 Seen::Course => "course",
                 Seen::Samples => "samples",
             };
-            table.add_row([d.id.id(), d.name, enters(d), shows]);
+            table.row([words::strong(d.id.id()), Cell::from(enters(d)), shows.into(), d.name.into()]);
         }
         stdout::print_line(&table.to_string())?;
+        stdout::print_next(Some(&CommandLine::new("effects").with(["saturation"])))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A motor of the virtual rig that has an effect, if that can be.
+fn on_the_rig(d: &Description) -> Option<CommandLine> {
+    let part = rig::EFFECTS.iter().find(|effect| effect.id == d.id.id())?;
+    let kind = Kind::value_variants().iter().copied().find(|kind| part.sizes(*kind).is_some())?;
+    let kind = (kind != Kind::Universal).then_some(kind);
+    let line = CommandLine::new("simulate").option("--kind", kind).option("--effect", [part.id]);
+    Some(line.option("--out", [unused(Path::new("run.csv")).display()]))
 }
 
 /// Which equation an effect enters, in words.
@@ -207,22 +228,35 @@ fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Columns of what a line is about.
+const LABELS: usize = 15;
+
 fn explained(d: &Description) -> String {
-    let mut text = format!("{} – {}\n\n  {}\n\nparameters\n", d.id, d.name, d.equation);
+    let mut text = format!("{} – {}\n\n  {}\n\nparameters\n", painted(STRONG, d.id), d.name, d.equation);
     for p in d.parameters {
-        text += &format!("  {} ({}): {}; {} to {}\n", p.name, p.unit, p.meaning, p.range.0, p.range.1);
+        let unit = if p.unit == "1" { String::new() } else { format!(" ({})", words::unit(p.unit)) };
+        let range = format!("{} to {} {}", p.range.0, p.range.1, words::unit(p.unit));
+        text += &format!("  {}{unit}: {}; {}\n", p.name, p.meaning, range.trim_end());
     }
-    text += &format!("\nenters         {}\nshows          {}\ndiagnosed      {}", enters(d), shows(d), tried(d));
-    text += &format!("\nsignature      {}\n", d.signature);
-    text += &format!("its size       {}\n", size(d));
-    text += &format!("excited by     {}\n", excited_by(d));
-    text += &format!("expected       {}\n", prior(d));
+    let mut lines = vec![
+        ("enters", enters(d).to_owned()),
+        ("shows", shows(d)),
+        ("diagnosed", tried(d)),
+        ("signature", d.signature.to_owned()),
+        ("its size", size(d)),
+        ("excited by", excited_by(d)),
+        ("expected", prior(d)),
+    ];
     if let Some((other, beyond)) = turns_into(d) {
-        text += &format!("turns into     {other} with {beyond}\n");
+        lines.push(("turns into", format!("{other} with {beyond}")));
     }
-    text += &format!("confused with  {}\n", catalogue::joined(d.confused_with, ", "));
-    text += &format!("separated by   {}\n", InWords(d.separated_by));
-    text + &format!("source         {}", d.source)
+    if !d.confused_with.is_empty() {
+        lines.push(("confused with", catalogue::joined(d.confused_with, ", ")));
+        lines.push(("separated by", InWords(d.separated_by).to_string()));
+    }
+    lines.push(("source", d.source.to_owned()));
+    let lines: Vec<String> = lines.iter().map(|(label, told)| stdout::labelled(label, told, LABELS)).collect();
+    format!("{text}\n{}", lines.join("\n"))
 }
 
 fn as_json(d: &Description) -> serde_json::Value {

@@ -1,6 +1,6 @@
 //! `greyrig flash`: a model becomes the parameters of the microcontroller.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::parameters::block::payload_crc;
@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::stdout;
 use super::terminal::Terminal;
+use crate::answers::next::{CommandLine, unused};
 use crate::context::Context;
 use crate::device::connection::check_layout;
 use crate::device::image::{self, Image};
@@ -55,6 +56,20 @@ pub struct Args {
     /// Print one JSON object
     #[arg(long)]
     json: bool,
+}
+
+impl Args {
+    /// The command that goes on over the link: a motor is judged by what was written, or recorded where that has no
+    /// limits.
+    fn next(&self, has_limits: bool) -> Option<CommandLine> {
+        let port = self.port.as_ref().filter(|_| !self.dry_run)?;
+        let line = CommandLine::new(if has_limits { "monitor" } else { "record" }).option("--port", [port]);
+        let line = line.option("--clock", self.clock.as_ref().map(|clock| clock.display()));
+        Some(match has_limits {
+            true => line.option("--model", [self.model.display()]),
+            false => line.with(["--seconds", "10", "--out"]).files([&unused(Path::new("run.csv"))]),
+        })
+    }
 }
 
 /// Runs the command.
@@ -140,6 +155,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     } else {
         let verb = if args.dry_run { "would be written" } else { "written and verified" };
         stdout::print_line(&format!("{} bytes of parameters {verb}: {where_to}", payload.len()))?;
+        stdout::print_next(args.next(model.detector.is_some()).as_ref())?;
     }
     Ok(ExitCode::SUCCESS)
 }

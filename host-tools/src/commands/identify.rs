@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::ValueEnum;
+
 use super::input::{self, Input};
 use super::stdout;
 use super::terminal::Terminal;
 use super::words;
 use crate::answers::identify::{Answer, Request};
+use crate::answers::next::CommandLine;
 use crate::between::Course;
 use crate::error::Result;
 use crate::identify::Method;
@@ -65,6 +68,21 @@ pub struct Args {
     json: bool,
 }
 
+impl Args {
+    /// The command that goes on: which effect is missing.
+    fn next(&self) -> CommandLine {
+        let line = self.input.files().again(CommandLine::new("diagnose"));
+        if let Some(model) = &self.out {
+            return line.option("--model", [model.display()]);
+        }
+        let base = self.base.and_then(|base| base.to_possible_value()).map(|base| base.get_name().to_owned());
+        line.option("--kind", self.kind)
+            .option("--base", base)
+            .option("--fix", self.fix.iter().map(|fixed| format!("{}={}", fixed.name, fixed.value)))
+            .option("--input", self.course)
+    }
+}
+
 fn parse_bound(text: &str) -> std::result::Result<(String, f64, f64), String> {
     let fail = || format!("{text:?} is not NAME=LEAST:GREATEST, such as J=1e-4:3e-4");
     let (name, range) = text.split_once('=').ok_or_else(fail)?;
@@ -110,7 +128,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_line(&words::flux(flux))?;
     }
     for note in &identification.notes {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
     if let Some(comparison) = comparison {
         stdout::print_line(&format!("\n{}", words::errors(comparison)))?;
@@ -118,5 +136,6 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     if let Some(path) = &args.out {
         stdout::print_line(&format!("\nwritten: {}", path.display()))?;
     }
+    stdout::print_next(Some(&args.next()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::stderr;
 use crate::answers::next::Files;
 use crate::check::{self, Purpose};
 use crate::context::Context;
@@ -50,7 +51,7 @@ pub fn load(files: &[PathBuf], map: &MapArgs, ctx: &Context) -> Result<Vec<Recor
     let recordings = recording::load_all(files, &map.mapping()?, ctx)?;
     for recording in &recordings {
         for warning in recording.warnings() {
-            eprintln!("greyrig: {}: {warning}", recording.path().display());
+            stderr::remark(format!("{}: {warning}", recording.path().display()));
         }
     }
     Ok(recordings)
@@ -78,7 +79,7 @@ pub fn tell_stops(found: &[DataFinding]) {
 
 fn tell_of<'a>(found: impl Iterator<Item = &'a DataFinding>) {
     for finding in found {
-        eprintln!("greyrig: {}: the recording: {}", finding.recording.display(), finding.sentence());
+        stderr::remark(format!("{}: the recording: {}", finding.recording.display(), finding.sentence()));
     }
 }
 

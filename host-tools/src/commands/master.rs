@@ -8,9 +8,12 @@ use sha2::{Digest, Sha256};
 
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::paint::{BAD, painted};
 use super::stdout;
+use super::table::{Column, Table as Shown};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, Files};
 use crate::check::{self, Purpose};
 use crate::error::{Error, Result};
 use crate::model::{DetectorEntry, Model, Origin};
@@ -52,6 +55,20 @@ pub struct Args {
     study: bool,
     #[command(flatten)]
     answer: Answer,
+}
+
+impl Args {
+    /// The command that goes on: where a motor that fails is off, or the same with a history.
+    fn next(&self, tests: &[Test]) -> Option<CommandLine> {
+        let files = self.input.files();
+        let model = |line: CommandLine| line.option("--model", [self.model.display()]);
+        if let Some(place) = tests.iter().position(|test| test.verdict == Outcome::Fail) {
+            let one = Files { recordings: vec![files.recordings.get(place)?.clone()], ..files };
+            return Some(model(one.again(CommandLine::new("compare"))));
+        }
+        let master = || model(files.again(CommandLine::new("master"))).option("--history", ["golden.csv"]);
+        (self.history.is_none() && !self.study).then(master)
+    }
 }
 
 /// Runs the command.
@@ -107,6 +124,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
     } else {
         print(args, &tests, &shift, drifted)?;
+        stdout::print_next(args.next(&tests).as_ref())?;
     }
     Ok(match verdict {
         Outcome::Fail => ExitCode::from(FAILED),
@@ -202,7 +220,8 @@ fn study(recordings: &[Recording], tests: &[Test], detector: &DetectorEntry) -> 
 fn print(args: &Args, tests: &[Test], shift: &Shift, drifted: bool) -> Result<()> {
     for t in tests {
         let serial = t.serial.as_deref().map_or_else(String::new, |s| format!(", motor {s}"));
-        stdout::print_line(&format!("{}{serial}: {}", t.recording, t.verdict.words()))?;
+        let verdict = painted(words::style_of(t.verdict), t.verdict.words());
+        stdout::print_line(&format!("{}{serial}: {verdict}", t.recording))?;
         for reason in &t.reasons {
             stdout::print_line(&format!("  {reason}"))?;
         }
@@ -223,7 +242,8 @@ fn print(args: &Args, tests: &[Test], shift: &Shift, drifted: bool) -> Result<()
         "nothing is said about drift: the golden motor does not pass".to_owned()
     } else if drifted {
         let which: Vec<&str> = shift.charts.iter().filter(|c| c.drifted()).map(|c| c.figure).collect();
-        format!("ALARM: the rig has drifted: {}. Find out why before motors are judged", which.join(", "))
+        let alarm = painted(BAD, "ALARM: the rig has drifted");
+        format!("{alarm}: {}. Find out why before motors are judged", which.join(", "))
     } else if shift.checks <= baseline {
         format!("check {} of the {baseline} that teach what is usual: nothing is said about drift yet", shift.checks)
     } else {
@@ -240,15 +260,18 @@ fn chart_rows(charts: &[Chart]) -> Vec<Vec<String>> {
         let ratio = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), |x| format!("{x:.2}"));
         vec![
             c.figure.to_owned(),
-            c.checks.last().map_or_else(|| "–".to_owned(), |x| format!("{x:.5}")),
-            c.baseline.map_or_else(|| "–".to_owned(), |b| format!("{:.5} ± {:.5}", b.mean, b.deviation)),
+            c.checks.last().map_or_else(|| "–".to_owned(), |x| golden::told(c.figure, *x)),
+            c.baseline.map_or_else(
+                || "–".to_owned(),
+                |b| format!("{} ± {}", golden::told(c.figure, b.mean), golden::told(c.figure, b.deviation)),
+            ),
             ratio(last.map(|p| p.individual)),
             ratio(last.map(|p| p.average)),
             c.gauge.map_or_else(
                 || "–".to_owned(),
                 |g| {
                     let share = c.of_tolerance.map_or_else(String::new, |t| format!(", {:.1} %", 100.0 * t));
-                    format!("{:.2e}{share}", g.repeatability)
+                    format!("{}{share}", golden::told(c.figure, g.repeatability))
                 },
             ),
         ]
@@ -257,19 +280,15 @@ fn chart_rows(charts: &[Chart]) -> Vec<Vec<String>> {
 }
 
 fn charted(charts: &[Chart]) -> String {
-    let mut table = words::table(&CHARTED);
-    for row in chart_rows(charts) {
-        table.add_row(row);
-    }
-    table.to_string()
+    in_terminal(CHARTED, chart_rows(charts))
 }
 
 const STUDIED: [&str; 7] =
     ["figure", "run to run", "rig to rig", "gauge R&R", "motor to motor", "of all scatter, of tolerance", "categories"];
 
 fn study_rows(study: &[Study]) -> Vec<Vec<String>> {
-    let number = |x: f64| format!("{x:.3e}");
     let row = |s: &Study| {
+        let number = |x: f64| golden::told(s.figure, x);
         let g = &s.gauge;
         let tolerance = s.of_tolerance.map_or_else(String::new, |t| format!(", {:.1} %", 100.0 * t));
         vec![
@@ -286,10 +305,14 @@ fn study_rows(study: &[Study]) -> Vec<Vec<String>> {
 }
 
 fn studied(study: &[Study]) -> String {
-    let mut table = words::table(&STUDIED);
-    for row in study_rows(study) {
-        table.add_row(row);
-    }
+    in_terminal(STUDIED, study_rows(study))
+}
+
+/// The figure's name, then numbers.
+fn in_terminal<const N: usize>(columns: [&str; N], rows: Vec<Vec<String>>) -> String {
+    let column = |title: &str| if title == "figure" { Column::text(title) } else { Column::figure(title) };
+    let mut table = Shown::new(columns.map(column));
+    table.rows(rows);
     table.to_string()
 }
 

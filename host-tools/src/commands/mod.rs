@@ -20,6 +20,7 @@ mod input;
 mod kept;
 pub mod master;
 pub mod monitor;
+mod paint;
 pub mod plan;
 pub mod ports;
 pub mod predict;
@@ -27,9 +28,11 @@ pub mod record;
 pub mod rig;
 pub mod serve;
 pub mod simulate;
+mod stderr;
 mod stdout;
 #[cfg(feature = "parquet")]
 pub mod store;
+mod table;
 pub mod terminal;
 pub mod train;
 pub mod trouble;
@@ -45,7 +48,7 @@ use terminal::Terminal;
 
 /// Grey-box models of electric motors: identify, compare with the measurement, see where the model fails.
 #[derive(Debug, Parser)]
-#[command(name = "greyrig", version, propagate_version = true)]
+#[command(name = "greyrig", version, propagate_version = true, term_width = stdout::width())]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

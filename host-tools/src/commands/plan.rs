@@ -1,13 +1,15 @@
 //! `greyrig plan`: the recording that would best tell rival effects apart.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
 
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model, catalogue};
 use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan};
@@ -86,33 +88,39 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
     }
     stdout::print_line(if one { "\nbest:" } else { "\nbest over all pairs:" })?;
     for take in &plan.best {
-        stdout::print_line(&format!("  {}", instruction(take, kind)))?;
+        stdout::print_line(&format!("  {}", instruction(take)))?;
     }
-    Ok(())
+    let simulated = plan.best.iter().map(|take| simulated(take, kind)).reduce(CommandLine::then);
+    if simulated.is_some() {
+        stdout::print_line("on the virtual rig:")?;
+    }
+    stdout::print_next(simulated.as_ref())
 }
 
 fn ranking(contest: &Contest) -> String {
     let [a, b] = contest.rivals.map(EffectId::id);
-    let mut table = words::table(&["recording", "separation", a, b, "peak voltage", "peak current"]);
+    let figures = ["separation", a, b, "peak voltage", "peak current"].map(Column::figure);
+    let mut table = Table::new([Column::text("recording")].into_iter().chain(figures));
     for p in contest.proposals.iter().take(SHOWN) {
         let peak = |of: fn(&Take) -> f64| p.recordings.iter().map(of).fold(0.0, f64::max);
-        table.add_row([
-            names(p),
-            format!("{:.2}", p.separation),
-            format!("{:.2}", p.each[0]),
-            format!("{:.2}", p.each[1]),
-            words::quantity(peak(|t| t.peak_voltage_v), "V"),
-            words::quantity(peak(|t| t.peak_current_a), "A"),
+        table.row([
+            Cell::from(names(p)),
+            words::strong(format!("{:.2}", p.separation)),
+            format!("{:.2}", p.each[0]).into(),
+            format!("{:.2}", p.each[1]).into(),
+            words::quantity(peak(|t| t.peak_voltage_v), "V").into(),
+            words::quantity(peak(|t| t.peak_current_a), "A").into(),
         ]);
     }
     table.to_string()
 }
 
 fn best_of_each(plan: &Plan) -> String {
-    let mut table = words::table(&["rivals", "recording", "separation"]);
+    let mut table = Table::new([Column::text("rivals"), Column::text("recording"), Column::figure("separation")]);
     for contest in &plan.contests {
         let Some(best) = contest.proposals.first() else { continue };
-        table.add_row([catalogue::joined(&contest.rivals, ", "), names(best), format!("{:.2}", best.separation)]);
+        let separation = words::strong(format!("{:.2}", best.separation));
+        table.row([Cell::from(catalogue::joined(&contest.rivals, ", ")), names(best).into(), separation]);
     }
     table.to_string()
 }
@@ -121,17 +129,22 @@ fn names(p: &Proposal) -> String {
     p.recordings.iter().map(|t| t.profile).collect::<Vec<_>>().join(" + ")
 }
 
-fn instruction(take: &Take, kind: Kind) -> String {
+fn instruction(take: &Take) -> String {
     format!(
-        "{} of {} s, up to {} and {} (on the virtual rig: greyrig simulate --kind {kind} --profile {} --seconds {} \
-         --peak-voltage {:.1} --out {}.csv)",
+        "{} of {} s, up to {} and {}",
         take.profile,
         take.seconds,
         words::quantity(take.peak_voltage_v, "V"),
-        words::quantity(take.peak_current_a, "A"),
-        take.profile,
-        take.seconds,
-        take.peak_voltage_v,
-        take.profile,
+        words::quantity(take.peak_current_a, "A")
     )
+}
+
+/// The recording, made by the virtual rig.
+fn simulated(take: &Take, kind: Kind) -> CommandLine {
+    CommandLine::new("simulate")
+        .option("--kind", [kind])
+        .option("--profile", [take.profile])
+        .option("--seconds", [take.seconds])
+        .option("--peak-voltage", [format!("{:.1}", take.peak_voltage_v)])
+        .option("--out", [unused(Path::new(&format!("{}.csv", take.profile))).display()])
 }

@@ -5,8 +5,10 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
+use super::stdout;
+use super::table::{Column, Table};
 use super::terminal::Terminal;
-use super::{stdout, words};
+use crate::answers::next::CommandLine;
 use crate::device::Port;
 use crate::device::ports::{self, Answer, Listed, Way};
 use crate::error::{EXIT_HARDWARE, Error, Result};
@@ -53,13 +55,15 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         )?;
     } else {
         print(&asked)?;
+        let board = asked.iter().find(|port| matches!(port.answer, Answer::Board(_)));
+        stdout::print_next(board.map(|board| CommandLine::new("rig").option("--port", [&board.name])).as_ref())?;
     }
     let failed = asked.iter().any(|port| port.named && matches!(port.answer, Answer::Nobody(_)));
     Ok(if failed { ExitCode::from(EXIT_HARDWARE) } else { ExitCode::SUCCESS })
 }
 
 fn print(ports: &[Listed]) -> Result<()> {
-    let mut table = words::table(&["port", "connected", "board", "firmware", "rig", "motor"]);
+    let mut table = Table::new(["port", "connected", "board", "firmware", "rig", "motor"].map(Column::text));
     for port in ports {
         let mut cells = vec![port.name.clone(), way(&port.way)];
         cells.extend(match &port.answer {
@@ -70,7 +74,7 @@ fn print(ports: &[Listed]) -> Result<()> {
                 [board.device.board.clone(), board.device.firmware.clone(), or_dash(&board.rig), or_dash(&board.motor)]
             }
         });
-        table.add_row(cells);
+        table.row(cells);
     }
     stdout::print_line(&table.to_string())?;
     for port in ports {

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use super::input;
 use super::stdout;
 use super::terminal::Terminal;
+use crate::answers::next::{CommandLine, Files};
 use crate::answers::predict::Request;
 use crate::check;
 use crate::error::Result;
@@ -77,6 +78,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     } else {
         stdout::print_line(&in_words(&answer.prediction, &model))?;
         stdout::print_line(&format!("\nwritten: {}", args.out.display()))?;
+        let files = Files { recordings: vec![args.input.clone()], map: args.map.map.clone() };
+        let compare = || files.again(CommandLine::new("compare")).option("--model", [args.model.display()]);
+        stdout::print_next(answer.given.recordings.iter().all(check::is_recorded).then(compare).as_ref())?;
     }
     Ok(ExitCode::SUCCESS)
 }

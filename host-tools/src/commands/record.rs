@@ -12,6 +12,7 @@ use serde_json::json;
 use super::kept::{keep, keep_elsewhere};
 use super::stdout;
 use super::terminal::Terminal;
+use crate::answers::next::CommandLine;
 use crate::context::Context;
 use crate::device::capture::{self, Capture, Ended};
 use crate::device::connection::{faults, mode};
@@ -119,6 +120,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     } else {
         let line = format!("{}: {} samples from {}", out.display(), capture.samples.len(), device.board);
         stdout::print_line(&line)?;
+        stdout::print_next(Some(&CommandLine::new("check").files([&out])))?;
     }
     for line in status.iter().flat_map(faults) {
         eprintln!("greyrig: the microcontroller: {line}");

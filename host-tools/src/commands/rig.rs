@@ -1,14 +1,17 @@
 //! `greyrig rig`: what belongs to a rig.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use greyrig::detector::Verdict;
 use greyrig::units::Scale;
 use serde_json::json;
 
+use super::paint::{DOUBT, painted};
+use super::stdout;
+use super::table::{Column, Table};
 use super::terminal::Terminal;
-use super::{stdout, words};
+use crate::answers::next::{CommandLine, unused};
 use crate::device::rig::{self, Rig};
 use crate::device::{Port, connection, parameters, update};
 use crate::error::Result;
@@ -75,6 +78,10 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         stdout::print_json("rig", &[], told(&there, &args.port, changes))?;
     } else {
         print(&there, &args.port, changes)?;
+        let next = CommandLine::new("record").option("--port", [&args.port]);
+        let next = next.option("--clock", args.clock.as_ref().map(|clock| clock.display()));
+        let next = next.with(["--seconds", "10", "--out"]).files([&unused(Path::new("run.csv"))]);
+        stdout::print_next(Some(&next))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -99,9 +106,9 @@ const fn verdict(verdict: Verdict) -> &'static str {
 fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     let Rig { device, status, settings, rig: own } = rig;
     let named = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
-    let mut table = words::table(&["", port]);
+    let mut table = Table::new([Column::text(""), Column::text(port)]);
     let mut row = |what: &str, value: String| {
-        table.add_row([what.to_owned(), value]);
+        table.row([what.to_owned(), value]);
     };
     row("rig", own.as_ref().map_or_else(|| "–".into(), |rig| named(&rig.name)));
     row("motor type on board", settings.as_ref().map_or_else(|| "–".into(), |s| named(&s.motor_type)));
@@ -128,7 +135,7 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
         stdout::print_line(&format!("the last end of the program: {}", connection::incident(incident)))?;
     }
     for fault in connection::faults(status) {
-        stdout::print_line(&fault)?;
+        stdout::print_line(&painted(DOUBT, fault))?;
     }
     if written {
         stdout::print_line("written and verified")?;

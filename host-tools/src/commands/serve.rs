@@ -61,7 +61,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         let url = format!("http://{address}/?token={token}");
         match args.json {
             true => stdout::print_json("serve", &names, json!({ "url": url, "project": project })),
-            false => stdout::print_line(&format!("{url} (project {project}; Ctrl-C ends it)")),
+            false => stdout::print_as_it_is(&format!("{url} (project {project}; Ctrl-C ends it)")),
         }
     };
     let runtime = tokio::runtime::Builder::new_current_thread()

@@ -1,13 +1,15 @@
 //! `greyrig simulate`: a recording from the virtual rig.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use comfy_table::{ContentArrangement, Table, presets};
 use serde_json::json;
 
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
+use super::words;
+use crate::answers::next::{CommandLine, unused};
 use crate::answers::simulate::{Answer, Request};
 use crate::error::{Error, Result};
 use crate::output;
@@ -138,6 +140,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             setup.motor.kind.name(),
             setup.profile.id
         ))?;
+        let next = CommandLine::new("identify").with([&name]);
+        stdout::print_next(Some(&next.option("--out", [unused(Path::new("model.toml")).display()])))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -189,24 +193,31 @@ fn list(args: &Args) -> Result<ExitCode> {
         stdout::print_json("simulate", &[], body)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let mut effects = table(&["effect", "what", "usual size", "range", "size is"]);
+    let mut effects = table(["effect", "usual size", "range", "what", "size is"]);
     for e in EFFECTS {
         if let Some(sizes) = e.sizes(kind) {
             let id = if e.forms.is_empty() { e.id.to_owned() } else { format!("{}[:{}]", e.id, e.forms.join("|")) };
-            effects.add_row([id, e.what.to_owned(), usual(sizes, e.unit), range(sizes), e.size.to_owned()]);
+            effects.row(sized(&id, e.what, sizes, e.unit, e.size));
         }
     }
-    let mut faults = table(&["fault", "what", "usual size", "range", "size is"]);
+    let mut faults = table(["fault", "usual size", "range", "what", "size is"]);
     for f in FAULTS {
         if let Some(sizes) = f.sizes(kind) {
-            faults.add_row([f.id.to_owned(), f.what.to_owned(), usual(sizes, f.unit), range(sizes), f.size.to_owned()]);
+            faults.row(sized(f.id, f.what, sizes, f.unit, f.size));
         }
     }
-    let mut profiles = table(&["profile", "what", "identifies", "seconds"]);
+    let mut profiles = table(["profile", "seconds", "what", "identifies"]);
     for p in fitting_profiles(kind) {
-        profiles.add_row([p.id.to_owned(), p.what.to_owned(), p.identifies.to_owned(), p.seconds.to_string()]);
+        profiles.row([words::strong(p.id), Cell::from(p.seconds.to_string()), p.what.into(), p.identifies.into()]);
     }
-    stdout::print_line(&format!("For --kind {}:\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
+    stdout::print_line(&format!("For --kind {}:\n\n{effects}\n\n{faults}\n\n{profiles}", kind.name()))?;
+    let (effect, profile) = match kind {
+        Kind::Universal => ("saturation", "staircase"),
+        Kind::PmDc => ("brush_drop", "dc-steps"),
+    };
+    let next = CommandLine::new("simulate").option("--kind", [kind]).option("--effect", [effect]);
+    let next = next.option("--profile", [profile]);
+    stdout::print_next(Some(&next.option("--out", [unused(Path::new("run.csv")).display()])))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -214,19 +225,20 @@ fn fitting_profiles(kind: Kind) -> impl Iterator<Item = &'static crate::rig::Pro
     PROFILES.iter().filter(move |p| p.pm_dc || kind == Kind::Universal)
 }
 
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_BORDERS_ONLY).set_content_arrangement(ContentArrangement::Dynamic).set_width(120);
-    table.set_header(header);
-    table
+/// A table by the titles of its columns.
+fn table<const N: usize>(titles: [&str; N]) -> Table {
+    Table::new(titles.map(|title| match title {
+        "usual size" | "range" | "seconds" => Column::figure(title),
+        "what" | "size is" | "identifies" => Column::prose(title),
+        name => Column::text(name),
+    }))
 }
 
-fn usual(sizes: Sizes, unit: &str) -> String {
-    format!("{} {unit}", short(sizes.default)).trim_end().to_owned()
-}
-
-fn range(sizes: Sizes) -> String {
-    format!("{} … {}", short(sizes.least), short(sizes.most))
+/// A row of what has a size.
+fn sized(id: &str, what: &str, sizes: Sizes, unit: &str, size: &str) -> [Cell; 5] {
+    let with_unit = |text: String| format!("{text} {unit}").trim_end().to_owned();
+    let range = with_unit(format!("{} … {}", short(sizes.least), short(sizes.most)));
+    [words::strong(id), with_unit(short(sizes.default)).into(), range.into(), what.into(), size.into()]
 }
 
 /// Small figures with an exponent, the others without.

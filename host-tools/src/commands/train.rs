@@ -6,10 +6,13 @@ use std::process::ExitCode;
 use super::anfis::{Bell, parse_bell};
 use super::answer::Answer;
 use super::input::{self, Input};
+use super::paint::{DOUBT, painted};
 use super::stdout;
+use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
 use crate::anfis::{Method, Trained};
+use crate::answers::next::CommandLine;
 use crate::answers::train::{Answer as Answered, Request};
 use crate::compare::{Comparison, PerSignal};
 use crate::error::Result;
@@ -98,6 +101,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     tell(&answer)?;
     if let Some(path) = &args.out {
         stdout::print_line(&format!("written: {}", path.display()))?;
+        let next = args.input.files().again(CommandLine::new("compare")).option("--model", [path.display()]);
+        stdout::print_next(Some(&next))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -117,24 +122,27 @@ fn tell(answer: &Answered) -> Result<()> {
         ))?;
     }
     for note in answer.trained.notes() {
-        stdout::print_line(&format!("note: {note}"))?;
+        stdout::print_line(&words::note(note))?;
     }
     if !answer.accepted() {
-        stdout::print_line("not accepted: the error does not fall on data that the training has not seen")?;
+        stdout::print_line(&format!(
+            "{}: the error does not fall on data that the training has not seen",
+            painted(DOUBT, "not accepted")
+        ))?;
     }
     Ok(())
 }
 
 fn table(before: &[Comparison; 2], after: &[Comparison; 2]) -> String {
-    let mut table = words::table(&["error-to-signal ratio", "current", "speed", "held out: current", "speed"]);
-    let row = |label: &str, training: PerSignal, held_out: PerSignal| {
-        [label.to_owned()]
-            .into_iter()
-            .chain([training.current, training.speed, held_out.current, held_out.speed].map(words::percent))
-            .collect::<Vec<_>>()
+    let figures = ["current", "speed", "held out: current", "speed"].map(Column::figure);
+    let mut table = Table::new([Column::text("error-to-signal ratio")].into_iter().chain(figures));
+    let mut row = |label: &str, training: PerSignal, held_out: PerSignal, judged: fn(String) -> Cell| {
+        let [current, speed] = [training.current, training.speed].map(words::percent);
+        let [judged_current, judged_speed] = [held_out.current, held_out.speed].map(words::percent).map(judged);
+        table.row([Cell::from(label), current.into(), speed.into(), judged_current, judged_speed]);
     };
-    table.add_row(row("physical model", before[0].esr, before[1].esr));
-    table.add_row(row("+ correction", after[0].esr, after[1].esr));
-    table.add_row(row("noise floor", after[0].noise_floor, after[1].noise_floor));
+    row("physical model", before[0].esr, before[1].esr, words::strong);
+    row("+ correction", after[0].esr, after[1].esr, words::strong);
+    row("noise floor", after[0].noise_floor, after[1].noise_floor, words::faint);
     table.to_string()
 }

@@ -1,56 +1,76 @@
 //! How results are printed for a person.
 
-use comfy_table::{Cell, CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use anstyle::Style;
 
-use super::stdout;
+use super::paint::{BAD, DOUBT, FAINT, GOOD, STRONG, painted};
+use super::table::{Cell, Column, Table};
 use crate::between::Course;
 use crate::compare::{Comparison, PerSignal};
 use crate::identify::flux::FluxAtPeak;
 use crate::identify::{Estimate, Identification};
 use crate::model::Status;
+use crate::monitor::test::Outcome;
 pub use crate::numbers::percent_in_column as percent;
+pub use crate::numbers::unit;
+use crate::numbers::{self, readable_unit, with_interval};
 use crate::speed_sensor::SpeedSensor;
 
-/// A table in the house style, as wide as the terminal at most.
-pub fn table(header: &[&str]) -> Table {
-    let line = LineStyle::none().fill('─').junction('─');
-    let mut table = Table::new();
-    table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));
-    if let Some(width) = stdout::width().and_then(|width| width.try_into().ok()) {
-        table.set_width(width).set_content_arrangement(ContentArrangement::Dynamic);
-    }
-    table.set_header(header.iter().map(Cell::new));
-    table
+/// The number that an answer turns on.
+pub fn strong(text: impl ToString) -> Cell {
+    Cell::painted(STRONG, text)
 }
 
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text.to_string()).set_alignment(CellAlignment::Right)
+/// What only stands beside it.
+pub fn faint(text: impl ToString) -> Cell {
+    Cell::painted(FAINT, text)
 }
 
-fn number(x: f64) -> String {
-    if x == 0.0 {
-        "0".into()
-    } else if (1e-3..1e5).contains(&x.abs()) {
-        format!("{x:.5}")
-    } else {
-        format!("{x:.4e}")
+/// Something to know beside an answer.
+pub fn note(text: impl std::fmt::Display) -> String {
+    format!("{}: {text}", painted(DOUBT, "note"))
+}
+
+/// How a verdict on a motor is shown.
+pub const fn style_of(outcome: Outcome) -> Style {
+    match outcome {
+        Outcome::Pass => GOOD,
+        Outcome::CannotJudge => DOUBT,
+        Outcome::Fail => BAD,
     }
+}
+
+/// The verdict on a motor.
+pub fn outcome(outcome: Outcome) -> Cell {
+    Cell::painted(style_of(outcome), outcome.words())
 }
 
 /// The parameters with their intervals.
 pub fn parameters(identification: &Identification) -> String {
-    let mut table = table(&["parameter", "value", "unit", "95 % interval", ""]);
+    let mut table = Table::new([
+        Column::text("parameter"),
+        Column::figure("value"),
+        Column::text("unit"),
+        Column::figure("95 % interval"),
+        Column::text(""),
+    ]);
     for Estimate { name, value, unit, ci95, status, .. } in &identification.parameters {
-        table.add_row(vec![
-            Cell::new(name),
-            right(value.map_or_else(|| "–".into(), number)),
-            Cell::new(unit),
-            right(ci95.map_or_else(String::new, |[low, high]| format!("{} … {}", number(low), number(high)))),
-            Cell::new(match status {
-                Status::Identified => "",
-                Status::Fixed => "fixed",
-                Status::NotIdentifiable => "not identifiable",
-            }),
+        let (value, interval) = match value {
+            Some(value) => {
+                let (value, interval) = with_interval(*value, *ci95);
+                (value, if ci95.is_some() { interval } else { String::new() })
+            }
+            None => (numbers::NONE.to_owned(), String::new()),
+        };
+        table.row([
+            Cell::from(name),
+            strong(value),
+            Cell::from(if unit == "1" { unit.clone() } else { numbers::unit(unit) }),
+            Cell::from(interval),
+            match status {
+                Status::Identified => Cell::default(),
+                Status::Fixed => faint("fixed"),
+                Status::NotIdentifiable => Cell::painted(DOUBT, "not identifiable"),
+            },
         ]);
     }
     table.to_string()
@@ -58,9 +78,9 @@ pub fn parameters(identification: &Identification) -> String {
 
 /// The linkage at the largest current in a line.
 pub fn flux(flux: &FluxAtPeak) -> String {
-    let [low, high] = flux.ci95.map(number);
-    let FluxAtPeak { current, speed, value, .. } = flux;
-    format!("K phi = {} V s/rad ({low} … {high}) at {current:.2} A, the largest, and {speed:.0} rad/s", number(*value))
+    let (value, interval) = with_interval(flux.value, Some(flux.ci95));
+    let FluxAtPeak { current, speed, .. } = flux;
+    format!("K φ = {value} V s/rad ({interval}) at {current:.2} A, the largest, and {speed:.0} rad/s")
 }
 
 /// Error-to-signal ratios next to the noise floor, recording by recording.
@@ -69,19 +89,11 @@ pub fn errors(comparison: &Comparison) -> String {
     type Pick = fn(&PerSignal) -> Option<f64>;
     let first: (&str, Pick) = if torque { ("torque", |p| p.torque) } else { ("current", |p| p.current) };
     let signals: [(&str, Pick); 2] = [first, ("speed", |p| p.speed)];
-    let mut header = vec!["error-to-signal ratio".to_owned()];
-    for (name, _) in &signals {
-        header.push((*name).to_owned());
-        header.push("noise floor".to_owned());
-    }
-    let mut table = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let columns = signals.iter().flat_map(|(name, _)| [*name, "noise floor"]).map(Column::figure);
+    let mut table = Table::new([Column::text("error-to-signal ratio")].into_iter().chain(columns));
     let mut row = |name: &str, esr: &PerSignal, floor: &PerSignal| {
-        let mut cells = vec![Cell::new(name)];
-        for (_, of) in &signals {
-            cells.push(right(percent(of(esr))));
-            cells.push(right(percent(of(floor))));
-        }
-        table.add_row(cells);
+        let figures = signals.iter().flat_map(|(_, of)| [strong(percent(of(esr))), faint(percent(of(floor)))]);
+        table.row([Cell::from(name)].into_iter().chain(figures));
     };
     for r in &comparison.per_recording {
         row(&r.recording, &r.esr, &r.noise_floor);
@@ -130,10 +142,7 @@ pub fn regions(comparison: &Comparison) -> String {
 
 /// A quantity to two digits, with its unit: 43 mV, 0.15, 1.7e-11 N m s²/(A² rad²).
 pub fn quantity(value: f64, unit: &str) -> String {
-    const PREFIXES: [(f64, &str); 4] = [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
-    let simple = matches!(unit, "V" | "A" | "s" | "N m" | "N" | "Ω" | "ohm" | "H");
-    let fitting = PREFIXES.iter().find(|(size, _)| value.abs() >= 0.9995 * size);
-    let (size, prefix) = fitting.filter(|_| simple).copied().unwrap_or(PREFIXES[0]);
+    let (size, unit) = readable_unit(value, unit);
     let scaled = value / size;
     let number = if scaled == 0.0 || (1e-2..1e4).contains(&scaled.abs()) {
         let decimals = (1.0 - (1.005 * scaled.abs().max(1e-2)).log10().floor()).max(0.0) as usize;
@@ -141,5 +150,5 @@ pub fn quantity(value: f64, unit: &str) -> String {
     } else {
         format!("{scaled:.1e}")
     };
-    if unit == "1" { number } else { format!("{number} {prefix}{unit}") }
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
 }

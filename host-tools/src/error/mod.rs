@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 pub use insufficient::Insufficient;
 
 use crate::context::Interrupted;
+use crate::spelling;
 
 /// Exit code of wrong usage and bad input.
 pub const EXIT_BAD_INPUT: u8 = 2;
@@ -130,6 +131,10 @@ impl Error {
     pub fn usage(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Usage { what: one_line(what), remedy: one_line(remedy) }
     }
+    /// A name on the command line that there is not: `introduction` stands before those that there are.
+    pub fn unknown<'a>(what: &str, given: &str, known: impl IntoIterator<Item = &'a str>, introduction: &str) -> Self {
+        Self::usage(format!("there is no {what} '{given}'"), spelling::advice(given, known, introduction))
+    }
     /// Trouble with the hardware or the link to it.
     pub fn link(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Link { what: one_line(what), remedy: one_line(remedy) }
@@ -137,14 +142,20 @@ impl Error {
     /// A refusal by the operating system, with the advice that fits its kind.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         use std::io::ErrorKind as K;
+        let path = path.as_ref().to_owned();
         let remedy = match source.kind() {
-            K::NotFound => "check the spelling and the folder",
-            K::PermissionDenied => "check the permissions of the file and of its folder",
-            K::StorageFull | K::QuotaExceeded => "free some space and run the command again; nothing was written",
-            K::IsADirectory => "name a file, not a folder",
-            _ => "check the file and the medium it is on",
+            K::NotFound => match spelling::file(&path) {
+                Some(meant) => one_line(format!("did you mean {}?", meant.display())),
+                None => "check the spelling and the folder".to_owned(),
+            },
+            K::PermissionDenied => "check the permissions of the file and of its folder".to_owned(),
+            K::StorageFull | K::QuotaExceeded => {
+                "free some space and run the command again; nothing was written".to_owned()
+            }
+            K::IsADirectory => "name a file, not a folder".to_owned(),
+            _ => "check the file and the medium it is on".to_owned(),
         };
-        Self::Io { path: path.as_ref().to_owned(), source, remedy: remedy.into() }
+        Self::Io { path, source, remedy }
     }
     /// Recordings that do not hold what is asked of them.
     pub fn insufficient(place: Place, cause: Insufficient) -> Self {

@@ -12,7 +12,7 @@ use super::intervals::of_fit::blocks_of_rows;
 use super::minimise::{Effort, Fit, Residuals as _, as_it_is, have_rows, minimise};
 use super::output_error::{OutputError, Rows};
 use super::settings::Method;
-use super::space::{Entry, Freedom, Space};
+use super::space::{Entry, Freedom, Key, Space};
 use super::{identifiability, regression, slow_sampling};
 use crate::context::Context;
 use crate::error::{Error, Insufficient, Result};
@@ -73,6 +73,9 @@ pub fn fit(
         let problem = OutputError::new(experiments.iter().map(|e| Rows::new(e, substeps(e))).collect())?;
         let refined = match method {
             Method::OutputError => {
+                // A term of the user's own may fit the balances with a sign that the free run does not stand.
+                let has_terms = space.entries.iter().any(|entry| matches!(entry.key, Key::Term(..)));
+                let absent = has_terms.then(|| space.clone());
                 if space.entries.iter().any(Entry::of_effect) {
                     space = with_effects_started(&space, &bare, known, experiments, &ctx.quietly())?;
                 }
@@ -81,7 +84,11 @@ pub fn fit(
                     ambiguous = differing;
                     best
                 } else {
-                    minimise(&space, &problem, Effort::FULL, None, ctx)?
+                    let best = minimise(&space, &problem, Effort::FULL, None, ctx)?;
+                    match absent {
+                        Some(absent) => better(best, &from_absence(&space, &absent), &problem, ctx)?,
+                        None => best,
+                    }
                 }
             }
             Method::LeastSquares => as_it_is(&space, &problem),
@@ -147,6 +154,26 @@ pub fn fit(
             }
         }
     }
+}
+
+/// A space whose terms begin from where they are in another one.
+fn from_absence(space: &Space, absent: &Space) -> Space {
+    let mut start = space.clone();
+    for entry in start.entries.iter_mut().filter(|entry| matches!(entry.key, Key::Term(..) | Key::Base(_))) {
+        entry.value = absent.value(entry.key);
+    }
+    start
+}
+
+/// A fit, or the one from another start where that ends with a smaller error of the free run.
+fn better(fit: Fit, start: &Space, problem: &OutputError<'_>, ctx: &Context) -> Result<Fit> {
+    let other = minimise(start, problem, Effort::FULL, None, ctx)?;
+    let error = |fit: &Fit| Some(fit.log_error(problem.groups())).filter(|error| error.is_finite());
+    Ok(match (error(&fit), error(&other)) {
+        (Some(own), Some(others)) if own <= others => fit,
+        (Some(_), None) => fit,
+        _ => other,
+    })
 }
 
 /// Factors of the inertia from which a fit without a current starts besides: without one, balances say little of where

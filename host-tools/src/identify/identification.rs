@@ -124,7 +124,7 @@ impl Outcome {
     }
 
     /// The parameters in the order of the equations.
-    fn estimates(&self, kind: Kind, motion: Motion) -> Vec<Estimate> {
+    fn estimates(&self, motion: Motion) -> Vec<Estimate> {
         let theta = self.space.coordinates();
         let mut coordinates = theta.iter().enumerate();
         let present = self.space.entries.iter().filter(|entry| entry.freedom != Freedom::Absent);
@@ -153,7 +153,7 @@ impl Outcome {
                 key: entry.key,
                 name: entry.name.clone(),
                 value,
-                unit: entry.key.unit(kind, motion).to_owned(),
+                unit: self.space.unit(entry.key, motion),
                 ci95,
                 identifiable: ci95.is_some(),
                 status,
@@ -204,7 +204,7 @@ impl Outcome {
         mut notes: Vec<String>,
     ) -> Identification {
         let motion = recordings[0].motion();
-        let parameters = self.estimates(settings.kind, motion);
+        let parameters = self.estimates(motion);
         notes.extend(self.weaknesses.into_iter().map(|w| w.text));
         let of_effect = |id: &EffectId| EffectEntry {
             id: *id,

@@ -108,8 +108,8 @@ pub fn build_space(settings: &Settings) -> Result<Space> {
             ));
         }
     }
-    let names = space.entries.iter().map(|e| e.name.clone()).collect::<Vec<_>>().join(", ");
-    let unknown = |name: &str| Error::usage(format!("there is no parameter {name}"), format!("the model has {names}"));
+    let names: Vec<String> = space.entries.iter().map(|e| e.name.to_string()).collect();
+    let unknown = |name: &str| Error::unknown("parameter", name, names.iter().map(String::as_str), "the model has");
     for fix in &settings.fixed {
         let entry = space.named_mut(&fix.name).ok_or_else(|| unknown(&fix.name))?;
         if entry.positive && fix.value <= 0.0 {

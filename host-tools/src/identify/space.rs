@@ -268,6 +268,14 @@ impl Space {
         self
     }
 
+    /// Unit of a parameter in a drive; `SI` where a formula does not determine that of its unknown.
+    pub fn unit(&self, key: Key, motion: Motion) -> String {
+        match key {
+            Key::Term(t, j) => self.terms[t].unit(j, motion == Motion::Linear).unwrap_or_else(|| "SI".to_owned()),
+            Key::Base(_) | Key::Effect(..) => key.unit(self.kind, motion).to_owned(),
+        }
+    }
+
     /// Typical sizes in recordings, by the present values of K and R.
     pub fn scales(&self, experiments: &[Experiment]) -> Scales {
         Scales::of(self.kind, self.value(BaseParameter::K), self.value(BaseParameter::R), experiments)

@@ -1,6 +1,6 @@
 //! The catalogue of effects, asked by what a user has written.
 
-use greyrig::effects::{EffectId, Identifiers};
+use greyrig::effects::EffectId;
 
 use crate::error::{Error, Result};
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// There is none.
 pub fn effect(id: &str) -> Result<EffectId> {
-    id.parse().map_err(|_| Error::usage(format!("there is no effect {id}"), format!("known are {Identifiers}")))
+    id.parse().map_err(|_| Error::unknown("effect", id, EffectId::ALL.iter().map(|id| id.id()), "known are"))
 }
 
 /// Effects by their identifiers.

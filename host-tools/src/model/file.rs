@@ -9,6 +9,7 @@ use super::lot::Population;
 use super::{Model, Parameter, SCHEMA, unit};
 use crate::error::{Error, Place, Result};
 use crate::output;
+use crate::spelling;
 
 /// Where a key stands in the file.
 type At<'a> = &'a dyn Fn(&str) -> Place;
@@ -75,7 +76,7 @@ impl Model {
                 return Err(Error::input(
                     place(),
                     format!("there is no parameter {name}"),
-                    format!("the base model has {}", BaseParameter::ALL.map(BaseParameter::name).join(", ")),
+                    spelling::advice(name, BaseParameter::ALL.map(BaseParameter::name), "the base model has"),
                 ));
             };
             let expected = unit(base.unit(self.kind.flux_law()), self.motion);

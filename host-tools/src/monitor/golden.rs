@@ -21,6 +21,15 @@ use crate::model::DetectorEntry;
 /// What is followed.
 pub const FIGURES: [&str; 4] =
     ["deviation of the current", "deviation of the speed", "current above 1 kHz", "voltage of the supply"];
+/// Their units, and how many of these make one in SI: ratios are read in per cent.
+const UNITS: [(&str, f64); FIGURES.len()] = [("%", 100.0), ("%", 100.0), ("A", 1.0), ("V", 1.0)];
+
+/// A value of a figure with its unit.
+pub fn told(figure: &str, value: f64) -> String {
+    let (unit, scale) = FIGURES.iter().position(|name| *name == figure).map_or(("", 1.0), |k| UNITS[k]);
+    format!("{} {unit}", crate::numbers::figure(scale * value, 4))
+}
+
 /// Charts that share the false alarms: individuals and averages of each figure.
 const RULES: f64 = 2.0 * FIGURES.len() as f64;
 /// First line of a history.

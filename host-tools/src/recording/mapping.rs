@@ -9,6 +9,10 @@ use super::names::{self, Role};
 use super::table::{Column, LeftOut};
 use super::units::Unit;
 use crate::error::{Error, Result};
+use crate::spelling;
+
+/// Columns of a file that an error names.
+const NAMED: usize = 12;
 
 /// `--map`, shared by every command that reads recordings.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -135,11 +139,10 @@ impl Mapping {
                 continue;
             }
             let Some(&(_, role)) = Role::TARGETS.iter().find(|(name, _)| *name == target) else {
-                let mut known: Vec<_> = Role::TARGETS.iter().map(|t| t.0).chain(["sample_time_s"]).collect();
-                known.sort_by_key(|name| names::distance(name, target));
+                let known = Role::TARGETS.iter().map(|t| t.0).chain(["sample_time_s"]);
                 return Err(Error::usage(
                     format!("--map {piece}: there is no channel '{target}'"),
-                    format!("choose one of {}", known.join(", ")),
+                    spelling::advice(target, known, "choose one of"),
                 ));
             };
             if source.is_empty() {
@@ -252,27 +255,24 @@ impl Rule {
                 Err(fault) if columns.iter().any(|c| self.source.contains(&c.label)) => {
                     return Err((
                         format!("--map {}={}: {fault}", self.target, self.source),
-                        format!("the file has {}", nearest(columns, &self.source)),
+                        nearest(columns, &self.source),
                     ));
                 }
                 Err(_) => {}
             }
         }
         let wanted = readings.last().map_or(self.source.as_str(), |r| r.0);
-        Err((
-            format!("--map {}={}: there is no column '{wanted}'", self.target, self.source),
-            format!("the file has {}", nearest(columns, wanted)),
-        ))
+        Err((format!("--map {}={}: there is no column '{wanted}'", self.target, self.source), nearest(columns, wanted)))
     }
 }
 
-/// The columns of a file, nearest spelling first.
+/// The columns of a file, and the one that was meant.
 fn nearest(columns: &[Column], wanted: &str) -> String {
-    let mut names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
-    names.sort_by_key(|name| names::distance(name, wanted));
-    let more = if names.len() > 12 { format!(" and {} more", names.len() - 12) } else { String::new() };
-    names.truncate(12);
-    format!("{}{more}", names.join(", "))
+    let names = || columns.iter().map(|column| column.name.as_str());
+    let more = if columns.len() > NAMED { format!(" and {} more", columns.len() - NAMED) } else { String::new() };
+    let near = spelling::nearest_first(wanted, names());
+    let told = spelling::advice(wanted, near.into_iter().take(NAMED), "the file has");
+    format!("{told}{more}")
 }
 
 /// By full name, then by the name inside its group, then without the unit in the header.

@@ -335,22 +335,6 @@ pub fn is_row_index(label: &str, values: &[f64]) -> bool {
     named && values.windows(2).all(|w| w[1] - w[0] == 1.0)
 }
 
-/// Number of single-letter edits between two names, to suggest the nearest one (Levenshtein, 1966).
-pub fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.to_lowercase().chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.to_lowercase().chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let up = row[j + 1];
-            row[j + 1] = if ca == *cb { diagonal } else { 1 + diagonal.min(up).min(row[j]) };
-            diagonal = up;
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -384,12 +368,5 @@ mod tests {
         for label in ["q_ref_m", "pos_ref_rad", "torque_in_Nm", "drive_V", "pulses_N", "VoltageCh1", "z1"] {
             assert_eq!(header(label).role, None, "{label}");
         }
-    }
-
-    #[test]
-    fn distance_counts_edits() {
-        assert_eq!(distance("kitten", "sitting"), 3);
-        assert_eq!(distance("", "abc"), 3);
-        assert_eq!(distance("Speed", "speed"), 0);
     }
 }

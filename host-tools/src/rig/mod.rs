@@ -18,7 +18,6 @@ pub mod effects;
 pub mod faults;
 pub mod logger;
 pub mod motor;
-mod names;
 pub mod parts;
 pub mod plant;
 pub mod profiles;

@@ -135,14 +135,8 @@ impl Profile {
     /// # Errors
     /// An unknown name; the message lists the known ones, the nearest first.
     pub fn find(id: &str) -> Result<&'static Self> {
-        PROFILES.iter().find(|p| p.id == id).ok_or_else(|| {
-            super::names::unknown(
-                "profile",
-                id,
-                PROFILES.iter().map(|p| p.id),
-                "`greyrig simulate --list` explains them",
-            )
-        })
+        let known = || PROFILES.iter().map(|p| p.id);
+        PROFILES.iter().find(|p| p.id == id).ok_or_else(|| super::Error::unknown("profile", id, known(), "known are"))
     }
 
     /// The segments for a motor, with whole samples each.

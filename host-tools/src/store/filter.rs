@@ -6,6 +6,7 @@ use std::str::FromStr;
 use jiff::civil::Date;
 
 use super::partition::Partition;
+use crate::spelling;
 
 /// Recordings that are meant; each condition that is given has to hold.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -57,7 +58,13 @@ impl FromStr for Filter {
                 "from" => filter.from = Some(day()?),
                 "to" => filter.to = Some(day()?),
                 "day" => (filter.from, filter.to) = (Some(day()?), Some(day()?)),
-                other => return Err(format!("{other:?} is none of line, type, day, from, to, serial")),
+                other => {
+                    let known = ["line", "type", "day", "from", "to", "serial"];
+                    return Err(format!(
+                        "there is no condition {other:?}; {}",
+                        spelling::advice(other, known, "known are")
+                    ));
+                }
             }
         }
         Ok(filter)

@@ -20,6 +20,7 @@
 //! `sign(w)*abs(w)^n`.
 
 mod parser;
+mod units;
 
 use std::str::FromStr;
 

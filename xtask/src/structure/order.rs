@@ -38,6 +38,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
         "greyrig_host",
         &[
             "context",
+            "spelling",
             "error",
             "output",
             "journal",

@@ -9,8 +9,11 @@ use serde_json::{Map, Value, json};
 
 use super::answer::Answer as Answering;
 use super::input;
+use super::paint::{STRONG, painted};
 use super::terminal::Terminal;
+use super::words;
 use crate::answers::monitor::{self, Answer, Request};
+use crate::answers::next::{CommandLine, Files};
 use crate::commands::stdout;
 use crate::error::{Error, Result};
 use crate::journal::{self, Journal};
@@ -108,12 +111,31 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         for test in tests {
             print(test)?;
         }
+        stdout::print_next(args.next(tests).as_ref())?;
     }
     Ok(match worst {
         Outcome::Pass => ExitCode::SUCCESS,
         Outcome::Fail => ExitCode::from(FAILED),
         Outcome::CannotJudge => ExitCode::from(NO_VERDICT),
     })
+}
+
+impl Args {
+    /// The command that goes on: where the first motor that fails is off, or what is wrong with the recording of one
+    /// that cannot be judged.
+    fn next(&self, tests: &[Test]) -> Option<CommandLine> {
+        let worst = monitor::worst(tests);
+        let command = match worst {
+            Outcome::Pass => return None,
+            Outcome::Fail => CommandLine::new("compare"),
+            Outcome::CannotJudge => CommandLine::new("check"),
+        };
+        let place = tests.iter().position(|test| test.verdict == worst)?;
+        let file = if self.port.is_some() { self.out.as_ref()? } else { self.recordings.get(place)? };
+        let files = Files { recordings: vec![file.clone()], map: self.map.map.clone() };
+        let model = (worst == Outcome::Fail).then(|| self.model.display());
+        Some(files.again(command).option("--model", model))
+    }
 }
 
 /// Motors that have been judged.
@@ -177,7 +199,7 @@ fn print(test: &Test) -> Result<()> {
     stdout::print_line(&format!(
         "{}: {} ({} of {} periods judged)",
         test.recording,
-        test.verdict.words(),
+        painted(words::style_of(test.verdict), test.verdict.words()),
         test.periods[0],
         test.periods[1]
     ))?;
@@ -195,7 +217,12 @@ fn print(test: &Test) -> Result<()> {
         stdout::print_line(&format!("  and {} more alarms", test.alarms.len() - 5))?;
     }
     if let Some(first) = test.findings.first() {
-        stdout::print_line(&format!("  fault: {} ({}), {:.1} times the limit", first.text, first.kind, first.ratio))?;
+        stdout::print_line(&format!(
+            "  fault: {} ({}), {:.1} times the limit",
+            painted(STRONG, &first.text),
+            first.kind,
+            first.ratio
+        ))?;
         for other in test.findings.iter().skip(1).filter(|other| other.as_likely) {
             stdout::print_line(&format!("     or: {} ({})", other.text, other.kind))?;
         }

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::super::stdout;
 use super::super::terminal::Terminal;
 use super::{INTERRUPTED, counted};
+use crate::answers::next::CommandLine;
 use crate::error::{EXIT_BAD_INPUT, Error, Result};
 use crate::recording::MapArgs;
 use crate::store::add::{Given, add, files_of};
@@ -93,6 +94,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         }
         if counts.interrupted {
             stdout::print_line("interrupted; the same command goes on from there")?;
+        } else {
+            let next = CommandLine::new("store run").files([&args.store]).with(["identify"]);
+            stdout::print_next(Some(&next))?;
         }
     }
     Ok(match (counts.interrupted, counts.refused) {

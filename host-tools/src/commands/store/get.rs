@@ -8,6 +8,7 @@ use serde_json::json;
 use super::super::stdout;
 use super::super::terminal::Terminal;
 use super::tell;
+use crate::answers::next::CommandLine;
 use crate::error::{Error, Place, Result};
 use crate::store::listing::get;
 use crate::store::{Filter, Store};
@@ -67,6 +68,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             entry.sample_time_s,
             entry.name
         ))?;
+        stdout::print_next(Some(&CommandLine::new("check").files([&args.out])))?;
     }
     Ok(ExitCode::SUCCESS)
 }

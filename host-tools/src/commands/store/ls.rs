@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use comfy_table::{Cell, CellAlignment};
 use serde_json::json;
 
+use super::super::stdout;
+use super::super::table::{Column, Table};
 use super::super::terminal::Terminal;
-use super::super::{stdout, words};
 use super::{counted, tell};
 use crate::error::Result;
 use crate::numbers::NONE;
@@ -77,16 +77,20 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
 }
 
 fn outcomes(results: &BTreeMap<ResultShare, usize>) -> String {
-    let mut table = words::table(&["question", "model", "version", "outcome", "results"]);
+    let mut table = Table::new([
+        Column::text("question"),
+        Column::text("model"),
+        Column::text("version"),
+        Column::text("outcome"),
+        Column::figure("results"),
+    ]);
     for (share, count) in results {
         let digest = share.model.get(..8).unwrap_or(&share.model);
         let model = match &share.model_name {
             Some(name) => format!("{name} ({digest})"),
             None => share.model.clone(),
         };
-        let mut row: Vec<Cell> = [&share.job, &model, &share.code, &share.outcome].into_iter().map(Cell::new).collect();
-        row.push(right(count));
-        table.add_row(row);
+        table.row([&share.job, &model, &share.code, &share.outcome, &count.to_string()]);
     }
     table.to_string()
 }
@@ -100,37 +104,30 @@ fn place(partition: &Partition) -> [String; 3] {
     [known(partition.line.as_deref()), known(partition.motor.as_deref()), known(day.as_deref())]
 }
 
-fn right(text: impl ToString) -> Cell {
-    Cell::new(text.to_string()).set_alignment(CellAlignment::Right)
-}
-
 fn folders(shares: &[Share]) -> String {
-    let mut table = words::table(&["line", "type", "day", "recordings", "seconds", "files", "size"]);
+    let figures = ["recordings", "seconds", "files", "size"].map(Column::figure);
+    let mut table = Table::new(["line", "type", "day"].map(Column::text).into_iter().chain(figures));
     for share in shares {
-        let mut row: Vec<Cell> = place(&share.partition).map(Cell::new).to_vec();
-        row.extend([
-            right(share.recordings),
-            right(format!("{:.0}", share.seconds)),
-            right(share.files),
-            right(size(share.bytes)),
-        ]);
-        table.add_row(row);
+        let figures =
+            [share.recordings.to_string(), format!("{:.0}", share.seconds), share.files.to_string(), size(share.bytes)];
+        table.row(place(&share.partition).into_iter().chain(figures));
     }
     table.to_string()
 }
 
 fn recordings(all: &[About]) -> String {
-    let mut table = words::table(&["sha256", "serial", "line", "type", "time", "samples", "Hz"]);
+    let names = ["sha256", "serial", "line", "type", "time"].map(Column::text);
+    let mut table = Table::new(names.into_iter().chain(["samples", "Hz"].map(Column::figure)));
     for about in all {
         let [line, motor, day] = place(&about.partition);
-        table.add_row(vec![
-            Cell::new(about.sha256.get(..12).unwrap_or_default()),
-            Cell::new(known(about.serial.as_deref())),
-            Cell::new(line),
-            Cell::new(motor),
-            Cell::new(about.time.clone().unwrap_or(day)),
-            right(about.samples),
-            right(format!("{:.0}", 1.0 / about.sample_time_s)),
+        table.row([
+            about.sha256.get(..12).unwrap_or_default().to_owned(),
+            known(about.serial.as_deref()),
+            line,
+            motor,
+            about.time.clone().unwrap_or(day),
+            about.samples.to_string(),
+            format!("{:.0}", 1.0 / about.sample_time_s),
         ]);
     }
     table.to_string()

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::super::stdout;
 use super::super::terminal::Terminal;
 use super::{INTERRUPTED, counted, tell};
+use crate::answers::next::CommandLine;
 use crate::error::{EXIT_BAD_INPUT, Error, Result};
 use crate::model::Kind;
 use crate::store::job::{Job, Task};
@@ -80,6 +81,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         }
         if ran.interrupted {
             stdout::print_line("interrupted; the same command goes on from there")?;
+        } else {
+            stdout::print_next(Some(&CommandLine::new("store ls").files([&args.store])))?;
         }
     }
     Ok(match (ran.interrupted, ran.damaged + ran.failed) {

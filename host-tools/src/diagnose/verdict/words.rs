@@ -8,7 +8,7 @@ use crate::diagnose::criteria::{SAME_ERROR, SMALLEST_GAIN};
 use crate::diagnose::ladder::{Ladder, Step, Tried};
 use crate::diagnose::sizes::Size;
 use crate::identify::space::Key;
-use crate::numbers::with_interval;
+use crate::numbers::{readable_unit, unit, with_interval};
 
 /// The standard name of an effect.
 pub fn name(id: EffectId) -> &'static str {
@@ -55,14 +55,27 @@ fn plainly(id: EffectId, sizes: &[Size]) -> Option<String> {
     let sentences = std::iter::once(d.size_in_words).chain(d.second_size_in_words);
     let with_size = |(place, sentence)| {
         let size = sizes.iter().find(|size| size.key == Key::Effect(id, place))?;
-        let (value, _) = with_interval(size.value, size.ci95);
-        let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
-        Some((size, Sentence(sentence, format!("{value}{unit}")).to_string()))
+        Some((size, Sentence(sentence, in_plain_words(size)).to_string()))
     };
     let all: Vec<(&Size, String)> = sentences.enumerate().filter_map(with_size).collect();
     let there = all.iter().filter(|(size, _)| !size.may_be_zero()).map(|(_, words)| words.as_str());
     let there = there.collect::<Vec<_>>().join("; ");
     if there.is_empty() { all.into_iter().next().map(|(_, words)| words) } else { Some(there) }
+}
+
+/// A size in a unit that leaves no zeros in front: shares in per cent. What may be less than minus one is none.
+fn in_plain_words(size: &Size) -> String {
+    let is_share = size.key.of_effect().is_none_or(|p| p.range.0 >= -1.0);
+    let (scale, unit) = match size.unit.as_str() {
+        "1" if !is_share => (1.0, String::new()),
+        "1" => (0.01, " %".to_owned()),
+        unit => {
+            let (scale, unit) = readable_unit(size.value, unit);
+            (scale, format!(" {unit}"))
+        }
+    };
+    let (value, _) = with_interval(size.value / scale, size.ci95.map(|ends| ends.map(|end| end / scale)));
+    format!("{value}{unit}")
 }
 
 /// What an effect has gained at its step, and what the next best one would have.
@@ -119,8 +132,7 @@ pub fn in_words(size: &Size) -> String {
 /// A size to as many digits as its interval tells.
 pub fn without_interval(size: &Size) -> String {
     let (value, _) = with_interval(size.value, size.ci95);
-    let unit = if size.unit == "1" { String::new() } else { format!(" {}", size.unit) };
-    format!("{} = {value}{unit}", size.name)
+    format!("{} = {value} {}", size.name, unit(&size.unit)).trim_end().to_owned()
 }
 
 #[cfg(test)]

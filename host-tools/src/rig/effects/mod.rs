@@ -55,7 +55,7 @@ use serde::Serialize;
 
 use super::motor::Kind;
 use super::parts::Assembly;
-use super::{Error, Result, Sizes, names, number};
+use super::{Error, Result, Sizes, number};
 
 /// An effect: what it is, its sizes, and how it gets into the rig.
 #[derive(Debug)]
@@ -182,9 +182,10 @@ impl ChosenEffect {
             Some((id, form)) => (id, Some(form)),
             None => (name, None),
         };
-        let effect = EFFECTS.iter().find(|e| e.id == id).ok_or_else(|| {
-            names::unknown("effect", id, EFFECTS.iter().map(|e| e.id), "`greyrig simulate --list` explains them")
-        })?;
+        let effect = EFFECTS
+            .iter()
+            .find(|e| e.id == id)
+            .ok_or_else(|| Error::unknown("effect", id, EFFECTS.iter().map(|e| e.id), "known are"))?;
         let usual = Self::usual(effect, kind)?;
         let size = Sizes::choose(effect.sizes(kind), id, effect.unit, kind, size)?;
         let form = match form {
@@ -192,9 +193,12 @@ impl ChosenEffect {
             Some(_) if effect.forms.is_empty() => {
                 return Err(Error::usage(format!("{id} has one form only"), format!("write {id} alone")));
             }
-            Some(form) => effect.forms.iter().copied().find(|f| *f == form).ok_or_else(|| {
-                names::unknown("form", form, effect.forms.iter().copied(), "the first is the usual one")
-            })?,
+            Some(form) => effect
+                .forms
+                .iter()
+                .copied()
+                .find(|f| *f == form)
+                .ok_or_else(|| Error::unknown("form", form, effect.forms.iter().copied(), "known are"))?,
         };
         Ok(Self { effect, form, size })
     }

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::motor::Kind;
 use super::parts::Assembly;
-use super::{Result, Sizes, names, number};
+use super::{Error, Result, Sizes, number};
 
 /// A fault: what it is, its sizes, and how it gets into the rig.
 #[derive(Debug)]
@@ -91,9 +91,10 @@ impl ChosenFault {
             Some((id, size)) => (id, Some(number(size, text)?)),
             None => (rest, None),
         };
-        let fault = FAULTS.iter().find(|f| f.id == id).ok_or_else(|| {
-            names::unknown("fault", id, FAULTS.iter().map(|f| f.id), "`greyrig simulate --list` explains them")
-        })?;
+        let fault = FAULTS
+            .iter()
+            .find(|f| f.id == id)
+            .ok_or_else(|| Error::unknown("fault", id, FAULTS.iter().map(|f| f.id), "known are"))?;
         let size = Sizes::choose(fault.sizes(kind), id, fault.unit, kind, size)?;
         let onset_s = onset.unwrap_or(0.0);
         if onset_s < 0.0 {
