@@ -92,6 +92,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "firmware",
             "size",
             "packages",
+            "book",
             "page",
             "python",
             "semver",
