@@ -89,7 +89,7 @@ fn write_book(folder: &Path, force: bool, effects: &[&Description], terminal: &T
     for file in &files {
         output::write_file(&folder.join(&file.name), force, |out| out.write_all(file.text.as_bytes()))?;
     }
-    stdout::print_line(&format!("{}: {} files of {} effects", folder.display(), files.len(), effects.len()))
+    stdout::print_line(&format!("{}: {} files", folder.display(), files.len()))
 }
 
 /// The catalogue as a page of the documentation.

@@ -68,7 +68,7 @@ fn sizes(d: &Description) -> String {
     let mut text = format!("In words: {}.", Sentence(d.size_in_words, size));
     if let Some(effect) = run::on_the_rig(d) {
         let unit = if effect.unit.is_empty() { String::new() } else { format!(" {}", effect.unit) };
-        text += &format!("\n\nOn the virtual rig the size is the {}:\n\n", effect.size);
+        text += &format!("\n\nSizes on the virtual rig ({}):\n\n", effect.size);
         text += "| motor | usual | from | to |\n| --- | --- | --- | --- |\n";
         for (kind, motor) in [(Kind::Universal, "1.4 kW, 230 V, universal"), (Kind::PmDc, "24 V, magnets")] {
             if let Some(sizes) = effect.sizes(kind) {
@@ -77,11 +77,8 @@ fn sizes(d: &Description) -> String {
             }
         }
     }
-    let expected = words::prior(d);
-    text + &format!(
-        "\n{}. That share is a judgement, not a count.",
-        words::capitalised(&format!("it is to be expected {expected}"))
-    )
+    let expected = words::capitalised(&format!("it is to be expected {}", words::prior(d)));
+    format!("{}\n\n{expected}. That share is a judgement, not a count.", text.trim_end())
 }
 
 /// What looks like it, what stands for it, and which recording tells.
