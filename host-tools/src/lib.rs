@@ -21,6 +21,7 @@ pub mod export;
 pub mod filtering;
 pub mod forecast;
 pub mod free_run;
+pub mod handbook;
 pub mod held_out;
 pub mod hybrid;
 pub mod identify;

@@ -37,6 +37,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcClipping<S> {
         excited_by: &[Excitation::Current],
         prior: Prior::occasional("a range that was chosen for the nominal current, and an inrush"),
         of_data: true,
+        why: "The current goes beyond what the channel can show. The tops are cut flat, and a fit takes that for \
+              saturation.",
+        noticed: "Peaks are flat, with equal values one after the other, in the inrush most.",
+        remedy: "Choose a larger range. `greyrig check` tells it, and masks these samples; nothing is to be added to \
+                 the model.",
         signature: "flat tops of equal codes; to a fit it looks like saturation",
         confused_with: &[EffectId::Saturation, EffectId::CurrentCompression, EffectId::ArmatureReaction],
         separated_by: &[Separation::by("the samples: codes that repeat at the extreme")],

@@ -55,6 +55,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AdcResolution<S> {
         size_in_words: "the current channel shows steps of {}",
         prior: Prior::common("converters of ten bits and fewer, and counters"),
         of_data: true,
+        why: "The converter has few steps. What lies between two of them is noise that no model explains.",
+        noticed: "The signal is a stair when you zoom in: all differences are multiples of one step.",
+        remedy: "Use more of the range, or a converter of more bits. `greyrig check` tells it; nothing is to be \
+                 added to the model.",
         signature: "white noise of the variance q²/12, whatever current and speed are",
         confused_with: &[EffectId::BrushArcing],
         separated_by: &[Separation::by("the samples: all differences are multiples of one step")],

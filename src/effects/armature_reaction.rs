@@ -54,6 +54,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ArmatureReaction<S> {
         at_standstill: Some(EffectId::InductanceSaturation),
         overrated_beside: &[EffectId::InductanceSaturation],
         weakens_flux: true,
+        why: "The armature's own field stands across the main field. It crowds the flux into one edge of the pole, \
+              which saturates, and so takes flux away as the current grows.",
+        noticed: "Brushes spark more under load, as the neutral zone moves with the current. In the curves it is \
+                  what saturation is, a little softer.",
+        remedy: "It is no fault. No recording at the terminals tells it from saturation: name either. If sparks \
+                 under load are the trouble, move the brushes against the rotation within what the maker allows.",
         signature: "that of saturation, with a softer curve",
         confused_with: &[EffectId::Saturation],
         separated_by: &[Separation::by("nothing that is measured at the terminals")],

@@ -51,6 +51,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for AsymmetricFriction<S> {
         second_size_in_words: Some("viscous friction differs by twice {} between forwards and backwards"),
         excited_by: &[Excitation::BothDirections],
         prior: Prior::occasional("oblique brushes, worm and helical gears"),
+        why: "Friction is another one forwards than backwards. With one law for both the model is too slow one way \
+              and too fast the other.",
+        noticed: "The same voltage gives another speed, and the same coast-down another length, in each direction. \
+                  Gears, screws and brushes that are set for one direction sound different the other way.",
+        remedy: "Record both directions. A screw or a gear that is worn on one flank, brushes that tilt in their \
+                 holders, and a load that helps one way are the usual causes.",
         signature: "a torque error that does not change its sign with the direction and grows with the speed",
         confused_with: &[EffectId::TorqueOffset, EffectId::CoulombFriction],
         separated_by: &[

@@ -52,6 +52,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BearingWarmup<S> {
         size_in_words: "friction is {} larger at the start than warm",
         excited_by: &[Excitation::Heating],
         prior: Prior::occasional("grease is stiff in the cold"),
+        why: "Grease is stiff in the cold. Friction falls over the first minutes, so that the same voltage gives a \
+              growing speed.",
+        noticed: "The first run of the day is slower, and coasts shorter; the bearings grow warm and the sound gets \
+                  softer.",
+        remedy: "Run the motor warm before it is judged, or record cold and warm. If friction does not fall, or \
+                 rises with warmth, the bearing is packed too full or runs dry.",
         signature: "a slow drift in the torque that does not depend on the current; the voltage balance is clean",
         confused_with: &[EffectId::WindageExponent, EffectId::WindingTemperature],
         separated_by: &[

@@ -52,6 +52,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushArcing<S> {
         size_in_words: "arcs take {} in the mean",
         excited_by: &[Excitation::Current, Excitation::Speed],
         prior: Prior::occasional("worn brushes and a rough commutator"),
+        why: "Where a bar leaves the brush and the current is not over yet, it goes on through the air: a short \
+              burst of some ten volts, at some of the bars. In the mean that is a resistance, in the single sample \
+              it is noise.",
+        noticed: "Blue sparks, a crackle in a radio nearby, the smell of ozone, black marks on bars. In the \
+                  recording bursts above 1 kHz that go with the current.",
+        remedy: "Look at the commutator: round, clean, mica below the bars; brushes free in their holders, with \
+                 force enough. Bars marked in a pattern speak for a coil or a joint.",
         signature: "variance of the residual that follows |i| ω, with bursts; the mean passes for resistance",
         confused_with: &[EffectId::BrushDrop, EffectId::AdcResolution],
         separated_by: &[Separation::by(

@@ -48,6 +48,14 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for BrushDrop<S> {
         size_in_words: "the brushes take {} whatever the current",
         excited_by: &[Excitation::Current, Excitation::LowVoltage],
         prior: Prior::common("carbon brushes drop half a volt to two volts each"),
+        why: "Carbon on copper takes about the same voltage at any current. At small currents that is a large share \
+              of all, so that the motor seems to have more resistance there, and the current has a flat spot at \
+              zero.",
+        noticed: "A motor that does not start to turn, or draws no current, at the lowest voltages. A dark film on \
+                  the bars is good; with more drop than usual, brushes are short, springs weak, or the film is \
+                  thick.",
+        remedy: "Name it: every brushed motor has it. If it has grown, measure the length of the brushes and the \
+                 force of the springs, and look at the film.",
         signature: "third harmonic in phase with the current, independent of amplitude and speed; most of it passes for \
                     resistance",
         confused_with: &[EffectId::Saturation, EffectId::ArmatureReaction, EffectId::SupplyDeadZone],

@@ -51,6 +51,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ChannelDelay<S> {
             "the delay is half a sampling interval, as of a supply that holds its voltage from one sample to the next (or a simulation \
              that does): then it is no fault of the current channel",
         ),
+        why: "Current and voltage are not of the same instant: channels are converted one after the other, or pass \
+              unlike filters. The late current looks like an inductance that is not there.",
+        noticed: "Nothing at the motor. A resistor in its place shows a current that lags its voltage.",
+        remedy: "Put the shift into the set-up of the channels, or give both the same filter. Name it for the \
+                 recordings that exist.",
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, and a torque in \
                     quadrature to i²; the opposite sign of eddy currents",
         confused_with: &[EffectId::EddyCurrent, EffectId::TransformerEmf, EffectId::Hysteresis],

@@ -34,6 +34,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationDemagnetisation<S> {
         size_in_words: "a speed of 1 rad/s takes {} of the flux",
         excited_by: &[Excitation::Speed, Excitation::Current],
         prior: Prior::occasional("brushes that stand beside the neutral zone, or coils that turn over late"),
+        why: "A coil that turns its current over late still pushes against the main field when it has left the \
+              neutral zone. It takes flux away, the more the faster the commutator passes.",
+        noticed: "A motor that runs a little faster than it should at high speed, often with sparks at one edge of \
+                  the brush.",
+        remedy: "Look whether the brushes stand in the neutral zone, and whether they are worn to a wider arc. \
+                 Moving the brush holder by a few degrees changes it, and tells that it was this.",
         signature: "resistance that seems to fall with the square of the speed, and a torque that falls with it; no harmonics",
         confused_with: &[EffectId::SkinEffect, EffectId::IronLossDrag],
         separated_by: &[Separation::by(

@@ -39,6 +39,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CommutationResistance<S> {
         size_in_words: "the resistance rises by {} with the speed",
         excited_by: &[Excitation::Speed],
         prior: Prior::occasional("coils that turn over at speed take a voltage in proportion to current and speed"),
+        why: "Each coil that turns over gives its stored energy away once a bar. That costs a voltage in proportion \
+              to current and speed, as a resistance would that grows with the speed.",
+        noticed: "Sparks at the trailing edge of the brushes that grow with speed and load; warm bars.",
+        remedy: "In a series motor the other parameters take its place, and the curves say nothing. With magnets, \
+                 name it. Brushes, springs and the state of the commutator decide its size.",
         signature: "none in a series motor: K, J and the friction take its place; with known inertia K of the voltage \
                     exceeds K of the torque. In a magnet motor a resistance that rises in proportion to the speed",
         confused_with: &[EffectId::VoltageGain, EffectId::SkinEffect],

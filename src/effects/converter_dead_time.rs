@@ -54,6 +54,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ConverterDeadTime<S> {
         excited_by: &[Excitation::Current, Excitation::LowVoltage],
         prior: Prior::occasional("bridges whose command is recorded and whose dead time is not compensated"),
         represented_by: &[Representative { effect: EffectId::BrushDrop, law: None }],
+        why: "Between two switches a bridge waits. During that time the current chooses the path, and takes a fixed \
+              voltage off the command, against its own direction.",
+        noticed: "A kink of the current at each zero crossing; at low speed the torque jerks twice a \
+                  period, and it can be heard.",
+        remedy: "Record the voltage at the terminals, or switch the converter's compensation on. At two bus voltages \
+                 it tells itself apart from the brushes: it goes with the bus.",
         signature: "that of a contact drop of the brushes: a constant voltage with the sign of the current",
         confused_with: &[EffectId::BrushDrop, EffectId::SupplyDeadZone],
         separated_by: &[

@@ -36,6 +36,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CoulombFriction<S> {
         size_in_words: "the rotor is held by {} before it moves",
         excited_by: &[Excitation::LowSpeed, Excitation::Speed],
         prior: Prior::common("bearings and brushes rub in every motor"),
+        why: "A dry contact brakes with the same torque at any speed. Near standstill it is the whole load: the \
+              rotor does not start until the current has overcome it, and stops at once.",
+        noticed: "A rotor that stops within a few turns when the supply opens, instead of dying away. It does not \
+                  move at small currents. Seals and brushes rub; it can be felt by hand.",
+        remedy: "Name it. If it has grown, turn the rotor by hand: brushes that press too hard, a seal, a bearing \
+                 without grease, something that rubs.",
         signature: "a constant torque error that changes its sign with the direction; a rotor that stops too late and \
                     starts too early",
         confused_with: &[

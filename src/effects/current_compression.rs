@@ -34,6 +34,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentCompression<S> {
         size_in_words: "1 A² takes {} of what the current channel shows",
         excited_by: &[Excitation::Current],
         prior: Prior::rare("sensors near the end of their range"),
+        why: "The core of a current sensor saturates near its limit. Peaks are shown smaller than they are, and the \
+              model seems to draw too much current.",
+        noticed: "Nothing at the motor. Peaks of the current look rounded where those of a second meter are pointed.",
+        remedy: "Take a sensor with a larger range, or fewer turns through it. Name it for the recordings that exist.",
         signature: "third harmonic in phase with the current, of the opposite sign of saturation, in resistance, back-EMF \
                     and inductance alike",
         confused_with: &[

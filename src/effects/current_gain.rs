@@ -35,6 +35,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentGain<S> {
         }],
         size_in_words: "the current channel shows {} too much",
         prior: Prior::common("shunts and Hall sensors have a tolerance of a per cent or so"),
+        why: "The ammeter shows a share too much or too little. R, K and friction take its place, so that the curves \
+              fit as before with wrong figures.",
+        noticed: "Nothing at all in these three channels. R from this rig differs from the ohmmeter's.",
+        remedy: "Compare with a reference meter at two currents, and put the factor into `--map`, or the rig's \
+                 calibration. No recording of the motor can tell it.",
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::SpeedGain],
         separated_by: &[Separation::by("a reference meter for the current")],

@@ -38,6 +38,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for CurrentOffset<S> {
         at_standstill: Some(EffectId::VoltageOffset),
         two_make_it: Some([EffectId::Remanence, EffectId::VoltageOffset]),
         sum_of: Some(Sum { two: [EffectId::VoltageOffset, EffectId::TorqueOffset], law: FluxLaw::PermanentMagnet }),
+        why: "The ammeter shows a current when there is none. On AC the model then lacks a direct voltage that grows \
+              with the speed, since a current that is not there makes no back-EMF.",
+        noticed: "Before the supply is switched on the recorded current is not zero. Nothing of it is in the motor.",
+        remedy: "Zero the sensor before each run, or take it off: `--map i_a=i_a-0.12`. Hall sensors want it warm. \
+                 Name it where neither can be done any more.",
         signature: "a direct voltage that grows with the speed, from R at standstill; a torque at mains frequency",
         confused_with: &[EffectId::Remanence, EffectId::VoltageOffset],
         separated_by: &[

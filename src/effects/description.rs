@@ -197,6 +197,12 @@ pub struct Description {
     pub on_speed_channel: bool,
     /// Whether it is a finding about the data, in the samples, and nothing that a model of the motor lacks.
     pub of_data: bool,
+    /// Why it bends the curves, in sentences for whoever reads its page.
+    pub why: &'static str,
+    /// What one would see and hear at the motor and in the recording, in sentences.
+    pub noticed: &'static str,
+    /// What to do about it, in sentences.
+    pub remedy: &'static str,
     /// What it leaves in the residual of a model without it.
     pub signature: &'static str,
     /// Where a shape makes another effect of it.
@@ -315,6 +321,9 @@ impl Description {
             half_an_interval: None,
             on_speed_channel: false,
             of_data: false,
+            why: "",
+            noticed: "",
+            remedy: "",
             signature: "",
             turns_into: None,
             confused_with: &[],

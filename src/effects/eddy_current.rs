@@ -53,6 +53,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for EddyCurrent<S> {
         size_in_words: "the flux follows {} after the current",
         excited_by: &[Excitation::Alternating],
         prior: Prior::occasional("solid yokes have it, laminated ones hardly"),
+        why: "A changing flux drives currents in solid iron, which oppose the change. The flux then follows the \
+              current late: a little at mains frequency, not at all on direct current.",
+        noticed: "A yoke that warms up on AC and stays cool on DC. The torque's swing at twice the mains frequency \
+                  is a little smaller. Hardly anything can be heard.",
+        remedy: "Laminated iron hardly has it. If it has grown, look for sheets that touch: burrs, a welded seam, a \
+                 rivet, a rub of the rotor that smeared the teeth.",
         signature: "fundamental in quadrature with the current, in proportion to amplitude and speed, without a third \
                     harmonic; the opposite sign of a late current channel",
         confused_with: &[EffectId::ChannelDelay, EffectId::TransformerEmf, EffectId::Hysteresis],

@@ -53,6 +53,10 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for FanDynamics<S> {
         size_in_words: "the air follows the fan {} later",
         excited_by: &[Excitation::Acceleration],
         prior: Prior::rare("only where the air in a duct is heavy beside the rotor"),
+        why: "The column of air in a duct has inertia. After a change of the speed the load follows late, so that \
+              the rotor overshoots and settles.",
+        noticed: "After each step of the voltage the speed overshoots a little, and the rushing follows late.",
+        remedy: "Name it where the fan has a long duct. Closing the duct takes it away, which proves it.",
         signature: "too little load while the speed rises, too much while it falls; none at constant speed",
         confused_with: &[EffectId::StrayLoadTorque, EffectId::WindageExponent, EffectId::IronLossDrag],
         separated_by: &[

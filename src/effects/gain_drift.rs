@@ -51,6 +51,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for GainDrift<S> {
         second_size_in_words: Some("the speed channel's gain drifts by {}"),
         excited_by: &[Excitation::Heating],
         prior: Prior::occasional("amplifiers and tachos that warm up during the test"),
+        why: "An amplifier or a tacho warms up, and its gain wanders. All that is computed from it drifts with time, \
+              whatever flows.",
+        noticed: "Nothing at the motor. The first recording of the day does not fit the last one of the same motor.",
+        remedy: "Switch the amplifiers on an hour before. Check the gain with a reference at the beginning and at \
+                 the end. Name it for the recordings that exist.",
         signature: "resistance, flux and friction that drift together with time, whatever flows",
         confused_with: &[EffectId::WindingTemperature, EffectId::MagnetTemperature, EffectId::BearingWarmup],
         separated_by: &[

@@ -145,6 +145,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Hysteresis<S> {
         size_in_words: "the flux is {} behind the current, whichever way that goes",
         excited_by: &[Excitation::Alternating, Excitation::Current],
         prior: Prior::common("every iron has it, solid or soft steel poles most"),
+        why: "The flux of the iron depends on where the current comes from. On the way up it is smaller than on the \
+              way down, so that flux over current is a loop and no line, and the current of a period leans to one \
+              side.",
+        noticed: "The current's wave is skew, most at small amplitudes; iron that is magnetised to and fro hums at \
+                  twice the mains frequency, and gets warm at no load.",
+        remedy: "Name it. If it is larger than in motors of the same type, ask for the sheets: another steel, sheets \
+                 that were not annealed after stamping, or solid parts in the path of the flux.",
         signature: "fundamental in quadrature with the current, nearly independent of the amplitude; a torque in quadrature to \
                     i²",
         confused_with: &[

@@ -53,6 +53,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Imbalance<S> {
         size_in_words: "the torque swings by {} once a turn",
         excited_by: &[Excitation::Rotation],
         prior: Prior::occasional("rotors that are balanced roughly or have a bent shaft"),
+        why: "The rotor's centre of mass lies beside its axis. In a rig that gives way, or with the axis level, its \
+              weight pulls once up and once down each turn.",
+        noticed: "The housing shakes at the frequency of rotation; it can be felt by hand, and it is worst where the \
+                  bench resonates.",
+        remedy: "Balance the rotor. Look for a bent shaft, a coupling out of true, a blade that is missing, or dirt \
+                 on the fan.",
         signature: "a line at the frequency of rotation in the speed, the stronger the slower, and in the current",
         confused_with: &[EffectId::TorqueRipple, EffectId::SpeedRipple],
         separated_by: &[Separation::by(

@@ -59,6 +59,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for InductanceSaturation<S> {
         size_in_words: "{} of the inductance is lost at high current",
         excited_by: &[Excitation::Current, Excitation::Alternating],
         prior: Prior::occasional("leakage paths and chokes saturate by themselves"),
+        why: "Leakage paths, or a choke in the line, saturate by themselves: inductance falls where the current is \
+              large, while the main flux goes on in proportion.",
+        noticed: "The current rises more steeply near its peak, at any speed and with the rotor held, too. Torque \
+                  and speed show nothing.",
+        remedy: "Find out what is in the circuit besides the motor: an interference-suppression choke is the usual \
+                 one. Measure inductance at two currents. A larger choke mends it; the model takes it as it is.",
         signature: "third harmonic in quadrature with the current, at any speed; nothing in the torque",
         confused_with: &[EffectId::Hysteresis, EffectId::Saturation, EffectId::CurrentCompression],
         separated_by: &[Separation::by("a locked rotor at two or three amplitudes")],

@@ -56,6 +56,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for IronLossDrag<S> {
         excited_by: &[Excitation::Current, Excitation::Speed],
         prior: Prior::occasional("armatures of thick or poor sheets"),
         rest_of_law: &[EffectId::QuadraticLoad],
+        why: "The armature's iron is magnetised to and fro as it turns. What that costs comes from the shaft: a \
+              torque that goes with the square of the flux, and with speed.",
+        noticed: "A motor that draws more current at no load and high speed, and has a hot armature without a hot \
+                  winding.",
+        remedy: "No fault, if it was always there. If it has grown: sheets that were shorted by rubbing, turning or \
+                 a burr. Stray load is told as the same class.",
         signature: "a torque in proportion to i² that falls with the speed; the voltage balance is clean",
         confused_with: &[
             EffectId::StrayLoadTorque,

@@ -55,6 +55,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for MagnetTemperature<S> {
         excited_by: &[Excitation::Heating],
         prior: Prior::common("ferrite loses 0.2 % of its flux per kelvin, and long runs heat it"),
         weakens_flux: true,
+        why: "Magnets lose flux when they are hot. Back-EMF per speed and torque per current fall together, so that \
+              a hot motor runs faster at no load and pulls less.",
+        noticed: "No-load speed and current creep up over minutes, at the same voltage. The housing is hot. It comes \
+                  back when the motor has cooled; if it does not, the magnets were hotter than they may be.",
+        remedy: "Let it cool and record once more. If the flux stays away, the magnets are damaged for good. Shorten \
+                 runs, cool better, or take magnets of a higher class; the model takes the warm-up as it is.",
         signature: "a back-EMF per speed and a torque per current that fall together over the run, with the integral of \
                     i²; none in a short run",
         confused_with: &[EffectId::WindingTemperature, EffectId::BearingWarmup],

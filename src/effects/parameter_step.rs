@@ -64,6 +64,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for ParameterStep<S> {
         size_in_words: "a parameter changes by a share of {}",
         excited_by: &[Excitation::Acceleration, Excitation::Current],
         prior: Prior::occasional("a load that is put on, a fault that begins, a set-up that is touched"),
+        why: "From one moment on the motor is another one: a load was put on, a turn shorted, a screw came loose. A \
+              model with constants can be right before or after, and not both.",
+        noticed: "A jump of current or speed while the voltage stays; often a click, or a change of the sound at \
+                  that instant.",
+        remedy: "Ask what happened at the time that is told. Cut the recording there, and fit both halves. What \
+                 comes back at the same time in a second recording is the motor's.",
         signature: "a model that is right before an instant, or after it, and not both",
         confused_with: &[EffectId::WindingTemperature, EffectId::BearingWarmup, EffectId::GainDrift],
         separated_by: &[

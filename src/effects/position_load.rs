@@ -50,6 +50,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for PositionLoad<S> {
         size_in_words: "the load swings by {} as the shaft turns",
         excited_by: &[Excitation::Rotation],
         prior: Prior::occasional("cams, eccentrics, and belts with a joint"),
+        why: "A cam, an eccentric or a joint in a belt loads the shaft at the same place in each turn. The speed \
+              sags there and recovers.",
+        noticed: "A thump once or twice a turn that slows down with the rotor. The current swings in the same beat.",
+        remedy: "Often it is the machine's purpose. Record the angle, and it can be told. If it is new, look at \
+                 belts, at a chain, and at something that touches once a turn.",
         signature: "lines at once and twice the frequency of rotation in the speed, the stronger the slower, and in the \
                     current",
         confused_with: &[EffectId::Imbalance, EffectId::TorqueRipple, EffectId::SpeedRipple],

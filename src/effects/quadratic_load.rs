@@ -36,6 +36,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for QuadraticLoad<S> {
         size_in_words: "the load grows by {} with the square of the speed",
         excited_by: &[Excitation::Speed],
         prior: Prior::common("fans and pumps, and the windage of any fast rotor"),
+        why: "Air and oil brake with the square of the speed. A model with friction in proportion to the speed alone \
+              is right at one speed, and too slow or too fast at all others.",
+        noticed: "The rotor moves air: a fan or bare arms can be heard rushing. The speed gains less and less from \
+                  each volt.",
+        remedy: "Name it, if there is a fan or a disc. If there should be none, look for a guard that is missing, or \
+                 a rotor that churns in oil.",
         signature: "a braking torque that grows faster than the speed, in either direction",
         confused_with: &[EffectId::WindageExponent, EffectId::StrayLoadTorque, EffectId::IronLossDrag],
         separated_by: &[Separation::open_supply("a coast-down from full speed without a current")],

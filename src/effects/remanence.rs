@@ -37,6 +37,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Remanence<S> {
         excited_by: &[Excitation::Direct, Excitation::Current],
         prior: Prior::occasional("every iron keeps some flux; it shows where the current passes zero"),
         two_make_it: Some([EffectId::CurrentOffset, EffectId::VoltageOffset]),
+        why: "The iron keeps a little flux when no current flows. A rotor that turns in it makes a voltage without a \
+              current, and a current that passes zero still makes a torque.",
+        noticed: "A motor that is spun by hand, or coasts with the supply open, shows a small direct voltage at its \
+                  terminals that goes with the speed. Nothing is heard.",
+        remedy: "It is harmless, and often wanted: a series generator starts by it. Name it in the model. If it \
+                 changes from run to run, demagnetise before each: a falling alternating current with the rotor \
+                 held.",
         signature: "a direct voltage in proportion to the speed; a torque at mains frequency",
         confused_with: &[EffectId::CurrentOffset, EffectId::VoltageOffset],
         separated_by: &[

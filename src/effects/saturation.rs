@@ -93,6 +93,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Saturation<S> {
         at_standstill: Some(EffectId::InductanceSaturation),
         overrated_beside: &[EffectId::InductanceSaturation],
         weakens_flux: true,
+        why: "At large currents the iron cannot carry more flux. Back-EMF and torque then grow less than the current \
+              does, and the inductance falls, so that the tops of the current's wave grow pointed.",
+        noticed: "Pointed peaks of current at high load, and a torque that falls behind its square law. The motor \
+                  runs faster at full voltage than the model of small currents says. Nothing is heard.",
+        remedy: "It is no fault: motors for the mains are built to run into it. Name it first, since it is often the \
+                 largest. Should it begin earlier than it did, look at the air gap, at shorted turns of the field, \
+                 and at the type of the stack.",
         signature: "third harmonic in phase with the current, growing with speed and voltage; the base fit answers with a \
                     negative mu0 and too large a resistance",
         confused_with: &[

@@ -74,6 +74,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SensorHysteresis<S> {
         size_in_words: "the current channel is {} behind, whichever way the current goes",
         excited_by: &[Excitation::Alternating, Excitation::Current],
         prior: Prior::rare("transducers with a core keep 0.1 to 0.5 % of their range"),
+        why: "The core of a current sensor keeps a little flux after a peak. The channel is behind by a fixed \
+              amount, whichever way the current goes.",
+        noticed: "After a large current the channel does not come back to zero, and shows the other sign after a \
+                  current the other way.",
+        remedy: "Demagnetise the sensor, or take one of the closed-loop kind, or a shunt. Name it for the recordings \
+                 that exist.",
         signature: "a loop of the current channel round zero, at standstill and on direct current, too",
         confused_with: &[EffectId::Hysteresis, EffectId::CurrentOffset, EffectId::ChannelDelay],
         separated_by: &[

@@ -41,6 +41,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SkinEffect<S> {
             Representative { effect: EffectId::CommutationDemagnetisation, law: Some(FluxLaw::Series) },
             Representative { effect: EffectId::CommutationResistance, law: Some(FluxLaw::PermanentMagnet) },
         ],
+        why: "At a high frequency of rotation the current in the armature's wires is crowded to their edges. \
+              Resistance then rises with the square of the frequency.",
+        noticed: "Nothing can be seen or heard but a winding that is warmer at high speed than its current explains.",
+        remedy: "Rarely anything. Thinner wires, or several in parallel, make it less. Rule out late commutation \
+                 first, which is more frequent and of the opposite sign.",
         signature: "resistance that seems to rise with the square of the speed; nothing in the torque, no harmonics",
         confused_with: &[EffectId::CommutationDemagnetisation, EffectId::CommutationResistance],
         separated_by: &[Separation::by(

@@ -36,6 +36,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedGain<S> {
         size_in_words: "the speed channel shows {} too much",
         prior: Prior::occasional("a wrong number of lines, or the tolerance of a tachometer"),
         on_speed_channel: true,
+        why: "The tacho shows a share too much or too little: a wrong number of lines, or its tolerance. K, J and \
+              friction take its place.",
+        noticed: "Nothing at all in these three channels. A stroboscope shows another speed.",
+        remedy: "Check the number of pulses per turn, and compare with a stroboscope. Put the factor into `--map`, \
+                 or the rig's calibration.",
         signature: "none: parameters of the base model take its place",
         confused_with: &[EffectId::VoltageGain, EffectId::CurrentGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the speed")],

@@ -41,6 +41,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedLag<S> {
         excited_by: &[Excitation::Acceleration],
         prior: Prior::common("tachometers and counters of pulses smooth what they show"),
         on_speed_channel: true,
+        why: "The tacho, or the counter behind it, smooths what it shows. The speed comes late and its swing is too \
+              small, so that the torque balance seems wrong at each change.",
+        noticed: "Nothing at the motor. After a step the shown speed follows the current late.",
+        remedy: "Shorten the window of the counter, or the filter of the tacho. Name it for the recordings that \
+                 exist, or say how the speed was measured.",
         signature: "speed ripple at twice the mains frequency that is too small and late; a torque error in proportion to \
                     d²ω/dt²",
         confused_with: &[EffectId::ChannelDelay, EffectId::FanDynamics],

@@ -52,6 +52,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedRipple<S> {
         excited_by: &[Excitation::Rotation],
         prior: Prior::common("no tachometer and no coupling runs true"),
         on_speed_channel: true,
+        why: "A disc or a coupling that runs out of true makes the tacho show a speed that swings once a turn while \
+              the rotor does not.",
+        noticed: "A wave of the speed once a turn that grows with the speed, and that the current knows nothing of.",
+        remedy: "Align the tacho and its coupling. It does no harm to a fit, which filters it; do not take it for an \
+                 imbalance.",
         signature: "a line at the frequency of rotation in the speed, in proportion to the speed, and none in the current",
         confused_with: &[EffectId::Imbalance, EffectId::TorqueRipple],
         separated_by: &[Separation::by(

@@ -37,6 +37,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SpeedSignLost<S> {
         prior: Prior::rare("counters of pulses without a second track"),
         on_speed_channel: true,
         of_data: true,
+        why: "A counter with one track cannot tell the direction. The rotor turns back and the shown speed is \
+              positive still, so that back-EMF and friction have the wrong sign.",
+        noticed: "The shown speed touches zero and bounces off, while the current reverses.",
+        remedy: "Take a sensor with two tracks, or record one direction at a time. Nothing is to be added to the \
+                 model.",
         signature: "a speed that bounces off zero, with a back-EMF of the wrong sign thereafter; none as long as the motor \
                     turns forwards",
         confused_with: &[EffectId::AsymmetricFriction, EffectId::TorqueOffset],

@@ -37,6 +37,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for StrayLoadTorque<S> {
         prior: Prior::occasional("losses that no circuit holds are a per cent of the power or so"),
         represented_by: &[Representative { effect: EffectId::IronLossDrag, law: None }],
         rest_of_law: &[EffectId::QuadraticLoad],
+        why: "Fields of the slots and of the turning current drive losses that no circuit holds. They brake with the \
+              load and rise steeply with speed.",
+        noticed: "A motor that pulls a little less than its figures say, at full load and speed alone. It is warmer \
+                  than copper and iron explain.",
+        remedy: "Name it as one class with iron loss. A motor in which it grew was machined anew, or has a damaged \
+                 stack.",
         signature: "that of iron loss, with a steeper rise over the speed",
         confused_with: &[EffectId::IronLossDrag, EffectId::FanDynamics, EffectId::QuadraticLoad],
         separated_by: &[

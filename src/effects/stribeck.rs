@@ -64,6 +64,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for Stribeck<S> {
         excited_by: &[Excitation::LowSpeed],
         prior: Prior::occasional("lubricated bearings at a crawl, and gears"),
         rest_of_law: &[EffectId::WindageExponent, EffectId::QuadraticLoad],
+        why: "A lubricated contact holds most at rest. As the film builds up the friction falls, and only then rises \
+              with speed. The model starts too early, and is wrong at low speed alone.",
+        noticed: "The rotor breaks loose with a jerk. At creeping speed it sticks and slips, which squeaks or \
+                  chatters.",
+        remedy: "Name it where low speeds matter. Another grease, a little dither on the command, or less preload \
+                 make it smaller.",
         signature: "a braking torque at the start and at the end of a coast-down only",
         confused_with: &[EffectId::WindageExponent, EffectId::CoulombFriction],
         separated_by: &[

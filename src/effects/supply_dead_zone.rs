@@ -37,6 +37,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyDeadZone<S> {
         size_in_words: "the first {} of the command do not reach the motor",
         excited_by: &[Excitation::Direct, Excitation::LowVoltage],
         prior: Prior::occasional("converters with a dead time whose command is recorded"),
+        why: "Near zero the converter does nothing: the first volts of the command do not reach the motor. What is \
+              recorded is the command, so that the model sees a voltage that was never there.",
+        noticed: "No current at small commands. Around the zero crossing the motor hesitates; a servo growls or \
+                  hunts there.",
+        remedy: "Record the voltage at the motor's terminals instead of the command. Or let the converter compensate \
+                 its dead time. Else name it.",
         signature: "third harmonic in phase with the voltage, independent of current and speed; no current at all at low \
                     voltage",
         confused_with: &[EffectId::BrushDrop, EffectId::CoulombFriction, EffectId::VoltageOffset],

@@ -47,6 +47,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for SupplyImpedance<S> {
         ],
         size_in_words: "there are {} between the meter and the motor",
         prior: Prior::occasional("the voltage is often taken at the supply instead of at the terminals"),
+        why: "Between the voltmeter and the motor are leads, a choke or the source's own resistance. Their drop \
+              passes for that of the winding.",
+        noticed: "Nothing in the curves. The voltage at the terminals sinks under load while the recorded one stays; \
+                  leads get warm.",
+        remedy: "Take the voltage at the terminals, with leads of their own. Or measure the leads with an ohmmeter, \
+                 and subtract.",
         signature: "none: R and L take its place",
         confused_with: &[EffectId::WindingTemperature, EffectId::InductanceSaturation],
         separated_by: &[Separation::by("an ohmmeter at the terminals, or the voltage measured there")],

@@ -36,6 +36,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueOffset<S> {
         size_in_words: "{} pull one way all the time",
         excited_by: &[Excitation::BothDirections],
         prior: Prior::occasional("a weight on the shaft, or the zero of a torque sensor"),
+        why: "Something pulls always the same way: a weight, a slope, a spring. It helps in one direction and \
+              hinders in the other.",
+        noticed: "The rotor creeps, or wants current to stay where it is. One direction is quicker than the other at \
+                  any speed.",
+        remedy: "Look for what hangs on the shaft, for a table that is not level, and for a zero error of the torque \
+                 sensor. On a rotor that turns one way alone it is the same as dry friction.",
         signature: "a torque error that does not change its sign with the direction of motion",
         confused_with: &[EffectId::AsymmetricFriction, EffectId::CoulombFriction],
         separated_by: &[Separation::both_directions("motion in both directions at several speeds")],

@@ -64,6 +64,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TorqueRipple<S> {
         size_in_words: "the torque swings by {} as the rotor turns",
         excited_by: &[Excitation::Rotation],
         prior: Prior::common("slots and commutator bars"),
+        why: "The pull changes from slot to slot. The speed swings with it, many times a turn, slow turns most.",
+        noticed: "The rotor clicks from one position to the next when it is turned by hand without a current. At low \
+                  speed it hums, with a tone that goes with the speed.",
+        remedy: "It is above the filter of a fit and does no harm there. If the tone has grown, look at the air gap, \
+                 at a bar or a coil that is missing, and at the bearings' play.",
         signature: "lines at n times the frequency of rotation in speed and current, above the filter but at low speed; \
                     folded at high speed",
         confused_with: &[EffectId::Imbalance, EffectId::SpeedRipple],

@@ -64,6 +64,13 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TransformerEmf<S> {
         excited_by: &[Excitation::Alternating, Excitation::LowSpeed],
         prior: Prior::occasional("brushes short coils in every commutator motor; on direct current it is nothing"),
         at_standstill: Some(EffectId::EddyCurrent),
+        why: "The coil under a brush is short-circuited by it. On AC the main field induces a current in that ring, \
+              as in a transformer's winding, and that damps the flux. The faster the commutator, the shorter each \
+              ring lasts.",
+        noticed: "Sparks at the brushes while the motor starts on AC and has hardly begun to turn, and none at the \
+                  same current on DC; marks on the bars.",
+        remedy: "It is in every commutator motor on AC. Brushes of higher resistance, narrower ones, or fewer turns \
+                 to a coil make it less. A long stall on AC burns the bars: avoid it.",
         signature: "that of eddy currents, stronger at standstill; none on DC",
         turns_into: Some(Turn { parameter: 1, beyond: 1.0, into: EffectId::EddyCurrent }),
         confused_with: &[EffectId::EddyCurrent, EffectId::ChannelDelay, EffectId::Hysteresis],

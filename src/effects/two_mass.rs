@@ -76,6 +76,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for TwoMass<S> {
         size_in_words: "a share of {} of the inertia hangs behind a spring",
         excited_by: &[Excitation::Acceleration],
         prior: Prior::occasional("belts, couplings and long shafts"),
+        why: "The load hangs on a belt, a coupling or a long shaft. At each step the rotor runs ahead, is pulled \
+              back, and swings, while the model with one inertia goes straight.",
+        noticed: "A swing of the speed after each step, which can be seen on a belt; a clatter of the coupling; a \
+                  tone at one frequency when a controller excites it.",
+        remedy: "Name it, and keep a controller below its frequency. If the frequency fell, a coupling or belt got \
+                 softer: look for cracks and slack.",
         signature: "a swing of the speed after each step that decays; in the frequency response of ω over i a notch at the \
                     load's own frequency and a peak above it; on slow profiles nothing but inertia",
         confused_with: &[EffectId::SpeedLag, EffectId::FanDynamics],

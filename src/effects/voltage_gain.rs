@@ -36,6 +36,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageGain<S> {
         }],
         size_in_words: "the voltage channel shows {} too much",
         prior: Prior::common("resistors of a divider have a tolerance of a per cent or so"),
+        why: "The voltmeter shows a share too much or too little. All parameters shrink or grow with it, so that the \
+              curves fit as before with wrong figures.",
+        noticed: "Nothing at all in these three channels. K from this rig differs from K of another one.",
+        remedy: "Compare with a reference meter at two voltages, and put the factor into `--map`, or the rig's \
+                 calibration. No recording of the motor can tell it.",
         signature: "none: all parameters of the base model take its place",
         confused_with: &[EffectId::CurrentGain, EffectId::SpeedGain, EffectId::CommutationResistance],
         separated_by: &[Separation::by("a reference meter for the voltage")],

@@ -35,6 +35,11 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for VoltageOffset<S> {
         excited_by: &[Excitation::Direct],
         prior: Prior::common("every amplifier has an offset, and few are zeroed before each run"),
         two_make_it: Some([EffectId::Remanence, EffectId::CurrentOffset]),
+        why: "The voltmeter shows something when there is nothing. The model is then driven by a voltage that the \
+              motor never saw: a constant one, whatever flows.",
+        noticed: "Before the supply is switched on the recorded voltage is not zero. Nothing of it is at the motor.",
+        remedy: "Zero the channel before each run, or record a second of nothing and take it off: `--map \
+                 u_v=u_v-0.4`. Name it where neither can be done any more.",
         signature: "a direct voltage that depends on neither current nor speed",
         confused_with: &[EffectId::CurrentOffset, EffectId::Remanence],
         separated_by: &[

@@ -53,6 +53,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindageExponent<S> {
         size_in_words: "the exponent of the load is 2 and {} more",
         excited_by: &[Excitation::Speed],
         prior: Prior::occasional("air in ducts and gaps follows the square only roughly"),
+        why: "A turbine's load does not go exactly with the square of the speed: between laminar and turbulent flow, \
+              and with a system of hoses, the exponent is another one.",
+        noticed: "At the lowest and the highest speeds the model errs in opposite directions. The sound is that of a \
+                  fan as ever.",
+        remedy: "Name it, and take the exponent as fitted. If it has changed, what the air goes through has: a \
+                 filter, a hose, a flap.",
         signature: "a torque error that bends over the speed range; mu0, mu1 and mu2 of the base fit hide most of it and \
                     turn negative",
         confused_with: &[EffectId::Stribeck, EffectId::BearingWarmup, EffectId::QuadraticLoad, EffectId::FanDynamics],

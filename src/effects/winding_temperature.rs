@@ -54,6 +54,12 @@ impl<S: Scalar<Base = S>> PhysicalEffect<S> for WindingTemperature<S> {
         size_in_words: "1 A² s of heat raises the resistance by {}",
         excited_by: &[Excitation::Heating],
         prior: Prior::common("copper gains 0.39 % of resistance per kelvin, and every run heats it"),
+        why: "Copper gains resistance as it warms. The same voltage then drives less current, so that speed and \
+              torque sink over the run.",
+        noticed: "Current and speed sag over minutes, most under load; the motor smells warm. An ohmmeter right \
+                  after the stop shows more than before the start.",
+        remedy: "It is no fault as such. Record a cold and a warm run. If it rises more than it did, look at cooling \
+                 air, filters, load and duty.",
         signature: "a voltage in phase with the current that grows over the run with the integral of i²; none in a short \
                     run",
         confused_with: &[EffectId::SupplyImpedance, EffectId::BrushDrop, EffectId::BearingWarmup],

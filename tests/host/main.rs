@@ -9,6 +9,7 @@ mod commands;
 mod conditions;
 mod context;
 mod diagnose;
+mod docs;
 mod effects_by_data;
 mod examples;
 mod export;

@@ -1,9 +1,10 @@
 //! The checks, in the order in which they run: quick ones first.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::book;
 use crate::cargo::{cargo, cargo_command, not_started, run_command, shown};
 use crate::dependencies;
 use crate::fuzz;
@@ -59,13 +60,19 @@ pub const ALL: &[Check] = &[
         name: "structure",
         what: "no circle between files, no arrow up between modules, no comment too wide",
         needs: &[],
-        run: |_| structure::check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..")).map(|()| Tally::default()),
+        run: |_| structure::check(&root()).map(|()| Tally::default()),
     },
     Check {
         name: "dependencies",
         what: "licences, sources, versions and the least Rust of all dependencies are as deny.toml says",
         needs: &[],
         run: |_| dependencies::check().map(|()| Tally::default()),
+    },
+    Check {
+        name: "book",
+        what: "the documentation builds as a book, and no link in it leads nowhere",
+        needs: &[Need::Book],
+        run: |_| book::check(&root()).map(|()| Tally::default()),
     },
     Check {
         name: "page",
@@ -129,6 +136,25 @@ pub const ALL: &[Check] = &[
         run: |_| fuzz::smoke(),
     },
 ];
+
+/// The repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Builds the documentation as a book, and says where it is.
+pub fn book() -> ExitCode {
+    match needs::provide([Need::Book].iter()).and_then(|()| book::build(&root())) {
+        Ok(_) => {
+            println!("book/index.html");
+            ExitCode::SUCCESS
+        }
+        Err(sentence) => {
+            eprintln!("xtask: {sentence}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// Examines the diagnosis or the detector: builds the program and hands it the arguments.
 pub fn exam(program: &str, arguments: &[String]) -> ExitCode {
@@ -311,7 +337,8 @@ mod tests {
             let wanted: Vec<String> = wanted.iter().map(|&name| name.to_owned()).collect();
             choose(&wanted).map(|(checks, length)| (checks.iter().map(|check| check.name).collect::<Vec<_>>(), length))
         };
-        let usual = vec!["fmt", "structure", "dependencies", "page", "clippy", "doc", "firmware", "tests", "python"];
+        let usual =
+            vec!["fmt", "structure", "dependencies", "book", "page", "clippy", "doc", "firmware", "tests", "python"];
         assert_eq!(names(&[]), Ok((usual.clone(), Length::Usual)));
         assert_eq!(names(&["tests", "fmt"]), Ok((vec!["fmt", "tests"], Length::Usual)));
         assert_eq!(names(&["--long"]), Ok((usual, Length::Long)));

@@ -4,6 +4,7 @@
 //! fuzz` looks for inputs that anything that reads bytes cannot stand, `cargo xtask mutants` finds what no test
 //! notices, and `cargo xtask semver` what breaks users.
 
+mod book;
 mod cargo;
 mod checks;
 mod dependencies;
@@ -11,6 +12,7 @@ mod firmware;
 mod fuzz;
 mod mutation;
 mod needs;
+mod new_effect;
 mod packages;
 mod page;
 mod python;
@@ -36,6 +38,11 @@ fn main() -> ExitCode {
             }
         },
         Some((command, [])) if command == "size" => ended(size::tables()),
+        Some((command, [])) if command == "book" => checks::book(),
+        Some((command, [name])) if command == "new-effect" => {
+            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+            ended(new_effect::make(&root, name).map(|made| print!("{}", new_effect::told(name, &made))))
+        }
         Some((command, arguments)) if command == "fuzz" => fuzz::run(arguments),
         Some((command, arguments)) if command == "mutants" => ended(mutation::run(arguments)),
         Some((command, [revision])) if command == "semver" => ended(semver::run(revision)),
@@ -65,7 +72,7 @@ fn usage() -> String {
         checks::ALL.iter().map(|check| format!("  {:12} {}{}\n", check.name, check.what, mark(check))).collect();
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
-         cargo xtask python [OPTION]…   (the Python package; options are pytest's)\n       \
+         cargo xtask book   (the documentation, into the folder book)\n       cargo xtask new-effect NAME   (the beginning of an effect: file, line, test, page)\n       cargo xtask python [OPTION]…   (the Python package; options are pytest's)\n       \
          cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
          cargo xtask fuzz [--seconds N] [--seed N] [TARGET]…   (N seconds for each target)\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\

@@ -20,6 +20,8 @@ pub enum Need {
     Qemu,
     /// A browser and what lets a test drive it.
     Browser,
+    /// What makes a book of the documentation.
+    Book,
     /// What checks and bundles the page.
     Node,
     /// What the virtual board's processor is built with.
@@ -40,6 +42,7 @@ impl Need {
             Self::Target => target_is_there(),
             Self::Qemu => on_path("qemu-system-arm"),
             Self::Browser => on_path("chromium") && on_path("chromedriver"),
+            Self::Book => succeeds("mdbook", &["--version"]),
             Self::Node => on_path("node") && on_path("npm"),
             Self::BoardTools => on_path("cmake") && libclang_is_there(),
             Self::Python => succeeds("python3", &["-c", "import ensurepip, venv"]),
@@ -59,11 +62,13 @@ impl Need {
     }
 
     /// What Cargo itself is asked to install.
-    fn crate_name(self) -> Option<&'static str> {
+    fn crates(self) -> &'static [&'static str] {
         match self {
-            Self::Mutants => Some("cargo-mutants"),
-            Self::SemverChecks => Some("cargo-semver-checks"),
-            _ => None,
+            // Without what serves, watches and searches.
+            Self::Book => &["mdbook@0.5.4", "--no-default-features"],
+            Self::Mutants => &["cargo-mutants"],
+            Self::SemverChecks => &["cargo-semver-checks"],
+            _ => &[],
         }
     }
 
@@ -87,8 +92,9 @@ pub fn provide<'a>(needs: impl Iterator<Item = &'a Need>) -> Result<(), String> 
         if let Some(arguments) = need.rustup() {
             run("rustup", &arguments)?;
         }
-        if let Some(name) = need.crate_name() {
-            run("cargo", &["install", name, "--locked"])?;
+        if !need.crates().is_empty() {
+            let arguments: Vec<&str> = ["install", "--locked"].iter().chain(need.crates()).copied().collect();
+            run("cargo", &arguments)?;
         }
     }
     let packages: Vec<&str> = missing.iter().flat_map(|need| need.packages()).copied().collect();

@@ -1,21 +1,27 @@
 //! `greyrig effects`: the catalogue, explained.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::ValueEnum;
-use greyrig::effects::{Acts, Description, EffectId, InWords, Relative, Seen, Sentence};
+use greyrig::effects::{Description, InWords, Seen};
 use greyrig::motor::FluxLaw;
 use serde_json::json;
 
 use super::paint::{STRONG, painted};
 use super::stdout;
 use super::table::{Cell, Column, Table};
+use super::terminal::Terminal;
 use super::words;
 use crate::answers::next::{CommandLine, unused};
 use crate::diagnose::classes;
 use crate::error::Result;
+use crate::handbook;
+use crate::handbook::words::{
+    capitalised, diagnosed_in, enters, excited_by, prior, relative, shows, size, tried, turns_into,
+};
 use crate::model::{Kind, catalogue};
+use crate::output;
 use crate::rig;
 
 /// The catalogue of physical effects, explained.
@@ -27,6 +33,12 @@ pub struct Args {
     /// Print the catalogue as the page of the documentation
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
+    /// Write a page for each effect, and a figure of what it changes, into this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "markdown"])]
+    book: Option<PathBuf>,
+    /// Replace pages that exist
+    #[arg(long, requires = "book")]
+    force: bool,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -36,12 +48,14 @@ pub struct Args {
 ///
 /// # Errors
 /// An effect that is not in the catalogue.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let chosen: Vec<&Description> = match &args.id {
         None => Description::all().collect(),
         Some(id) => vec![catalogue::effect(id)?.description()],
     };
-    if args.markdown {
+    if let Some(folder) = &args.book {
+        write_book(folder, args.force, &chosen, terminal)?;
+    } else if args.markdown {
         stdout::print_as_it_is(&page(&chosen))?;
     } else if args.json {
         let effects: Vec<_> = chosen.iter().map(|d| as_json(d)).collect();
@@ -85,90 +99,18 @@ fn on_the_rig(d: &Description) -> Option<CommandLine> {
     Some(line.option("--out", [unused(Path::new("run.csv")).display()]))
 }
 
-/// Which equation an effect enters, in words.
-fn enters(d: &Description) -> &'static str {
-    match d.acts {
-        Acts::Electrical => "voltage",
-        Acts::Mechanical => "torque",
-        Acts::Both => "voltage and torque",
-        Acts::Measuring => "measuring chain",
+/// Writes the pages, each file whole or not at all.
+fn write_book(folder: &Path, force: bool, effects: &[&Description], terminal: &Terminal) -> Result<()> {
+    let pages: Result<Vec<_>> =
+        terminal.watching("pages", |ctx| effects.iter().map(|d| handbook::files(d, ctx)).collect());
+    let files = pages?.concat();
+    for file in &files {
+        output::refuse_overwrite(&folder.join(&file.name), force)?;
     }
-}
-
-/// The effect that another one turns into, and with which shape.
-fn turns_into(d: &Description) -> Option<(EffectId, String)> {
-    let turn = d.turns_into?;
-    let p = &d.parameters[turn.parameter];
-    Some((turn.into, format!("`{}` beyond {} %{}", p.name, 100.0 * turn.beyond, relative(p.relative))))
-}
-
-/// How an effect shows, in words.
-fn shows(d: &Description) -> String {
-    match d.seen {
-        Seen::FreeRun => "in the error of the free run".to_owned(),
-        Seen::Invisible(needs) => format!("not in voltage, current and speed: needs {needs}"),
-        Seen::InvisibleInSeries(needs) => {
-            format!("in the error of the free run, with magnets; not in a series motor: needs {needs}")
-        }
-        Seen::Variance => "in the variance of the residual".to_owned(),
-        Seen::Orders => "in lines at multiples of the rotation, above the filter".to_owned(),
-        Seen::Course => "in what a model with constant parameters leaves before and after an instant".to_owned(),
-        Seen::Samples => "in the samples, before any fit".to_owned(),
+    for file in &files {
+        output::write_file(&folder.join(&file.name), force, |out| out.write_all(file.text.as_bytes()))?;
     }
-}
-
-/// The kinds of motor in which a diagnosis tries an effect.
-fn diagnosed_in(d: &Description) -> Vec<Kind> {
-    Kind::value_variants().iter().copied().filter(|kind| d.is_tried(kind.flux_law())).collect()
-}
-
-/// The same in words.
-fn tried(d: &Description) -> String {
-    match diagnosed_in(d)[..] {
-        [] => "in no motor".to_owned(),
-        [kind] => format!("in {kind} motors"),
-        _ => "in all motors".to_owned(),
-    }
-}
-
-/// What the size of an effect means, with its name for a figure.
-fn size(d: &Description) -> String {
-    Sentence(d.size_in_words, d.size().name).to_string()
-}
-
-/// What a recording has to hold, in words.
-fn excited_by(d: &Description) -> String {
-    match d.excited_by {
-        [] => "nothing that these three channels hold".to_owned(),
-        all => all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "),
-    }
-}
-
-/// On how many rigs it is to be expected, in words.
-fn prior(d: &Description) -> String {
-    format!("on one rig in {:.0}: {}", 1.0 / d.prior.share, d.prior.because)
-}
-
-/// What a start value is relative to, in words.
-fn relative(relative: Relative) -> &'static str {
-    match relative {
-        Relative::Absolute => "",
-        Relative::Current => " of the largest current",
-        Relative::InverseCurrentSquared => " over the largest current squared",
-        Relative::InverseHeat => " over the integral of the squared current",
-        Relative::Voltage => " of the largest voltage",
-        Relative::Impedance => " of voltage over current",
-        Relative::ImpedancePerSpeed => " of voltage over current and speed",
-        Relative::Speed => " of the largest speed",
-        Relative::SpeedRootCurrent => " times the largest speed and the root of the largest current",
-        Relative::InverseSpeed => " over the largest speed",
-        Relative::InverseSpeedSquared => " over the largest speed squared",
-        Relative::Friction => " of a tenth of the largest torque",
-        Relative::FrictionPerSpeed => " of that over the speed",
-        Relative::FrictionPerSpeedSquared => " of that over the speed squared",
-        Relative::FrictionPerCurrentSquaredSpeed => " of that over current squared and speed",
-        Relative::FrictionPerCurrentSquaredSpeedSquared => " of that over current squared and speed squared",
-    }
+    stdout::print_line(&format!("{}: {} files", folder.display(), files.len()))
 }
 
 /// The catalogue as a page of the documentation.
@@ -192,7 +134,12 @@ fn page(effects: &[&Description]) -> String {
         text += &format!("| [`{}`](#{}) | {} | {} | {} |\n", d.id, d.id, d.name, enters(d), shows(d));
     }
     for d in effects {
-        text += &format!("\n## {}\n\n{}.\n\n```text\n{}\n```\n\n", d.id, capitalised(d.name), d.equation);
+        text += &format!(
+            "\n## {0}\n\n{1}: [its page](effects/{0}.md).\n\n```text\n{2}\n```\n\n",
+            d.id,
+            capitalised(d.name),
+            d.equation
+        );
         text += "| parameter | unit | meaning | range | start |\n| --- | --- | --- | --- | --- |\n";
         for p in d.parameters {
             text += &format!(
@@ -221,11 +168,6 @@ fn page(effects: &[&Description]) -> String {
         text += &format!("- Source: {}.\n", d.source);
     }
     text.trim_end().to_owned()
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Columns of what a line is about.
@@ -270,6 +212,9 @@ fn as_json(d: &Description) -> serde_json::Value {
         "enters": enters(d),
         "shows": shows(d),
         "diagnosed_in": diagnosed_in(d),
+        "why": d.why,
+        "noticed": d.noticed,
+        "remedy": d.remedy,
         "signature": d.signature,
         "size_in_words": size(d),
         "excited_by": d.excited_by.iter().map(ToString::to_string).collect::<Vec<_>>(),

@@ -135,7 +135,7 @@ impl Command {
             Self::Monitor(args) => monitor::run(args, terminal),
             Self::Master(args) => master::run(args, terminal),
             Self::Anfis(args) => anfis::run(args, terminal),
-            Self::Effects(args) => effects::run(args),
+            Self::Effects(args) => effects::run(args, terminal),
             Self::Export(args) => export::run(args),
             Self::Completions(args) => completions::run(args),
             Self::Convert(args) => convert::run(args, terminal),
