@@ -18,6 +18,17 @@ pub const FAULTS: [Fault; 7] = [
     Fault::SpeedJump,
 ];
 
+/// Their places in the table: the sampling interrupt does not look for them.
+const PLACES: [usize; FAULTS.len()] = {
+    let mut places = [0; FAULTS.len()];
+    let mut n = 0;
+    while n < FAULTS.len() {
+        places[n] = FAULTS[n].place();
+        n += 1;
+    }
+    places
+};
+
 /// Whether the chain has been plausible in a test.
 #[derive(Debug, Clone)]
 pub struct Chain {
@@ -40,6 +51,11 @@ impl Chain {
         *self = Self { test, counted: Self::counted(shared), plausible: true };
     }
 
+    /// Whether it is about a test.
+    pub fn is_of(&self, test: u32) -> bool {
+        self.test == test
+    }
+
     /// The counters have been set to zero.
     pub fn cleared(&mut self) {
         self.counted = [0; FAULTS.len()];
@@ -60,7 +76,7 @@ impl Chain {
     }
 
     fn counted(shared: &Shared) -> [u32; FAULTS.len()] {
-        FAULTS.map(|fault| shared.faults().get(fault.place()).copied().unwrap_or(0))
+        PLACES.map(|place| shared.fault(place))
     }
 }
 

@@ -57,7 +57,7 @@ pub fn station() -> &'static Station {
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
         // As a block of before, with the rig in it.
-        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration };
+        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration, supply: None };
         let settings = Settings { rig: Some(rig), ..parameters::settings(&model, path).unwrap() };
         Station { payload: parameters::payload(&settings, path).unwrap() }
     })
