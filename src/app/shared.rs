@@ -210,8 +210,8 @@ impl Shared {
     /// The sequence is to do something with the next sample.
     pub fn wish(&self, wishes: Wishes) {
         let Wishes { start, abort, acknowledge } = wishes;
-        let bits =
-            u8::from(start) * WISH_START | u8::from(abort) * WISH_ABORT | u8::from(acknowledge) * WISH_ACKNOWLEDGE;
+        let bits = [(start, WISH_START), (abort, WISH_ABORT), (acknowledge, WISH_ACKNOWLEDGE)];
+        let bits = bits.into_iter().fold(0, |all, (wished, bit)| if wished { all | bit } else { all });
         self.wishes.fetch_or(bits, Relaxed);
     }
 
@@ -254,10 +254,11 @@ impl Shared {
     #[inline]
     pub(super) fn note_run(&self, state: State, elapsed: u32, command: f32, seen: &Seen) {
         let Contacts { start, abort_closed, emergency_closed } = seen.contacts;
-        let contacts = u8::from(start) * START
-            | u8::from(abort_closed) * ABORT_CLOSED
-            | u8::from(emergency_closed) * EMERGENCY_CLOSED
-            | u8::from(seen.tripped) * TRIPPED;
+        let bit = |is: bool, place: u8| if is { place } else { 0 };
+        let contacts = bit(start, START)
+            | bit(abort_closed, ABORT_CLOSED)
+            | bit(emergency_closed, EMERGENCY_CLOSED)
+            | bit(seen.tripped, TRIPPED);
         self.state.store(state.code(), Relaxed);
         self.contacts.store(contacts, Relaxed);
         self.elapsed.store(elapsed, Relaxed);

@@ -184,7 +184,8 @@ impl Sequence {
         }
     }
 
-    /// What is wrong, in the order of [`Stop::ALL`].
+    /// What is wrong, in the order of [`Stop::ALL`]. The hardware's latch does not hold the station: acknowledging arms
+    /// it, and it trips anew with the next sample where its cause lasts.
     #[inline(always)]
     fn stop(&mut self, seen: &Seen) -> Option<Stop> {
         let busy = self.state.is_busy();
@@ -194,7 +195,7 @@ impl Sequence {
         let stuck = self.state == State::Running && self.guard.is_stuck(seen.speed, self.fraction);
         if emergency {
             Some(Stop::EmergencyStop)
-        } else if seen.tripped {
+        } else if seen.tripped && !matches!(self.state, State::Stopped(_)) {
             Some(Stop::OverCurrent)
         } else if fast {
             Some(Stop::OverSpeed)

@@ -330,11 +330,10 @@ fn nothing_goes_on_by_itself_and_nothing_while_the_cause_lasts() {
     steps(&mut sequence, well(0.0), START);
     steps(&mut sequence, pressed, START);
     assert_eq!(sequence.state(), State::Running);
-    // A contact that stays open, a hardware that is still cut.
+    // A contact that stays open.
     for seen in [
         Seen { contacts: Contacts { emergency_closed: false, ..well(0.0).contacts }, ..well(0.0) },
         Seen { contacts: Contacts { abort_closed: false, ..well(0.0).contacts }, ..well(0.0) },
-        Seen { tripped: true, ..well(0.0) },
     ] {
         let mut sequence = idle();
         steps(&mut sequence, seen, STOP);
@@ -349,6 +348,13 @@ fn nothing_goes_on_by_itself_and_nothing_while_the_cause_lasts() {
         sequence.step(&acknowledge());
         assert_eq!(sequence.state(), State::Idle);
     }
+    // A hardware that stays cut: arming is what an acknowledgement does, and it trips anew.
+    let mut sequence = in_state(State::Running);
+    let tripped = Seen { tripped: true, ..well(0.0) };
+    assert_eq!(sequence.step(&tripped), Command::default());
+    let again = Seen { wishes: acknowledge().wishes, ..tripped };
+    assert_eq!(sequence.step(&again), Command { arm: true, ..Command::default() });
+    assert_eq!((sequence.step(&tripped), sequence.state()), (Command::default(), State::Stopped(Stop::OverCurrent)));
     // A start within the sample of a stop is forgotten.
     let mut sequence = idle();
     sequence.step(&Seen { wishes: Wishes { start: true, abort: true, ..Wishes::default() }, ..well(0.0) });
@@ -454,7 +460,8 @@ proptest! {
                 prop_assert!((0.0..=0.8).contains(&command.fraction), "260 V at most: {command:?}");
                 prop_assert!(command.closed || command.fraction == 0.0);
                 // Every cause in its time.
-                let wrong = emergency >= STOP || abort >= STOP || fast >= OVERSPEED || seen.tripped || seen.wishes.abort;
+                let wrong = emergency >= STOP || abort >= STOP || fast >= OVERSPEED || seen.wishes.abort
+                    || (seen.tripped && !matches!(before, State::Stopped(_)));
                 let busy = matches!(before, State::Running | State::Settling);
                 let missed = busy && (seen.stood_still || seen.samples > 10);
                 let late = busy && since_start > 5000;

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use greyrig::parameters::Settings;
+use greyrig::units::CalibrationSettings;
 use greyrig_board::analog::Analog;
-use greyrig_board::rig::Rig;
+use greyrig_board::rig::{Commanded, Rig};
 use greyrig_host::anfis::Method;
 use greyrig_host::context::Context;
 use greyrig_host::device::parameters;
@@ -39,6 +40,13 @@ fn motor(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Setup {
 /// A motor of the type at the pins.
 pub fn rig(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Box<dyn Analog> {
     Box::new(Rig::new(motor(profile, seconds, seed, fault)).unwrap())
+}
+
+/// A motor of the type whose supply the board commands, and the calibration of its rig.
+pub fn commanded(seed: u64, fault: Option<&str>, full_scale_v: f64) -> (Box<dyn Analog>, CalibrationSettings) {
+    let rig = Commanded::new(&motor("steady", 7.0, seed, fault), full_scale_v).unwrap();
+    let calibration = rig.calibration();
+    (Box::new(rig), calibration)
 }
 
 /// The type with its model, trained on one motor, and limits from ten.
