@@ -314,6 +314,51 @@ fn every_stop_comes_in_time() {
     assert_eq!(bring(&mut late, Stop::TimeOut), 5001);
 }
 
+/// Of several causes in one sample the first of the list counts.
+#[test]
+fn the_first_of_several_stops_counts() {
+    let open = Contacts { start: true, abort_closed: false, emergency_closed: false };
+    let mut all = Seen { contacts: open, tripped: true, stood_still: true, ..well(f32::NAN) };
+    let stops = [Stop::EmergencyStop, Stop::OverCurrent, Stop::OverSpeed, Stop::Sampling, Stop::Abort];
+    for (n, stop) in stops.into_iter().enumerate() {
+        match n {
+            1 => all.contacts.emergency_closed = true,
+            2 => all.tripped = false,
+            3 => all.speed = 100.0,
+            4 => all.stood_still = false,
+            _ => {}
+        }
+        let mut sequence = in_state(State::Running);
+        // Both contacts and the speed are noticed with one and the same sample.
+        let quiet = |seen: Seen| Seen { tripped: false, stood_still: false, ..seen };
+        let only = |contacts| Seen { contacts, ..well(100.0) };
+        steps(&mut sequence, only(all.contacts), STOP - OVERSPEED);
+        steps(&mut sequence, quiet(all), OVERSPEED - 1);
+        assert_eq!(sequence.state(), State::Running);
+        sequence.step(&all);
+        assert_eq!(sequence.state(), State::Stopped(stop));
+    }
+}
+
+/// At the very speed a rotor turns, and below the voltage nobody asks for it.
+#[test]
+fn a_rotor_is_stuck_below_its_speed_and_above_its_voltage() {
+    let mut sequence = in_state(State::Running);
+    steps(&mut sequence, well(20.0), PROFILE);
+    assert_eq!(sequence.state(), State::Settling, "it turns");
+    // 65 V from sample 150 on; then 290 of the 300 samples, a turn, and anew.
+    let mut sequence = in_state(State::Running);
+    steps(&mut sequence, well(0.0), 150 + 290);
+    steps(&mut sequence, well(-20.0), 1);
+    steps(&mut sequence, well(0.0), 55);
+    assert_eq!(sequence.state(), State::Running);
+    // What was so in a run is forgotten in the next.
+    sequence.step(&abort());
+    sequence.step(&acknowledge());
+    sequence.step(&start());
+    assert_eq!(bring(&mut sequence, Stop::StuckRotor), 150 + 300);
+}
+
 #[test]
 fn nothing_goes_on_by_itself_and_nothing_while_the_cause_lasts() {
     // Power has come: START acknowledges, a second one starts.

@@ -31,6 +31,8 @@ mod recording;
 mod recording_mutation;
 mod report;
 mod rig;
+mod run;
+mod sequence;
 mod serve;
 mod stamps;
 #[cfg(feature = "parquet")]

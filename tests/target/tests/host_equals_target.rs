@@ -26,7 +26,7 @@ const LIMITS: [(&str, u32); 22] = [
     ("interrupt_full_reversing_judged_bell_free", 2000),
     ("interrupt_full_reversing_judged_bell_2", 2000),
     // The sequence, which runs after the tick: of 4,000 for the whole interrupt.
-    ("station", 300),
+    ("station", 410),
     ("interrupt", 854),
     ("tick", 677),
     ("motor_step", 321),
