@@ -104,6 +104,9 @@ pub fn read(path: &Path, kind: Kind) -> Result<Settings> {
         }
     };
     let count = segments.len();
+    if count > MAX_SEGMENTS {
+        return Err(wrong(0, format!("it has {count} segments"), &format!("give {MAX_SEGMENTS} at most")));
+    }
     let settings = Settings {
         wave,
         segments: segments.into_iter().collect(),
@@ -113,9 +116,6 @@ pub fn read(path: &Path, kind: Kind) -> Result<Settings> {
         rest_rad_s: file.rest_rad_s,
         time_out_s: file.time_out_s,
     };
-    if count > MAX_SEGMENTS {
-        return Err(wrong(0, format!("it has {count} segments"), "give 24 at most"));
-    }
     settings.validate().map_err(|e| wrong(0, e.to_string(), "correct it"))?;
     Ok(settings)
 }
@@ -131,7 +131,6 @@ fn own(file: &File) -> Vec<Segment> {
     let supplied = |off| if off { Supplied::Off } else { Supplied::On };
     let of =
         |s: &FileSegment| Segment { seconds: s.seconds, from_v: s.from_v, to_v: s.to_v, supplied: supplied(s.off) };
-    // One more than there may be is enough to be refused.
     file.segment.iter().map(of).collect()
 }
 
