@@ -158,7 +158,14 @@ impl Fault {
     }
 
     /// Its place in [`TABLE`], and its bit in a set of faults.
-    pub fn place(self) -> usize {
-        TABLE.iter().position(|description| description.fault == self).unwrap_or(0)
+    pub const fn place(self) -> usize {
+        let mut place = 0;
+        while place < TABLE.len() {
+            if TABLE[place].fault as u8 == self as u8 {
+                return place;
+            }
+            place += 1;
+        }
+        0
     }
 }

@@ -4,6 +4,7 @@
 //! be known of the board is in [`hardware`]), the model with its effects ([`motor`], [`effects`]), the filter
 //! ([`butterworth`]), the learned correction ([`anfis`], [`hybrid`]), and one tick of 100 µs that does it all
 //! ([`tick`]: the page to read first). What is left over goes to the [`detector`].
+//! The [`sequence`] runs the motor meanwhile, and stops it.
 //!
 //! Around the tick stand what the rig needs besides: its parameters in flash ([`parameters`]), the link to the host
 //! ([`link`]), what can go wrong ([`faults`], [`incident`]), and the application that both boards run ([`app`]).
@@ -39,6 +40,8 @@ pub mod hybrid;
 pub mod tick;
 
 pub mod detector;
+
+pub mod sequence;
 
 pub mod faults;
 

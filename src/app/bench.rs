@@ -22,8 +22,8 @@ pub const MOTOR: Parameters<f32> = Parameters {
     turbulent_friction: 2.98e-8,
 };
 
-/// Peak of the supply, V.
-const PEAK: f32 = 325.0;
+/// Peak of the supply, V; what it gives at full command.
+pub const PEAK: f32 = 325.0;
 /// Samples in a period of the mains.
 const PERIOD: u32 = 200;
 /// Samples in which the amplitude rises; as many in which it falls, and for which it is off then.
@@ -119,6 +119,14 @@ impl Bench {
     /// The next sample. Not a part of whoever asks: the interrupt's own code is what is to be fast.
     #[inline(never)]
     pub fn counts(&mut self) -> Counts {
+        let now = self.sample % CYCLE;
+        let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
+        self.counts_at(amplitude)
+    }
+
+    /// The next sample on a supply that is commanded: the peak of its voltage, V. Troubles begin as they do without.
+    #[inline(never)]
+    pub fn counts_at(&mut self, amplitude: f32) -> Counts {
         let phase = (self.sample % PERIOD) as f32 / PERIOD as f32;
         let now = self.sample % CYCLE;
         if now == 0 && self.sample > 0 {
@@ -127,7 +135,6 @@ impl Bench {
         if now == MIDDLE && self.planned != Trouble::None {
             self.set_trouble(self.planned);
         }
-        let amplitude = PEAK * now.min((2 * RISE + HOLD).saturating_sub(now)).min(RISE) as f32 / RISE as f32;
         let voltage = amplitude * Scalar::sin(core::f32::consts::TAU * phase);
         let lost =
             if self.trouble == Trouble::Resistance { SERIES_RESISTANCE * self.stepper.state().current } else { 0.0 };

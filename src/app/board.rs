@@ -5,6 +5,21 @@ use embedded_storage::nor_flash::NorFlash;
 use super::lamps::Lamps;
 use crate::hardware::Hardware;
 use crate::incident::Kept;
+use crate::sequence::Contacts;
+
+/// What the station switches and is switched by, seen from the sampling interrupt.
+pub trait Switchgear {
+    /// The contacts, as they are now.
+    fn contacts(&mut self) -> Contacts;
+    /// Whether the hardware has cut the supply since it was armed.
+    fn has_tripped(&mut self) -> bool;
+    /// Arms the hardware's trip anew.
+    fn arm(&mut self);
+    /// The counts of the current between which the hardware does not trip, the lower first.
+    fn trip_outside(&mut self, counts: [u16; 2]);
+    /// The supply: its contactor, and its voltage as a fraction of what it gives, 0 to 1.
+    fn supply(&mut self, closed: bool, fraction: f32);
+}
 
 /// A board, seen from the thread. The sampling interrupt is the board's own business.
 #[allow(async_fn_in_trait)]
@@ -42,6 +57,8 @@ pub trait Board {
     fn keep(&mut self, _samples: u32, _settled: bool) {}
     /// Forgets the last incident.
     fn forget(&mut self) {}
+    /// Cuts the supply, whatever the sampling interrupt does: it does not come any more.
+    fn cut(&mut self) {}
     /// Says to the watchdog that all is well.
     fn alive(&mut self);
     /// Starts again, after what was sent has left.

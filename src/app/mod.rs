@@ -7,8 +7,9 @@
 //!                    ├─ queue of reports ──────────┤     └─► Store (parameters in flash)
 //!                    └─ queue of judged periods ───┘
 //! ```
-//! [`sampler`] is what the interrupt does with a sample, [`server`] what the thread does with bytes, [`serve`] the
-//! thread's loop. A board implements [`Board`], calls [`Sampler::sample`] once per sample, and has no logic of its own.
+//! [`sampler`] is what the interrupt does with a sample, [`station`] what it does to the rig after it, [`server`] what
+//! the thread does with bytes, [`serve`] the thread's loop. A board implements [`Board`] and [`Switchgear`], calls
+//! [`Sampler::sample`] and [`Station::sample`] once per sample, and has no logic of its own.
 //!
 //! # Contract of the interrupt
 //! [`Sampler::sample`] has to be called once for every sample, in order, and to be done before the next one is due: 100
@@ -34,16 +35,18 @@ pub mod sampler;
 mod serve;
 pub mod server;
 mod shared;
+pub mod station;
 pub mod telemetry;
 pub mod time_base;
 
-pub use board::Board;
+pub use board::{Board, Switchgear};
 pub use lamps::Lamps;
 pub use raw::Raw;
 pub use sampler::Sampler;
 pub use serve::{receive_all, send_waiting, serve};
 pub use server::{Outgoing, Server};
 pub use shared::Shared;
+pub use station::Station;
 pub use telemetry::Window;
 
 /// Raw samples that wait for the link: 51 ms at 10 kHz, longer than a page of flash takes to be erased (STM32G474, data

@@ -7,6 +7,7 @@ use super::shared::Shared;
 use super::time_base::TimeBase;
 use crate::faults::Fault;
 use crate::incident::SETTLED_S;
+use crate::sequence::State;
 
 /// Bytes taken from the line at once.
 const AT_ONCE: usize = 64;
@@ -14,10 +15,15 @@ const AT_ONCE: usize = 64;
 /// the line.
 pub const FRAMES_A_TURN: usize = 8;
 
+/// Without a sample for so long, the thread cuts the supply of a run, µs: thirty samples, of which none may be missing.
+/// Judgement: the interrupt itself takes a tenth of a sample, and no turn is so quick that it sees less.
+pub const STILL_US: u64 = 3_000;
+
 /// Serves the host for ever. The watchdog is told that all is well only while samples come.
 pub async fn serve<B: Board>(server: &mut Server<'_>, shared: &Shared, mut board: B) -> ! {
     let mut bytes = [0; AT_ONCE];
     let mut samples = shared.samples();
+    let mut since = board.micros();
     let mut time_base = TimeBase::new(B::HARDWARE.sample_rate_hz);
     loop {
         let count = board.receive(&mut bytes).await;
@@ -27,7 +33,16 @@ pub async fn serve<B: Board>(server: &mut Server<'_>, shared: &Shared, mut board
             samples = shared.samples();
             board.alive();
             board.keep(samples, samples >= SETTLED_S * B::HARDWARE.sample_rate_hz);
-            board.show(Lamps::of(server.verdict(), samples, &B::HARDWARE));
+            board.show(match server.state() {
+                Some(state) => Lamps::of_run(state, samples, &B::HARDWARE),
+                None => Lamps::of(server.verdict(), samples, &B::HARDWARE),
+            });
+            since = board.micros();
+        } else if server.state().is_some_and(State::is_busy)
+            && board.micros().zip(since).is_some_and(|(now, since)| now.wrapping_sub(since) > STILL_US)
+        {
+            board.cut();
+            shared.stand_still();
         }
         if board.micros().is_some_and(|micros| time_base.disagrees(shared.samples(), micros)) {
             shared.raise(Fault::TimeBase);

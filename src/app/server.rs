@@ -19,6 +19,7 @@ use crate::parameters::block::{Header, MAX_BLOCK, MAX_PAYLOAD, SLOTS, payload_cr
 use crate::parameters::rig::{MAX_RIG, Rig};
 use crate::parameters::store::{Slot, Store};
 use crate::parameters::{Active, Error, FINGERPRINT, Settings, section};
+use crate::sequence::{Sequence, State, Wishes};
 use crate::units::Counts;
 
 /// Version of the firmware.
@@ -48,6 +49,10 @@ struct Desk<'a> {
     next: Option<Raw>,
     /// Whether the test under way may be passed.
     chain: Chain,
+    /// The sequence, until the interrupt has it.
+    sequence: Option<Sequence>,
+    /// Samples of its profile, where there is one.
+    profile: Option<u32>,
 }
 
 /// A frame to send.
@@ -86,6 +91,8 @@ impl<'a> Server<'a> {
             waiting: [0; MAX_PAYLOAD],
             next: None,
             chain: Chain::new(),
+            sequence: None,
+            profile: None,
         };
         Self { receiver: Receiver::new(), desk }
     }
@@ -123,11 +130,22 @@ impl<'a> Server<'a> {
             return Some(outgoing);
         }
         if let Some(mut judged) = self.desk.shared.judged.pop() {
+            self.desk.follow_runs();
             judged.verdict = self.desk.chain.allow(judged.verdict, judged.test, self.desk.shared);
             return Outgoing::new(&Message::Judged(judged));
         }
         let window = self.desk.shared.reports.pop()?;
         Outgoing::new(&Message::Report(window.report()))
+    }
+
+    /// The sequence of the parameters in force, once, for the interrupt; none without one that the rig can do.
+    pub fn take_sequence(&mut self) -> Option<Sequence> {
+        self.desk.sequence.take()
+    }
+
+    /// What the sequence does, where there is one.
+    pub fn state(&self) -> Option<State> {
+        self.desk.profile.map(|_| self.desk.shared.state())
     }
 
     /// The verdict on the test under way: no pass where the measuring chain was not plausible.
@@ -194,12 +212,14 @@ fn decode<B: Board>(payload: &[u8]) -> Result<Settings, Error> {
 /// What runs with a payload, and with the rig's own block where it has one. By itself, so that what it takes of the
 /// stack is free again afterwards.
 #[inline(never)]
-fn active<B: Board>(payload: &[u8], rig: Option<Rig>) -> Result<Active, Error> {
+fn active<B: Board>(payload: &[u8], rig: Option<Rig>) -> Result<(Active, Option<Sequence>), Error> {
     let mut settings = decode::<B>(payload)?;
     if rig.is_some() {
         settings.rig = rig;
     }
-    settings.build()
+    // A rig that cannot do a motor's sequence can measure it all the same.
+    let sequence = settings.sequence(&B::HARDWARE).ok().flatten();
+    Ok((settings.build()?, sequence))
 }
 
 impl Desk<'_> {
@@ -222,8 +242,10 @@ impl Desk<'_> {
         }
         let payload = self.payload.get(..usize::from(header.length))?;
         match rig.and_then(|rig| active::<B>(payload, rig)) {
-            Ok(active) => {
+            Ok((active, sequence)) => {
                 self.mode = Mode::Running;
+                self.profile = sequence.as_ref().map(Sequence::samples);
+                self.sequence = sequence;
                 self.judges = active.detector.is_some();
                 Some(active)
             }
@@ -245,6 +267,9 @@ impl Desk<'_> {
     }
 
     fn answer<B: Board>(&mut self, number: u8, request: Request, board: &mut B) -> Option<Outgoing> {
+        if self.is_busy() && self.disturbs_a_run(&request) {
+            return Outgoing::new(&Message::Reply { number, reply: Reply::Refused(Refusal::Running) });
+        }
         let reply = match request {
             Request::Hello => Reply::Identity(Identity {
                 protocol: PROTOCOL,
@@ -264,7 +289,7 @@ impl Desk<'_> {
                 cycles: self.shared.cycles(),
                 test: self.shared.test(),
                 verdict: self.verdict(),
-                plausible: self.chain.is_plausible(self.shared),
+                plausible: self.is_plausible(),
                 deepest_stack: board.deepest_stack(),
                 rig: self.rig_in_force,
                 incident: board.kept().incident,
@@ -319,13 +344,70 @@ impl Desk<'_> {
                 Reply::Done
             }
             Request::Restart => Reply::Done,
+            Request::RunState => match self.profile {
+                Some(length) => Reply::Run(self.shared.run(length)),
+                None => Reply::Refused(Refusal::NoSequence),
+            },
+            Request::StartRun { run } => self.start_run(run),
+            Request::AbortRun => self.wish(Wishes { abort: true, ..Wishes::default() }),
+            Request::Acknowledge => self.wish(Wishes { acknowledge: true, ..Wishes::default() }),
         };
         let mut outgoing = Outgoing::new(&Message::Reply { number, reply })?;
         outgoing.restart = request == Request::Restart;
         Some(outgoing)
     }
 
+    /// A run begins a test of its own, in the interrupt.
+    fn follow_runs(&mut self) {
+        let test = self.shared.test();
+        if self.profile.is_some() && !self.chain.is_of(test) {
+            self.chain.begin(test, self.shared);
+        }
+    }
+
+    fn is_plausible(&mut self) -> bool {
+        self.follow_runs();
+        self.chain.is_plausible(self.shared)
+    }
+
+    fn is_busy(&self) -> bool {
+        self.profile.is_some() && self.shared.state().is_busy()
+    }
+
+    /// Whether a request would end a run, or take from it what its verdict rests on.
+    fn disturbs_a_run(&self, request: &Request) -> bool {
+        match request {
+            Request::BeginTest { test } => *test != self.shared.test(),
+            Request::CommitParameters { .. } | Request::CommitRig { .. } => true,
+            Request::ClearFaults | Request::Restart => true,
+            _ => false,
+        }
+    }
+
+    fn start_run(&mut self, run: u32) -> Reply<'static> {
+        let runs = self.shared.runs();
+        if self.profile.is_some() && run == runs {
+            return Reply::Done;
+        }
+        match self.shared.state() {
+            _ if self.profile.is_none() => Reply::Refused(Refusal::NoSequence),
+            State::Stopped(_) => Reply::Refused(Refusal::Stopped),
+            state if state.is_busy() => Reply::Refused(Refusal::Running),
+            _ if run != runs.wrapping_add(1) => Reply::Refused(Refusal::Range),
+            _ => self.wish(Wishes { start: true, ..Wishes::default() }),
+        }
+    }
+
+    fn wish(&mut self, wishes: Wishes) -> Reply<'static> {
+        if self.profile.is_none() {
+            return Reply::Refused(Refusal::NoSequence);
+        }
+        self.shared.wish(wishes);
+        Reply::Done
+    }
+
     fn verdict(&mut self) -> Verdict {
+        self.follow_runs();
         self.chain.allow(self.shared.verdict(), self.shared.test(), self.shared)
     }
 

@@ -8,11 +8,23 @@ use super::ring::Ring;
 use super::{JUDGED_QUEUE, RAW_QUEUE, REPORT_QUEUE, Raw, Window};
 use crate::detector::Verdict;
 use crate::faults::{Fault, TABLE};
-use crate::link::message::Judged;
+use crate::link::message::{Judged, Run};
+use crate::sequence::{Contacts, Seen, State, Stop, Wishes};
 
 const CANNOT_JUDGE: u8 = 0;
 const PASS: u8 = 1;
 const FAIL: u8 = 2;
+
+/// Places of the contacts and the trip in their byte.
+const START: u8 = 1;
+const ABORT_CLOSED: u8 = 2;
+const EMERGENCY_CLOSED: u8 = 4;
+const TRIPPED: u8 = 8;
+
+/// Places of the wishes in theirs.
+const WISH_START: u8 = 1;
+const WISH_ABORT: u8 = 2;
+const WISH_ACKNOWLEDGE: u8 = 4;
 
 /// Counters, queues and wishes. One writer each, but for the faults, which only ever rise or are cleared.
 #[derive(Debug)]
@@ -26,6 +38,17 @@ pub struct Shared {
     verdict: AtomicU8,
     test: AtomicU32,
     follow: AtomicBool,
+    /// What the host wishes of the sequence; taken by the interrupt.
+    wishes: AtomicU8,
+    /// Whether the thread has seen the samples stand still; taken by the interrupt.
+    stood_still: AtomicBool,
+    /// Runs since the start.
+    runs: AtomicU32,
+    /// State, contacts, samples and command of the sequence.
+    state: AtomicU8,
+    contacts: AtomicU8,
+    elapsed: AtomicU32,
+    command: AtomicU32,
     /// Raw samples that wait for the link.
     pub raw: Ring<Raw, 3, RAW_QUEUE>,
     /// Reports that wait for it.
@@ -53,6 +76,13 @@ impl Shared {
             verdict: AtomicU8::new(CANNOT_JUDGE),
             test: AtomicU32::new(0),
             follow: AtomicBool::new(false),
+            wishes: AtomicU8::new(0),
+            stood_still: AtomicBool::new(false),
+            runs: AtomicU32::new(0),
+            state: AtomicU8::new(State::Stopped(Stop::Power).code()),
+            contacts: AtomicU8::new(0),
+            elapsed: AtomicU32::new(0),
+            command: AtomicU32::new(0),
             raw: Ring::new(),
             reports: Ring::new(),
             judged: Ring::new(),
@@ -74,6 +104,12 @@ impl Shared {
     /// How often each fault has occurred, in the order of [`TABLE`].
     pub fn faults(&self) -> [u32; TABLE.len()] {
         self.faults.each_ref().map(|count| count.load(Relaxed))
+    }
+
+    /// How often the fault at a place of the table has occurred.
+    #[inline]
+    pub(super) fn fault(&self, place: usize) -> u32 {
+        self.faults.get(place).map_or(0, |count| count.load(Relaxed))
     }
 
     /// Forgets faults and the longest tick.
@@ -169,5 +205,91 @@ impl Shared {
     /// Says how many samples a report is about; zero: no reports.
     pub fn report(&self, every: u32) {
         self.report_every.store(every, Relaxed);
+    }
+
+    /// The sequence is to do something with the next sample.
+    pub fn wish(&self, wishes: Wishes) {
+        let Wishes { start, abort, acknowledge } = wishes;
+        let bits = [(start, WISH_START), (abort, WISH_ABORT), (acknowledge, WISH_ACKNOWLEDGE)];
+        let bits = bits.into_iter().fold(0, |all, (wished, bit)| if wished { all | bit } else { all });
+        self.wishes.fetch_or(bits, Relaxed);
+    }
+
+    /// What is wished for, once. The interrupt's: the thread does not come between reading and writing.
+    #[inline]
+    pub(super) fn take_wishes(&self) -> Wishes {
+        let bits = self.wishes.load(Relaxed);
+        if bits != 0 {
+            self.wishes.store(0, Relaxed);
+        }
+        let has = |bit| bits & bit != 0;
+        Wishes { start: has(WISH_START), abort: has(WISH_ABORT), acknowledge: has(WISH_ACKNOWLEDGE) }
+    }
+
+    /// Samples have stood still.
+    pub fn stand_still(&self) {
+        self.stood_still.store(true, Relaxed);
+    }
+
+    /// Whether they have, once; as [`Shared::take_wishes`].
+    #[inline]
+    pub(super) fn take_stood_still(&self) -> bool {
+        let stood_still = self.stood_still.load(Relaxed);
+        if stood_still {
+            self.stood_still.store(false, Relaxed);
+        }
+        stood_still
+    }
+
+    /// A run begins, and the test of a motor with it; gives the test's number.
+    #[inline]
+    pub(super) fn begin_run(&self) -> u32 {
+        self.runs.store(self.runs().wrapping_add(1), Relaxed);
+        let test = self.test().wrapping_add(1).max(1);
+        self.begin_test(test);
+        test
+    }
+
+    /// Notes what the sequence does and sees.
+    #[inline]
+    pub(super) fn note_run(&self, state: State, elapsed: u32, command: f32, seen: &Seen) {
+        let Contacts { start, abort_closed, emergency_closed } = seen.contacts;
+        let bit = |is: bool, place: u8| if is { place } else { 0 };
+        let contacts = bit(start, START)
+            | bit(abort_closed, ABORT_CLOSED)
+            | bit(emergency_closed, EMERGENCY_CLOSED)
+            | bit(seen.tripped, TRIPPED);
+        self.state.store(state.code(), Relaxed);
+        self.contacts.store(contacts, Relaxed);
+        self.elapsed.store(elapsed, Relaxed);
+        self.command.store(command.to_bits(), Relaxed);
+    }
+
+    /// What the sequence does.
+    pub fn state(&self) -> State {
+        State::from_code(self.state.load(Relaxed))
+    }
+
+    /// Runs that have begun since the start.
+    pub fn runs(&self) -> u32 {
+        self.runs.load(Relaxed)
+    }
+
+    /// What the sequence does and sees, for the host; its profile has so many samples.
+    pub fn run(&self, length: u32) -> Run {
+        let contacts = self.contacts.load(Relaxed);
+        let has = |bit| contacts & bit != 0;
+        Run {
+            state: self.state(),
+            runs: self.runs(),
+            test: self.test(),
+            elapsed: self.elapsed.load(Relaxed),
+            length,
+            command: f32::from_bits(self.command.load(Relaxed)),
+            start: has(START),
+            abort_closed: has(ABORT_CLOSED),
+            emergency_closed: has(EMERGENCY_CLOSED),
+            tripped: has(TRIPPED),
+        }
     }
 }

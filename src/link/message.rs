@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::detector::{Period, Verdict};
 use crate::faults::{Fault, TABLE};
 use crate::incident::Incident;
+use crate::sequence::State;
 
 /// Version of the conversation.
 pub const PROTOCOL: u16 = 3;
@@ -75,6 +76,17 @@ pub enum Request<'a> {
         /// CRC-32 of the payload.
         crc: u32,
     },
+    /// What does the [sequence](crate::sequence) do? A firmware of before knows neither this nor the following.
+    RunState,
+    /// Begin the next run; the number of the one that is under way or was the last begins none.
+    StartRun {
+        /// Its number: one more than have [begun](Run::runs).
+        run: u32,
+    },
+    /// Stop the run.
+    AbortRun,
+    /// What has stopped the station has been seen, or how the last run ended.
+    Acknowledge,
 }
 
 /// A request with its number.
@@ -179,6 +191,31 @@ pub struct Status {
     pub incident: Option<Incident>,
 }
 
+/// What the station's sequence does and sees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Its state.
+    pub state: State,
+    /// Runs that have begun since the start.
+    pub runs: u32,
+    /// Number of the test under way, which the last run has begun.
+    pub test: u32,
+    /// Samples since the last run began, until it ended.
+    pub elapsed: u32,
+    /// Samples of the profile.
+    pub length: u32,
+    /// The supply's command, 0 to 1.
+    pub command: f32,
+    /// START is pressed.
+    pub start: bool,
+    /// The contact of ABORT is closed.
+    pub abort_closed: bool,
+    /// That of the emergency stop is.
+    pub emergency_closed: bool,
+    /// The hardware has cut the supply.
+    pub tripped: bool,
+}
+
 /// A report of a stretch of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Report {
@@ -248,6 +285,12 @@ pub enum Refusal {
     NoLimits,
     /// More than the [line carries](crate::link::load).
     Line,
+    /// Not without a sequence that the rig can do.
+    NoSequence,
+    /// Not during a run.
+    Running,
+    /// Not while the station is stopped: first it has to be acknowledged.
+    Stopped,
 }
 
 /// What the microcontroller answers.
@@ -266,6 +309,8 @@ pub enum Reply<'a> {
     Done,
     /// It will not be.
     Refused(Refusal),
+    /// To [`Request::RunState`].
+    Run(Run),
 }
 
 /// What comes from the microcontroller.

@@ -8,6 +8,7 @@ use crate::butterworth::SettingsError;
 use crate::detector;
 use crate::effects::EffectId;
 use crate::motor::ParameterError;
+use crate::sequence;
 use crate::term::TermError;
 use crate::units::CalibrationError;
 
@@ -55,6 +56,8 @@ pub enum Error {
     Detector(detector::SettingsError),
     /// A constant of a term is not a finite number.
     Unknowns,
+    /// The station's sequence, or the rig's supply.
+    Sequence(sequence::SettingsError),
 }
 
 impl fmt::Display for Error {
@@ -79,6 +82,7 @@ impl fmt::Display for Error {
             Self::Term(index, error) => write!(f, "term {}: {error}", index + 1),
             Self::Correction(error) => write!(f, "correction: {error}"),
             Self::Detector(error) => write!(f, "detector: {error}"),
+            Self::Sequence(error) => write!(f, "sequence: {error}"),
             Self::Unknowns => write!(f, "a constant of a term is not a finite number"),
         }
     }

@@ -41,6 +41,7 @@ use crate::detector::{self, Detector};
 use crate::effects::{Effect, MAX_EFFECTS};
 use crate::hardware::Hardware;
 use crate::motor::{MAX_TERMS, Motor, Parameters, Stepper};
+use crate::sequence::{self, Sequence};
 use crate::term::Term;
 use crate::tick::Tick;
 use crate::units::Calibration;
@@ -70,6 +71,8 @@ pub struct Settings {
     pub correction: Option<Settings3x3>,
     /// Thresholds of the detector.
     pub detector: Option<detector::Settings>,
+    /// Profile and limits of the station's sequence.
+    pub sequence: Option<sequence::Settings>,
     /// Who has written the block; none in those of before.
     pub origin: Option<Origin>,
 }
@@ -95,6 +98,7 @@ impl Default for Settings {
             terms: heapless::Vec::new(),
             correction: None,
             detector: None,
+            sequence: None,
             origin: None,
         }
     }
@@ -130,6 +134,9 @@ impl Settings {
                 return Err(Error::Text(name));
             }
         }
+        if let Some(sequence) = &self.sequence {
+            sequence.validate().map_err(Error::Sequence)?;
+        }
         let usual = Rig::default();
         let rig = self.rig.as_ref().unwrap_or(&usual);
         rig.validate()?;
@@ -152,5 +159,16 @@ impl Settings {
         }
         let detector = self.detector.map(detector::Settings::build).transpose().map_err(Error::Detector)?;
         Ok(Active { calibration, tick: Tick::new(stepper, filter).with_correction(correction), detector })
+    }
+
+    /// What runs the station; none without a sequence, or where the rig has no supply that could be commanded.
+    ///
+    /// # Errors
+    /// What the rig cannot do.
+    pub fn sequence(&self, hardware: &Hardware) -> Result<Option<Sequence>, Error> {
+        let supply = self.rig.as_ref().and_then(|rig| rig.supply);
+        let (Some(sequence), Some(rig), Some(supply)) = (&self.sequence, &self.rig, supply) else { return Ok(None) };
+        let calibration = rig.calibration.build().map_err(Error::Calibration)?;
+        sequence.build(&supply, &calibration, hardware).map(Some).map_err(Error::Sequence)
     }
 }

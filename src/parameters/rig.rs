@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::encoding::{Sections, Writer, text, whole};
 use super::tag::Tag;
 use super::{Error, Text};
+use crate::sequence::Supply;
 use crate::units::CalibrationSettings;
 
 /// Longest payload of a rig's block, bytes: that of a message of the link.
@@ -22,6 +23,8 @@ pub struct Rig {
     pub name: Text,
     /// Straight lines from counts to V, A and rad/s.
     pub calibration: CalibrationSettings,
+    /// The supply that it commands; none where somebody else switches the motor.
+    pub supply: Option<Supply>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -30,13 +33,16 @@ struct Entry<'a> {
 }
 
 impl Rig {
-    /// Checks name and calibration.
+    /// Checks name, calibration and supply.
     ///
     /// # Errors
-    /// A control character in the name, a scale that no rig has.
+    /// A control character in the name, a scale or a supply that no rig has.
     pub fn validate(&self) -> Result<(), Error> {
         if self.name.chars().any(char::is_control) {
             return Err(Error::Text("rig"));
+        }
+        if let Some(supply) = &self.supply {
+            supply.validate().map_err(Error::Sequence)?;
         }
         self.calibration.build().map(|_| ()).map_err(Error::Calibration)
     }
@@ -49,6 +55,9 @@ impl Rig {
         let mut out = Writer::new(payload);
         out.section(Tag::Rig, &Entry { name: &self.name })?;
         out.section(Tag::Calibration, &self.calibration)?;
+        if let Some(supply) = &self.supply {
+            out.section(Tag::Supply, supply)?;
+        }
         out.used()
     }
 
@@ -57,18 +66,20 @@ impl Rig {
     /// # Errors
     /// The first section or value that cannot be used.
     pub fn decode(payload: &[u8]) -> Result<Self, Error> {
-        let (mut name, mut calibration) = (None, None);
+        let (mut name, mut calibration, mut supply) = (None, None, None);
         let mut sections = Sections::new(payload);
         while let Some((tag, body)) = sections.next()? {
             match tag {
                 Tag::Rig => name = Some(text(tag, whole::<Entry>(tag, body)?.name)?),
                 Tag::Calibration => calibration = Some(whole(tag, body)?),
+                Tag::Supply => supply = Some(whole(tag, body)?),
                 other => return Err(Error::Elsewhere(other)),
             }
         }
         let rig = Self {
             name: name.ok_or(Error::Missing(Tag::Rig))?,
             calibration: calibration.ok_or(Error::Missing(Tag::Calibration))?,
+            supply,
         };
         rig.validate()?;
         Ok(rig)

@@ -126,6 +126,9 @@ pub fn encode<'b>(settings: &Settings, payload: &'b mut [u8; MAX_PAYLOAD]) -> Re
     if let Some(detector) = &settings.detector {
         out.section(Tag::Detector, detector)?;
     }
+    if let Some(sequence) = &settings.sequence {
+        out.section(Tag::Sequence, sequence)?;
+    }
     if let Some(Origin { greyrig, build }) = &settings.origin {
         out.section(Tag::Origin, &OriginEntry { greyrig, build: *build })?;
     }
@@ -171,14 +174,15 @@ pub fn decode(payload: &[u8]) -> Result<Settings, Error> {
             }
             Tag::Correction => settings.correction = Some(whole::<CorrectionEntry>(tag, body)?.into()),
             Tag::Detector => settings.detector = Some(whole(tag, body)?),
-            Tag::Rig => return Err(Error::Elsewhere(tag)),
+            Tag::Sequence => settings.sequence = Some(whole(tag, body)?),
+            Tag::Rig | Tag::Supply => return Err(Error::Elsewhere(tag)),
             Tag::Origin => {
                 let OriginEntry { greyrig, build } = whole(tag, body)?;
                 settings.origin = Some(Origin { greyrig: text(tag, greyrig)?, build });
             }
         }
     }
-    settings.rig = calibration.map(|calibration| Rig { name: rig, calibration });
+    settings.rig = calibration.map(|calibration| Rig { name: rig, calibration, supply: None });
     for ((tag, version), seen) in Tag::ALL.into_iter().zip(sections.seen) {
         if version.is_some() && !tag.is_optional() && !seen {
             return Err(Error::Missing(tag));

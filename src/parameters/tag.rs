@@ -24,11 +24,15 @@ pub enum Tag {
     Rig = 0x09,
     /// Which greyrig has written a motor's block, and for which image of the firmware; need not be there.
     Origin = 0x0A,
+    /// Profile and limits of the station's sequence; need not be there.
+    Sequence = 0x0B,
+    /// The rig's supply, in its own block; need not be there.
+    Supply = 0x0C,
 }
 
 impl Tag {
     /// All tags with the version that is written, and the only one that is read; none: reserved for later.
-    pub const ALL: [(Self, Option<u8>); 10] = [
+    pub const ALL: [(Self, Option<u8>); 12] = [
         (Self::Identity, Some(1)),
         (Self::Calibration, Some(1)),
         (Self::Filter, Some(1)),
@@ -39,6 +43,8 @@ impl Tag {
         (Self::Detector, Some(1)),
         (Self::Rig, Some(1)),
         (Self::Origin, Some(1)),
+        (Self::Sequence, Some(1)),
+        (Self::Supply, Some(1)),
     ];
 
     /// What messages call it.
@@ -54,12 +60,14 @@ impl Tag {
             Self::Detector => "detector",
             Self::Rig => "rig",
             Self::Origin => "origin",
+            Self::Sequence => "sequence",
+            Self::Supply => "supply",
         }
     }
 
     /// Whether a motor's block can do without.
     pub(super) const fn is_optional(self) -> bool {
-        matches!(self, Self::Calibration | Self::Correction | Self::Detector | Self::Rig | Self::Origin)
+        !matches!(self, Self::Identity | Self::Filter | Self::Motor | Self::Effects | Self::Terms)
     }
 
     /// The tag of a number, where this version of its section can be read.

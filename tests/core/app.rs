@@ -25,7 +25,7 @@ use greyrig::units::{CalibrationSettings, Counts, Scale};
 
 use crate::nor::{Cut, Nor};
 
-struct Board {
+pub struct Board {
     flash: Nor,
 }
 
@@ -60,7 +60,7 @@ impl app::Board for Board {
 
 /// What a received message says, without what it borrows.
 #[derive(Debug, Clone, PartialEq)]
-enum Heard {
+pub enum Heard {
     Identity {
         protocol: u16,
         fingerprint: u32,
@@ -80,6 +80,7 @@ enum Heard {
     Committed(InForce),
     Done,
     Refused(Refusal),
+    Run(greyrig::link::message::Run),
     Samples {
         first: u32,
         counts: Vec<Counts>,
@@ -116,6 +117,7 @@ fn heard(bytes: &[u8]) -> Heard {
                 Reply::Committed(block) => Heard::Committed(block),
                 Reply::Done => Heard::Done,
                 Reply::Refused(why) => Heard::Refused(why),
+                Reply::Run(run) => Heard::Run(run),
             }
         }
         Message::Samples(s) => Heard::Samples {
@@ -128,26 +130,27 @@ fn heard(bytes: &[u8]) -> Heard {
 }
 
 /// A board that runs.
-struct Rig<'a> {
-    board: Board,
-    server: Server<'a>,
-    sampler: Sampler<'a>,
-    shared: &'a Shared,
+pub struct Rig<'a> {
+    pub board: Board,
+    pub server: Server<'a>,
+    pub sampler: Sampler<'a>,
+    pub shared: &'a Shared,
 }
 
 impl Rig<'_> {
-    fn ask(&mut self, request: Request) -> Heard {
+    pub fn ask(&mut self, request: Request) -> Heard {
         let mut bytes = [0; MAX_FRAME];
         let length = encode(&Asked { number: 42, request }, &mut bytes).expect("it fits");
         let mut answers: Vec<_> =
             bytes[..length].iter().filter_map(|&byte| self.server.receive(byte, &mut self.board)).collect();
         let answer = answers.pop().expect("an answer");
         assert!(answers.is_empty(), "one answer");
-        assert_eq!(answer.restart, request == Request::Restart);
-        heard(answer.bytes())
+        let heard = heard(answer.bytes());
+        assert_eq!(answer.restart, request == Request::Restart && heard == Heard::Done);
+        heard
     }
 
-    fn unasked(&mut self) -> Vec<Heard> {
+    pub fn unasked(&mut self) -> Vec<Heard> {
         std::iter::from_fn(|| self.server.unasked()).map(|outgoing| heard(outgoing.bytes())).collect()
     }
 
@@ -170,7 +173,7 @@ impl Rig<'_> {
 }
 
 /// Starts a board on a flash, lets it do something, and gives the flash back.
-fn run<T>(flash: Nor, work: impl FnOnce(&mut Rig) -> T) -> (Nor, T) {
+pub fn run<T>(flash: Nor, work: impl FnOnce(&mut Rig) -> T) -> (Nor, T) {
     let shared = Shared::new();
     let mut board = Board { flash };
     let (server, active) = Server::start(&mut board, &shared);
@@ -243,7 +246,7 @@ fn parameters_go_over_the_link_and_survive_a_restart() {
 }
 
 impl Rig<'_> {
-    fn commit_rig(&mut self, payload: &[u8]) -> Heard {
+    pub fn commit_rig(&mut self, payload: &[u8]) -> Heard {
         assert_eq!(self.ask(Request::WriteParameters { offset: 0, data: payload }), Heard::Done);
         let (length, crc) = (payload.len() as u16, payload_crc(payload));
         self.ask(Request::CommitRig { fingerprint: FINGERPRINT, length, crc })
@@ -272,6 +275,7 @@ fn a_rig_has_a_block_of_its_own() {
     let own = OfRig {
         name: "rig 7".try_into().unwrap(),
         calibration: CalibrationSettings { voltage, ..CalibrationSettings::default() },
+        supply: None,
     };
     let rig = own.encode(&mut [0; MAX_RIG]).unwrap().to_vec();
     // A motor's block of before: 0.195 V a count from 2047.3 on. 0.2 % of a displayed RMS.
@@ -419,7 +423,7 @@ fn the_verdict_is_that_of_the_limits_in_flash() {
 }
 
 /// Limits for the bench, whose healthy motor is the model but for the counts of its converter.
-fn station() -> Settings {
+pub fn station() -> Settings {
     // A count is 0.02 A of some amperes and 1.2 rad/s of 3000: deviations stay below 0.2 %, and 1 % is not noise.
     let limits = Limits { current_jump: 0.01, speed_jump: 0.01, ..Limits::default() };
     let detector = detector::Settings {
@@ -435,7 +439,7 @@ fn station() -> Settings {
     Settings { motor: bench::MOTOR, detector: Some(detector), ..Settings::default() }
 }
 
-fn board_with(settings: &Settings) -> Nor {
+pub fn board_with(settings: &Settings) -> Nor {
     let block = section::encode(settings, &mut [0; MAX_PAYLOAD]).expect("it fits").to_vec();
     run(Nor::erased(2 * SLOTS), |rig| assert!(matches!(rig.upload(&block), Heard::Committed(_)))).0
 }

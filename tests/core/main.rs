@@ -14,6 +14,8 @@ mod link;
 mod nor;
 mod parameters;
 mod scalar;
+mod sequence;
+mod station;
 mod stepper;
 mod store;
 mod tick;

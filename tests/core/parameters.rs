@@ -25,6 +25,7 @@ pub fn settings() -> Settings {
                 voltage: Scale { zero: 2047.3, per_count: 0.195 },
                 ..CalibrationSettings::default()
             },
+            supply: None,
         }),
         filter: butterworth::Settings { order: 5, cutoff_hz: 333.3, sample_rate_hz: 10_000.0 },
         motor: MOTOR,

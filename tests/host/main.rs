@@ -32,6 +32,8 @@ mod recording;
 mod recording_mutation;
 mod report;
 mod rig;
+mod run;
+mod sequence;
 mod serve;
 mod stamps;
 #[cfg(feature = "parquet")]

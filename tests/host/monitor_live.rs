@@ -22,7 +22,7 @@ const LIMITS: &str = "[detector]\nnominal_voltage = 230.0\nleast_voltage = 0.3\n
     current_deviation = [0.0, 0.1]\nspeed_deviation = [0.0, 0.1]\nruns = 10\nholds = [0.999, 0.95]\n";
 
 /// A folder with a station's model: that of the bench, with limits.
-fn station() -> TempDir {
+pub fn station() -> TempDir {
     let folder = folder(2.2);
     let text = std::fs::read_to_string(folder.path().join("model.toml")).unwrap();
     let (plain, _) = text.split_once("[[effects]]").expect("an effect, which the bench has not");

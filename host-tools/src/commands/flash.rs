@@ -14,7 +14,7 @@ use crate::answers::next::{CommandLine, unused};
 use crate::context::Context;
 use crate::device::connection::check_layout;
 use crate::device::image::{self, Image};
-use crate::device::{Connection, Port, parameters, rig, update};
+use crate::device::{Connection, Port, parameters, rig, sequence, update};
 use crate::error::{Error, Result};
 use crate::model::Model;
 
@@ -41,6 +41,9 @@ pub struct Args {
     /// Calibration of the rig's channels, TOML (docs/wiring.md); without it the rig keeps its own
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
+    /// What the station runs by itself, TOML (docs/sequence.md); without it the board only listens
+    #[arg(long, value_name = "SEQUENCE.toml")]
+    sequence: Option<PathBuf>,
     /// Serial number or name of the rig; without it the rig keeps its own
     #[arg(long, value_name = "NAME")]
     rig: Option<String>,
@@ -82,6 +85,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         model.require_accepted(&args.model)?;
     }
     let mut settings = parameters::settings(&model, &args.model)?;
+    settings.sequence = args.sequence.as_deref().map(|path| sequence::read(path, model.kind)).transpose()?;
     let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let name = args.rig.as_deref().map(parameters::rig_name).transpose()?;
     let port = args.port.clone().map(|name| Port { name, clock: args.clock.clone().into() });
@@ -89,6 +93,9 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         Some(port) => of_port(port, name, calibration, &terminal.context())?,
         None => of_image(name, calibration)?,
     };
+    if let Some(rig) = &rig.known {
+        sequence::suits(&settings, rig)?;
+    }
     settings.origin = Some(parameters::origin(rig.build));
     let payload = parameters::payload(&settings, &args.model)?;
     let rig_payload = rig.write.as_ref().map(parameters::rig_payload).transpose()?;
@@ -98,6 +105,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         "crc32": format!("{:08x}", payload_crc(&payload)),
         "calibration": rig.source,
         "rig": rig.name,
+        "sequence_s": settings.sequence.as_ref().map(greyrig::sequence::Settings::seconds),
         "rig_written": rig.write.is_some() && !args.dry_run,
         "dry_run": args.dry_run,
         "verified": !args.dry_run,
@@ -178,6 +186,8 @@ enum Calibration {
 struct OfRig {
     /// Its block, if one is to be written.
     write: Option<Rig>,
+    /// All that it has, where that is known.
+    known: Option<Rig>,
     /// Its name, as far as that is known.
     name: String,
     source: Calibration,
@@ -204,10 +214,12 @@ fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSetti
             }
             Err(_) => None,
         }
-    } else if calibration.is_some() && name.is_some() {
-        None
     } else {
-        rig::of(&mut connection, None)?
+        // One that cannot be read is replaced where all of it is given; its supply would be, too.
+        match rig::of(&mut connection, None) {
+            Err(crate::device::Error::UnreadableRig(_)) if calibration.is_some() && name.is_some() => None,
+            there => there?,
+        }
     };
     let source = match (&calibration, &there) {
         (Some(_), _) => Calibration::Given,
@@ -216,8 +228,13 @@ fn of_port(port: &Port, name: Option<Text>, calibration: Option<CalibrationSetti
     };
     let changes = calibration.is_some() || name.is_some() || (own.is_empty() && there.is_some());
     let before = there.unwrap_or_default();
-    let rig = Rig { name: name.unwrap_or(before.name), calibration: calibration.unwrap_or(before.calibration) };
-    Ok(OfRig { name: rig.name.to_string(), write: changes.then_some(rig), source, build: device.digest() })
+    let rig = Rig {
+        name: name.unwrap_or(before.name),
+        calibration: calibration.unwrap_or(before.calibration),
+        supply: before.supply,
+    };
+    let (write, known) = (changes.then(|| rig.clone()), Some(rig.clone()));
+    Ok(OfRig { name: rig.name.to_string(), write, known, source, build: device.digest() })
 }
 
 /// An image and a probe cannot ask the rig: its block is written whole, or stays as it is.
@@ -228,10 +245,14 @@ fn of_image(name: Option<Text>, calibration: Option<CalibrationSettings>) -> Res
             "give --calibration RIG.toml, too, or set the name with greyrig rig --port PORT --name NAME",
         )),
         (name, Some(calibration)) => {
-            let rig = Rig { name: name.unwrap_or_default(), calibration };
-            Ok(OfRig { name: rig.name.to_string(), write: Some(rig), source: Calibration::Given, build: [0; 8] })
+            let rig = Rig { name: name.unwrap_or_default(), calibration, supply: None };
+            let (name, write) = (rig.name.to_string(), Some(rig));
+            Ok(OfRig { name, write, known: None, source: Calibration::Given, build: [0; 8] })
         }
-        (None, None) => Ok(OfRig { write: None, name: String::new(), source: Calibration::Untouched, build: [0; 8] }),
+        (None, None) => {
+            let source = Calibration::Untouched;
+            Ok(OfRig { write: None, known: None, name: String::new(), source, build: [0; 8] })
+        }
     }
 }
 

@@ -26,6 +26,7 @@ pub mod ports;
 pub mod predict;
 pub mod record;
 pub mod rig;
+pub mod run;
 pub mod serve;
 pub mod simulate;
 mod stderr;
@@ -109,6 +110,8 @@ pub enum Command {
     Ports(ports::Args),
     /// What belongs to a rig: name, calibration, the motor type on board, how it is.
     Rig(rig::Args),
+    /// Have the board run its sequence: the profile, the rotor's rest, the verdict.
+    Run(run::Args),
     /// A virtual board that runs the flashed image, behind a pseudo-terminal.
     Board(board::Args),
 }
@@ -145,6 +148,7 @@ impl Command {
             Self::Flash(args) => flash::run(args, terminal),
             Self::Record(args) => record::run(args, terminal),
             Self::Rig(args) => rig::run(args, terminal),
+            Self::Run(args) => run::run(args, terminal),
             Self::Ports(args) => ports::run(args, terminal),
             Self::Board(args) => board::run(args),
         }

@@ -75,7 +75,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             "greyrig: the rig has no calibration: the usual ranges, ±400 V, ±40 A, 0 to 5000 rad/s; set one with `greyrig rig`"
         );
     }
-    let Rig { name, calibration } = rig.unwrap_or_default();
+    let Rig { name, calibration, .. } = rig.unwrap_or_default();
     let named = [("motor", settings.map(|settings| settings.motor_type).unwrap_or_default()), ("rig", name)];
     let named = named.into_iter().filter(|(_, name)| !name.is_empty());
     let mut metadata: BTreeMap<_, _> = named.map(|(key, name)| (key.to_owned(), name.to_string())).collect();

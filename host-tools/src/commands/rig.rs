@@ -13,10 +13,10 @@ use super::table::{Column, Table};
 use super::terminal::Terminal;
 use crate::answers::next::{CommandLine, unused};
 use crate::device::rig::{self, Rig};
-use crate::device::{Port, connection, parameters, update};
+use crate::device::{Port, connection, parameters, sequence, update};
 use crate::error::Result;
 
-/// What belongs to a rig: its name, its channels' calibration, the motor type on board, and how it is.
+/// What belongs to a rig: its name, its channels' calibration, its supply, the motor type on board, and how it is.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  greyrig rig --port /dev/ttyACM0\n  \
     greyrig rig --port /dev/ttyACM0 --name \"rig 3\" --calibration rig.toml\n\n\
@@ -35,6 +35,10 @@ pub struct Args {
     /// Calibration to write: [voltage], [current], [speed], each with zero (counts) and per_count (V, A, rad/s)
     #[arg(long, value_name = "RIG.toml")]
     calibration: Option<PathBuf>,
+    /// The supply that the station's sequence commands: ac:PEAK_V:HZ or dc:V at full command; none: somebody else
+    /// switches
+    #[arg(long, value_name = "SUPPLY")]
+    supply: Option<String>,
     /// Forget the faults that it has counted
     #[arg(long)]
     clear_faults: bool,
@@ -50,10 +54,12 @@ pub struct Args {
 pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     let calibration = args.calibration.as_deref().map(parameters::calibration).transpose()?;
     let name = args.name.as_deref().map(parameters::rig_name).transpose()?;
+    let supply =
+        args.supply.as_deref().map(|text| (text != "none").then(|| sequence::supply(text)).transpose()).transpose()?;
     let port = Port { name: args.port.clone(), clock: args.clock.clone().into() };
     let ctx = terminal.context();
     let mut there = rig::read(&port, &ctx)?;
-    let changes = name.is_some() || calibration.is_some();
+    let changes = name.is_some() || calibration.is_some() || supply.is_some();
     if changes {
         if there.rig.is_none() && calibration.is_none() {
             eprintln!(
@@ -64,6 +70,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         let rig = greyrig::parameters::Rig {
             name: name.unwrap_or(before.name),
             calibration: calibration.unwrap_or(before.calibration),
+            supply: supply.unwrap_or(before.supply),
         };
         let payload = parameters::rig_payload(&rig)?;
         terminal.watching("writing", |ctx| update::write_rig(&port, &payload, ctx))?;
@@ -124,6 +131,12 @@ fn print(rig: &Rig, port: &str, written: bool) -> Result<()> {
     for (channel, scale, unit) in channels(rig) {
         row(channel, format!("(counts − {}) · {} {unit}", scale.zero, scale.per_count));
     }
+    if let Some(supply) = own.as_ref().and_then(|rig| rig.supply.as_ref()) {
+        row("supply", sequence::in_words(supply));
+    }
+    if let Some(sequence) = settings.as_ref().and_then(|s| s.sequence.as_ref()) {
+        row("sequence on board", format!("{:.1} s, {} segments", sequence.seconds(), sequence.segments.len()));
+    }
     if own.is_none() {
         row("calibration", "none: the usual ranges; set it with --calibration".into());
     }
@@ -154,6 +167,8 @@ fn told(rig: &Rig, port: &str, written: bool) -> serde_json::Value {
         "motor": settings.as_ref().and_then(|s| name(&s.motor_type)),
         "mode": connection::mode(status.mode),
         "calibration": channels(rig).into_iter().map(of_channel).collect::<Vec<_>>(),
+        "supply": own.as_ref().and_then(|rig| rig.supply.as_ref()).map(sequence::in_words),
+        "sequence_s": settings.as_ref().and_then(|s| s.sequence.as_ref()).map(greyrig::sequence::Settings::seconds),
         "test": status.test,
         "verdict": verdict(status.verdict).replace(' ', "_"),
         "faults": connection::faults(status),

@@ -126,6 +126,12 @@ pub enum Error {
     /// The debug probe's own words.
     #[error("{0}")]
     Probe(String),
+    /// A run was asked for, and did not begin.
+    #[error("the run did not begin")]
+    NotStarted,
+    /// Another run is under way, or the board has restarted.
+    #[error("another run is under way, or the microcontroller has restarted")]
+    OtherRun,
     /// The work is to stop.
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
@@ -182,6 +188,8 @@ impl Error {
                 "check that the board runs, and that it was started with the same --clock"
             }
             Self::Standstill { .. } => "check that the board still runs",
+            Self::NotStarted => "see what the station does: greyrig run --state",
+            Self::OtherRun => "see what the station does: greyrig run --state; connect one program only to the port",
             Self::NoProbe => "connect one, and check that you may use it (udev rules on Linux)",
             Self::Probe(_) => "check the probe, the cable and the name of the chip",
             Self::Interrupted(_) => "",
@@ -216,6 +224,12 @@ fn refused(why: Refusal) -> (&'static str, &'static str) {
         Refusal::Line => {
             ("the line carries less than what was asked for", "ask for fewer reports, or for no samples beside them")
         }
+        Refusal::NoSequence => (
+            "the microcontroller has no sequence that its rig can do",
+            "greyrig rig --supply says what the rig gives, greyrig flash --sequence what is to be run",
+        ),
+        Refusal::Running => ("a run is under way", "wait for its end, or abort it: greyrig run --abort"),
+        Refusal::Stopped => ("the station is stopped", "look at the rig; then greyrig run --acknowledge"),
         Refusal::Fault(fault) => {
             TABLE.iter().find(|d| d.fault == fault).map_or(("a fault", "see docs/firmware.md"), known)
         }

@@ -12,6 +12,8 @@ pub mod ports;
 pub mod probe;
 pub mod recorded;
 pub mod rig;
+pub mod run;
+pub mod sequence;
 pub mod update;
 
 use greyrig::hardware::{Hardware, NUCLEO_G474RE};

@@ -87,6 +87,7 @@ pub fn settings_at(model: &Model, path: &Path, filter: butterworth::Settings) ->
         terms: motor.terms().iter().copied().collect(),
         correction: model.correction_settings()?,
         detector: model.detector.as_ref().map(|d| d.settings(1.0 / filter.sample_rate_hz)),
+        sequence: None,
         origin: None,
     };
     settings.build().map_err(|e| refuse(e.to_string()))?;

@@ -5,7 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::chain::{Chain, ChainSetup};
 use super::parts::Instant;
 use super::plant::{Contact, Plant};
-use super::source::{DIODE_DROP_V, Drive, Segment, Waveform};
+use super::source::{DIODE_DROP_V, Drive, Segment, Shape, Waveform};
 use super::streams::{Purpose, Streams};
 use super::{SAMPLE_RATE_HZ, Setup, Truth};
 
@@ -89,10 +89,23 @@ impl Running {
         (self.next, self.wave) = (0, None);
     }
 
+    /// From the next sample on the supply gives a voltage, whatever the profile says, until it is commanded anew.
+    pub fn command(&mut self, shape: Shape, closed: bool) {
+        let drive = if closed { Drive::Closed } else { Drive::Off };
+        let segment = Segment { seconds: 1.0, shape, drive, locked: false };
+        self.wave = Some(self.switched(segment));
+        self.end = usize::MAX;
+    }
+
     fn begin_segment(&mut self) -> Option<Waveform> {
         let segment = *self.segments.get(self.next)?;
         self.next += 1;
         self.end = self.n + (segment.seconds * SAMPLE_RATE_HZ).round() as usize;
+        Some(self.switched(segment))
+    }
+
+    /// The waveform of a segment that begins now, with the contact as it has to be.
+    fn switched(&mut self, segment: Segment) -> Waveform {
         let plant = &mut self.plant;
         plant.lock(segment.locked);
         plant.contact = match (segment.drive, plant.contact) {
@@ -102,7 +115,7 @@ impl Running {
             (_, other) => other,
         };
         (self.locked, self.off) = (segment.locked, segment.drive == Drive::Off);
-        Some(Waveform::new(segment, self.n as f64 / SAMPLE_RATE_HZ, self.fifth_harmonic))
+        Waveform::new(segment, self.n as f64 / SAMPLE_RATE_HZ, self.fifth_harmonic)
     }
 
     /// The next sample; none at the end of the profile.

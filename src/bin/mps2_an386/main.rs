@@ -1,6 +1,7 @@
 //! The firmware's twin for QEMU's machine mps2-an386 (a Cortex-M4F): the same application, with a motor in place of the
 //! converter, RAM in place of the flash, and QEMU's first serial port in place of the USART. The second one makes the
-//! motor go wrong, by the letters of [`greyrig::app::bench::Trouble`].
+//! motor go wrong, by the letters of [`greyrig::app::bench::Trouble`], and has the station's contacts: `s` presses
+//! START and `S` lets go of it, `a`, `A` ABORT, `e`, `E` the emergency stop.
 //!
 //! ```text
 //! cargo fw-qemu
@@ -55,7 +56,7 @@ mod firmware {
         static SERVER: ConstStaticCell<Server> = ConstStaticCell::new(Server::new(&SHARED));
         let server = SERVER.take();
         let active = server.load(&mut board);
-        sampling::start(active, &SHARED);
+        sampling::start(active, server.take_sequence(), &SHARED);
         serve(server, &SHARED, board).await
     }
 

@@ -4,7 +4,7 @@ use cortex_m::peripheral::SCB;
 use embassy_stm32::flash::{Blocking, Flash};
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::mode::Async;
-use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FLASH, IWDG, PA2, PA3, PA5, PB5, PB10, USART2};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FLASH, IWDG, PA2, PA3, PA5, PB5, PB6, PB10, USART2};
 use embassy_stm32::usart::{self, RingBufferedUartRx, Uart, UartTx};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dma};
@@ -15,7 +15,7 @@ use greyrig::incident::Kept;
 use greyrig::link::BAUD;
 use static_cell::StaticCell;
 
-use crate::ends;
+use crate::{ends, switchgear};
 
 bind_interrupts!(struct Interrupts {
     USART2 => usart::InterruptHandler<USART2>;
@@ -45,6 +45,8 @@ pub struct Lamps {
     pub pass: Peri<'static, PB10>,
     /// High: the motor fails (D4).
     pub alarm: Peri<'static, PB5>,
+    /// Pulses while a run is under way (D10).
+    pub busy: Peri<'static, PB6>,
     /// The board's green light LD2: lit while there is no verdict.
     pub status: Peri<'static, PA5>,
 }
@@ -57,6 +59,7 @@ pub struct Board {
     watchdog: IndependentWatchdog<'static, IWDG>,
     pass: Output<'static>,
     alarm: Output<'static>,
+    busy: Output<'static>,
     status: Output<'static>,
 }
 
@@ -75,6 +78,7 @@ impl Board {
             watchdog: IndependentWatchdog::new(watchdog, WATCHDOG_US),
             pass: Output::new(lamps.pass, Level::Low, Speed::Low),
             alarm: Output::new(lamps.alarm, Level::Low, Speed::Low),
+            busy: Output::new(lamps.busy, Level::Low, Speed::Low),
             status: Output::new(lamps.status, Level::High, Speed::Low),
         })
     }
@@ -116,6 +120,7 @@ impl app::Board for Board {
     fn show(&mut self, lamps: app::Lamps) {
         self.pass.set_level(lamps.pass.into());
         self.alarm.set_level(lamps.alarm.into());
+        self.busy.set_level(lamps.busy.into());
         self.status.set_level(lamps.status.into());
     }
 
@@ -137,6 +142,10 @@ impl app::Board for Board {
 
     fn forget(&mut self) {
         ends::forget();
+    }
+
+    fn cut(&mut self) {
+        switchgear::cut();
     }
 
     fn alive(&mut self) {

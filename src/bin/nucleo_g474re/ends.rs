@@ -24,6 +24,7 @@ use greyrig::incident::{Cause, Incident, Kept, Phase, Reset, WORDS};
 
 use crate::clocks::CLOCK_HZ;
 use crate::firmware::SHARED;
+use crate::switchgear;
 
 /// What is kept, and behind it how many samples there were.
 type Memory = [u32; WORDS + 1];
@@ -93,6 +94,7 @@ pub fn end(incident: Incident) -> ! {
 /// For ever, in a state that passes no motor.
 fn stand() -> ! {
     cortex_m::interrupt::disable();
+    switchgear::cut();
     pac::GPIOB.bsrr().write(|pins| {
         pins.set_br(10, true);
         pins.set_bs(5, true);

@@ -31,6 +31,8 @@ mod clocks;
 mod ends;
 #[cfg(target_os = "none")]
 mod sampling;
+#[cfg(target_os = "none")]
+mod switchgear;
 
 #[cfg(target_os = "none")]
 mod firmware {
@@ -48,6 +50,7 @@ mod firmware {
 
     use crate::board::{Board, Lamps, Line};
     use crate::sampling::Converter;
+    use crate::switchgear::{Switchgear, Terminals};
     use crate::{clocks, ends, sampling};
 
     /// What interrupt and thread share; the handler of the NMI counts here, too.
@@ -63,8 +66,18 @@ mod firmware {
         ends::start(Reset { watchdog: cause.iwdgrstf(), brown_out: cause.borrstf() });
         pac::RCC.csr().modify(|register| register.set_rmvf(true));
 
+        // Before anything that may take long: what was driven before the reset floats until then.
+        let switchgear = Switchgear::new(Terminals {
+            start: p.PC7,
+            abort: p.PA6,
+            emergency: p.PB0,
+            voltage: p.PA9,
+            contactor: p.PA10,
+            current: p.PA7,
+            timer: p.TIM1,
+        });
         let line = Line { usart: p.USART2, tx: p.PA2, rx: p.PA3, tx_dma: p.DMA1_CH1, rx_dma: p.DMA1_CH2 };
-        let lamps = Lamps { pass: p.PB10, alarm: p.PB5, status: p.PA5 };
+        let lamps = Lamps { pass: p.PB10, alarm: p.PB5, busy: p.PB6, status: p.PA5 };
         let Some(mut board) = Board::new(p.FLASH, p.IWDG, line, lamps) else { cortex_m::peripheral::SCB::sys_reset() };
         // In its place at once: nothing of it is ever on the stack.
         static SERVER: ConstStaticCell<Server> = ConstStaticCell::new(Server::new(&SHARED));
@@ -81,7 +94,7 @@ mod firmware {
             counter: p.TIM5,
             busy: p.PA8,
         };
-        sampling::start(converter, active);
+        sampling::start(converter, active, server.take_sequence(), switchgear);
         board.start_watchdog();
         serve(server, &SHARED, board).await
     }

@@ -19,15 +19,17 @@ use embassy_stm32::peripherals::{ADC1, PA0, PA1, PA8, PC0, TIM2, TIM5};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::{Peri, interrupt, triggers};
-use greyrig::app::Sampler;
 use greyrig::app::grid::Grid;
+use greyrig::app::{Sampler, Station};
 use greyrig::hardware::NUCLEO_G474RE;
 use greyrig::parameters::Active;
+use greyrig::sequence::Sequence;
 use greyrig::units::Counts;
 use static_cell::StaticCell;
 
 use crate::clocks::CLOCK_HZ;
 use crate::firmware::SHARED;
+use crate::switchgear::Switchgear;
 
 /// What the board gives to sampling.
 pub struct Converter {
@@ -46,6 +48,7 @@ pub struct Converter {
 struct Sampling {
     adc: InjectedAdc<'static, ADC1, 3>,
     sampler: Sampler<'static>,
+    station: Station<'static, Switchgear>,
     busy: Output<'static>,
     grid: Grid<CYCLES_PER_SAMPLE>,
     /// They stop if they are dropped.
@@ -59,7 +62,7 @@ static SAMPLING: AtomicPtr<Sampling> = AtomicPtr::new(ptr::null_mut());
 
 /// Begins to sample, with parameters or in safe mode without. By itself: what it takes of the stack is free afterwards.
 #[inline(never)]
-pub fn start(converter: Converter, active: Option<Active>) {
+pub fn start(converter: Converter, active: Option<Active>, sequence: Option<Sequence>, switchgear: Switchgear) {
     static PLACE: StaticCell<Sampling> = StaticCell::new();
     const TIME: SampleTime = SampleTime::CYCLES24_5;
     if let Some(mut peripherals) = cortex_m::Peripherals::take() {
@@ -86,6 +89,7 @@ pub fn start(converter: Converter, active: Option<Active>) {
     let sampling = PLACE.init_with(|| Sampling {
         adc,
         sampler: Sampler::new(active, &SHARED, &NUCLEO_G474RE),
+        station: Station::new(sequence, switchgear, &SHARED),
         busy,
         grid: Grid::new(),
         _timers: (timer, counter),
@@ -119,7 +123,8 @@ fn ADC1_2() {
     sampling.busy.set_high();
     let [voltage, current, speed] = sampling.adc.read_injected_samples();
     if let Some(skipped) = sampling.grid.skipped(time()) {
-        sampling.sampler.sample(Counts { voltage, current, speed }, skipped);
+        let output = sampling.sampler.sample(Counts { voltage, current, speed }, skipped);
+        sampling.station.sample(&output, skipped);
     }
     SHARED.note_cycles(DWT::cycle_count().wrapping_sub(begin));
     sampling.busy.set_low();

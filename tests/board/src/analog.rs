@@ -6,6 +6,9 @@ pub trait Analog {
     fn start(&mut self) {}
     /// A sequence of conversions begins, so many seconds after the start of the board.
     fn begin(&mut self, seconds: f64);
+    /// The supply as the board commands it from the next sequence on: its contactor, and its voltage as a share of what
+    /// it gives.
+    fn supply(&mut self, _closed: bool, _fraction: f64) {}
     /// What an ADC1 input gives in the present sequence, 0 to 4095; none if nothing is connected to it.
     fn convert(&mut self, input: u8) -> Option<u16>;
 }

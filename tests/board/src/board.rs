@@ -7,7 +7,7 @@ use unicorn_engine::RegisterARM;
 use crate::analog::Analog;
 use crate::fault::Fault;
 use crate::image::Image;
-use crate::machine::{Machine, Pace};
+use crate::machine::{Machine, Pace, Wires};
 use crate::peripherals::flash::Contents;
 use crate::peripherals::rcc::Reset;
 use crate::processor::{Processor, RAM, State};
@@ -90,6 +90,19 @@ impl Board {
         }
     }
 
+    /// Somebody turns a contact of the station, or breaks a wire.
+    pub fn turn(&mut self, turn: impl FnOnce(&mut Wires)) {
+        let mut machine = self.machine_mut();
+        let mut wires = machine.wires();
+        turn(&mut wires);
+        machine.turn(wires);
+    }
+
+    /// What the supply gets: whether its contactor is closed, and its voltage as a share of what it gives.
+    pub fn supply(&self) -> (bool, f64) {
+        self.machine().supply()
+    }
+
     /// A word of flash's bank 1, RAM or CCM-SRAM; none where there is no memory.
     pub fn word(&self, address: u32) -> Option<u32> {
         self.processor.word(address)
@@ -113,8 +126,9 @@ impl Board {
         {
             let pace = self.pace;
             let mut machine = self.machine_mut();
-            let contents = machine.flash.cut(chance);
+            let (contents, wires) = (machine.flash.cut(chance), machine.wires());
             *machine = Machine::new(pace, contents);
+            machine.turn(wires);
         }
         self.processor.power_up()
     }
@@ -127,8 +141,9 @@ impl Board {
         {
             let pace = self.pace;
             let mut machine = self.machine_mut();
-            let contents = machine.flash.cut(chance);
+            let (contents, wires) = (machine.flash.cut(chance), machine.wires());
             *machine = Machine::new(pace, contents);
+            machine.turn(wires);
         }
         self.processor.dip()
     }

@@ -8,6 +8,8 @@ use crate::exceptions::{EXTERNAL, Exceptions, NMI, SYS_TICK};
 use crate::fault::{Fault, Trouble};
 use crate::peripherals::NEVER;
 use crate::peripherals::adc::{Adc, Clocks};
+use crate::peripherals::advanced::Advanced;
+use crate::peripherals::comparator::{Comparators, Thresholds};
 use crate::peripherals::dbgmcu::Dbgmcu;
 use crate::peripherals::dma::{Dma, MULTIPLEXER, USART2_RX, USART2_TX};
 use crate::peripherals::flash::{BANK_2, Contents, Flash};
@@ -45,6 +47,26 @@ pub trait Memory {
 /// The identity of this chip (RM0440, section 48.1): 96 bits.
 const UID: [u32; 3] = [0x0047_0031, 0x5242_5004, 0x2033_3756];
 
+/// The station's contacts and wires, as somebody turns them (docs/wiring.md).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wires {
+    /// START is pressed.
+    pub start: bool,
+    /// ABORT is pressed.
+    pub abort: bool,
+    /// The emergency stop is pressed; it opens the contactor by itself.
+    pub emergency: bool,
+    /// The wire of its feedback is broken.
+    pub feedback_broken: bool,
+}
+
+/// Inputs of the station: port and pin of START (PC7), ABORT (PA6), the emergency stop's feedback (PB0).
+const CONTACTS: [(usize, u32); 3] = [(2, 7), (0, 6), (1, 0)];
+/// TIM1's function on PA9 and PA10.
+const TIM1_OUTPUT: Mode = Mode::Alternate(6);
+/// The converter's input of the current, PA1; a wire leads it to PA7, too.
+const CURRENT: u8 = 2;
+
 /// Interrupts (RM0440, vector table).
 mod irq {
     pub const FLASH: usize = 4;
@@ -81,6 +103,10 @@ pub struct Machine {
     syscfg: Syscfg,
     /// Ports A to G.
     pub ports: [Port; 7],
+    tim1: Advanced,
+    comparators: Comparators,
+    thresholds: Thresholds,
+    wires: Wires,
     tim2: Timer,
     tim5: Timer,
     tim15: Timer,
@@ -109,7 +135,7 @@ pub struct Machine {
 impl Machine {
     /// Power comes.
     pub fn new(pace: Pace, contents: Contents) -> Self {
-        Self {
+        let mut machine = Self {
             now: 0,
             fraction: 0,
             pace,
@@ -123,6 +149,10 @@ impl Machine {
             dbgmcu: Dbgmcu::default(),
             syscfg: Syscfg::default(),
             ports: std::array::from_fn(Port::new),
+            tim1: Advanced::default(),
+            comparators: Comparators::default(),
+            thresholds: Thresholds::default(),
+            wires: Wires { start: false, abort: false, emergency: false, feedback_broken: false },
             tim2: Timer::tim2(),
             tim5: Timer::tim5(),
             tim15: Timer::tim15(),
@@ -137,7 +167,9 @@ impl Machine {
             trigger_cut: false,
             resets: 0,
             latest: 0,
-        }
+        };
+        machine.turn(machine.wires);
+        machine
     }
 
     /// A reset: everything begins anew but time, flash, the line and what a debugger has asked for (DBGMCU is reset by
@@ -145,7 +177,7 @@ impl Machine {
     pub fn restart(&mut self, reset: Reset) {
         let flash = self.flash.cut(|| 2);
         let line = std::mem::take(&mut self.usart2).reset();
-        let Self { now, fraction, limit, trigger_cut, resets, .. } = *self;
+        let Self { now, fraction, limit, trigger_cut, resets, wires, .. } = *self;
         let dbgmcu = self.dbgmcu.clone();
         *self = Self {
             now,
@@ -158,6 +190,29 @@ impl Machine {
             usart2: line,
             ..Self::new(self.pace, flash)
         };
+        self.turn(wires);
+    }
+
+    /// Somebody turns contacts or breaks wires.
+    pub fn turn(&mut self, wires: Wires) {
+        self.wires = wires;
+        let levels = [wires.start, !wires.abort, !(wires.emergency || wires.feedback_broken)];
+        for ((port, pin), level) in CONTACTS.into_iter().zip(levels) {
+            let levels = &mut self.ports[port].levels;
+            *levels = *levels & !(1 << pin) | u32::from(level) << pin;
+        }
+    }
+
+    /// The contacts and wires as they are.
+    pub fn wires(&self) -> Wires {
+        self.wires
+    }
+
+    /// What the supply gets: whether its contactor is closed, and its voltage as a share of what it gives. The
+    /// emergency stop is in series with the contactor's coil.
+    pub fn supply(&self) -> (bool, f64) {
+        let output = |channel, pin| if self.ports[0].mode(pin) == TIM1_OUTPUT { self.tim1.duty(channel) } else { 0.0 };
+        (output(3, 10) == 1.0 && !self.wires.emergency, output(2, 9))
     }
 
     /// A word of bank 1, the program's own, cannot be read (its reads are not modelled): ECCD with its offset, and the
@@ -237,10 +292,18 @@ impl Machine {
         {
             self.tim5.clock(at);
             let pins = self.analog_pins();
+            let (closed, fraction) = self.supply();
+            analog.supply(closed, fraction);
             let done = self.clocks().and_then(|clocks| {
                 pins?;
                 self.adc.trigger(at, clocks, analog)
             });
+            // The comparators see the current before the converter is done with it.
+            if self.comparators.any_on()
+                && let Some(counts) = analog.convert(CURRENT)
+            {
+                self.tim1.compare(self.comparators.outputs(counts, &self.thresholds));
+            }
             if let Err(trouble) = done {
                 self.fail(Device::Adc1, 0x5000_0000, String::new(), trouble);
             }
@@ -394,6 +457,9 @@ impl Machine {
             return (device, Err(Trouble::used(format!("{address:#010x} is read while its clock is off"))));
         }
         let answer = match device {
+            Device::Tim1 => self.tim1.read(offset),
+            Device::Comp => self.comparators.read(offset),
+            Device::Dac3 => self.thresholds.read(offset),
             Device::Tim2 => self.tim2.read(offset),
             Device::Tim5 => self.tim5.read(offset),
             Device::Iwdg => self.iwdg.read(offset),
@@ -439,12 +505,15 @@ impl Machine {
             return (device, Err(Trouble::used(format!("{address:#010x} is written while its clock is off"))));
         }
         // Half words: timers (section 29.5) and the data registers of the USART (section 37.8.12).
-        let narrow =
-            matches!(device, Device::Tim2 | Device::Tim5 | Device::Tim15 | Device::Usart2) && address.is_multiple_of(4);
+        let narrow = matches!(device, Device::Tim1 | Device::Tim2 | Device::Tim5 | Device::Tim15 | Device::Usart2)
+            && address.is_multiple_of(4);
         if device != Device::Processor && !narrow && (bytes != 4 || !address.is_multiple_of(4)) {
             return (device, Err(Trouble::used(format!("{bytes} bytes are written to {address:#010x}"))));
         }
         let answer = match device {
+            Device::Tim1 => self.tim1.write(offset, value),
+            Device::Comp => self.comparators.write(offset, value),
+            Device::Dac3 => self.thresholds.write(offset, value),
             Device::Tim2 => self.tim2.write(offset, value, now),
             Device::Tim5 => self.tim5.write(offset, value, now),
             Device::Iwdg => self.iwdg.write(offset, value, now, hclk_hz),
@@ -483,6 +552,9 @@ impl Machine {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Device {
     Uid,
+    Tim1,
+    Comp,
+    Dac3,
     Tim2,
     Tim5,
     Iwdg,
@@ -506,6 +578,9 @@ impl Device {
     const fn name(self) -> &'static str {
         match self {
             Self::Uid => "UID",
+            Self::Tim1 => "TIM1",
+            Self::Comp => "COMP",
+            Self::Dac3 => "DAC3",
             Self::Tim2 => "TIM2",
             Self::Tim5 => "TIM5",
             Self::Iwdg => "IWDG",
@@ -536,6 +611,8 @@ fn place(address: u32) -> (Device, u32) {
         0x4000_4400..0x4000_4800 => (Device::Usart2, 0x4000_4400),
         0x4000_7000..0x4000_7400 => (Device::Pwr, 0x4000_7000),
         0x4001_0000..0x4001_0030 => (Device::Syscfg, 0x4001_0000),
+        0x4001_0200..0x4001_0208 => (Device::Comp, 0x4001_0200),
+        0x4001_2C00..0x4001_3000 => (Device::Tim1, 0x4001_2C00),
         0x4001_4000..0x4001_4400 => (Device::Tim15, 0x4001_4000),
         0x4002_0000..0x4002_0400 => (Device::Dma1, 0x4002_0000),
         // The multiplexer's first eight channels are those of DMA1.
@@ -544,6 +621,7 @@ fn place(address: u32) -> (Device, u32) {
         0x4002_2000..0x4002_2400 => (Device::Flash, 0x4002_2000),
         0x4800_0000..0x4800_1C00 => (Device::Gpio, address & !0x3FF),
         0x5000_0000..0x5000_0100 | 0x5000_0300..0x5000_0400 => (Device::Adc1, 0x5000_0000),
+        0x5000_1000..0x5000_1400 => (Device::Dac3, 0x5000_1000),
         0xE004_2000..0xE004_2400 => (Device::Dbgmcu, 0xE004_2000),
         0xE000_0000..0xE001_0000 => (Device::Processor, 0xE000_0000),
         _ => (Device::Nothing, address & !0x3FF),

@@ -6,6 +6,7 @@ use greyrig_host::error::Result;
 use greyrig_host::rig::Setup;
 use greyrig_host::rig::chain::ChainSetup;
 use greyrig_host::rig::running::Running;
+use greyrig_host::rig::source::Shape;
 
 use crate::analog::{Analog, INPUTS};
 
@@ -47,6 +48,49 @@ impl Analog for Rig {
             self.running.next_sample()
         });
         self.now = sample.map_or(self.now, |sample| sample.counts);
+    }
+
+    fn convert(&mut self, input: u8) -> Option<u16> {
+        INPUTS.iter().position(|&own| own == input).map(|n| self.now[n])
+    }
+}
+
+/// A rig whose supply the board commands: alternating voltage of a peak up to a full scale. A start of the processor
+/// leaves the motor as it is.
+pub struct Commanded {
+    running: Running,
+    frequency_hz: f64,
+    full_scale_v: f64,
+    now: [u16; 3],
+}
+
+impl Commanded {
+    /// A rig with its motor at rest and its contactor open.
+    ///
+    /// # Errors
+    /// What the rig refuses.
+    pub fn new(setup: &Setup, full_scale_v: f64) -> Result<Self> {
+        let mut rig = Self { running: setup.start()?, frequency_hz: setup.mains_hz, full_scale_v, now: [0; 3] };
+        rig.supply(false, 0.0);
+        Ok(rig)
+    }
+
+    /// The calibration that belongs to its measuring chain.
+    pub fn calibration(&self) -> CalibrationSettings {
+        calibration(&self.running.chain_setup)
+    }
+}
+
+impl Analog for Commanded {
+    fn supply(&mut self, closed: bool, fraction: f64) {
+        let peak = fraction * self.full_scale_v;
+        self.running.command(Shape::Ac { frequency_hz: self.frequency_hz, from_v: peak, to_v: peak }, closed);
+    }
+
+    fn begin(&mut self, _seconds: f64) {
+        if let Some(sample) = self.running.next_sample() {
+            self.now = sample.counts;
+        }
     }
 
     fn convert(&mut self, input: u8) -> Option<u16> {

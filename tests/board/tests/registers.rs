@@ -14,9 +14,9 @@ use stm32_metapac::metadata::{METADATA, Peripheral};
 
 /// Peripherals of which something is modelled; the multiplexer's sixteen channels serve two controllers, of which one
 /// is.
-const MODELLED: [&str; 21] = [
-    "UID", "TIM2", "TIM5", "IWDG", "USART2", "PWR", "SYSCFG", "TIM15", "DMA1", "DMAMUX1", "RCC", "FLASH", "GPIOA",
-    "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG", "ADC1", "DBGMCU",
+const MODELLED: [&str; 25] = [
+    "TIM1", "COMP1", "COMP2", "DAC3", "UID", "TIM2", "TIM5", "IWDG", "USART2", "PWR", "SYSCFG", "TIM15", "DMA1",
+    "DMAMUX1", "RCC", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG", "ADC1", "DBGMCU",
 ];
 
 fn peripheral(name: &str) -> &'static Peripheral {

@@ -4,12 +4,14 @@ use core::hint::black_box;
 
 use greyrig::anfis::{Firing, Shape};
 use greyrig::app::bench::MOTOR;
-use greyrig::app::{Sampler, Shared};
+use greyrig::app::{Sampler, Shared, Station};
 use greyrig::butterworth::{Cascade, Settings, fixed};
 use greyrig::effects::Effect;
 use greyrig::hardware::NUCLEO_G474RE;
-use greyrig::motor::Constraints;
+use greyrig::motor::{Constraints, State};
 use greyrig::parameters::Active;
+use greyrig::sequence::Wishes;
+use greyrig::tick::Output;
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
 
 use crate::scenarios;
@@ -130,6 +132,7 @@ pub fn all(counter: &mut impl Counter) {
             interrupt(sampler, *counts);
         });
     }
+    station(counter);
     let motors: [(&str, &[Effect<f32>]); 2] = [("motor_step", &[]), ("motor_step_effects", &scenarios::EFFECTS)];
     for (name, effects) in motors {
         let Some(stepper) = scenarios::stepper(MOTOR, effects) else { return };
@@ -160,6 +163,35 @@ pub fn all(counter: &mut impl Counter) {
     });
     counter.count("exp_f32", (), |()| {
         black_box(greyrig::scalar::Scalar::exp(black_box(-1.3_f32)));
+    });
+}
+
+/// Samples of the station that are counted: contacts that close, a run to its verdict, another one that is stopped.
+const STATION: u16 = 6_000;
+
+/// The station's sequence in every state; nobody waits, so that each sample is what it is on a board.
+fn station(counter: &mut impl Counter) {
+    let Some(sequence) = scenarios::sequence() else { return };
+    let shared = scenarios::busy_shared();
+    let station = Station::new(Some(sequence), scenarios::Gear::default(), &shared);
+    let next = |(station, n, output): &mut (Station<scenarios::Gear>, u16, Option<Output>)| {
+        let wish = |wishes| shared.wish(wishes);
+        match *n {
+            400 | 5_000 => wish(Wishes { acknowledge: true, ..Wishes::default() }),
+            // A run of 1,000 samples and 500 for its verdict, one that is aborted, one that trips.
+            401 | 3_000 | 5_001 => wish(Wishes { start: true, ..Wishes::default() }),
+            _ => {}
+        }
+        let contacts = &mut station.switchgear().contacts;
+        contacts.abort_closed = !(3_300..4_000).contains(n);
+        contacts.emergency_closed = *n % 50 != 7;
+        station.switchgear().tripped = *n > 5_500;
+        let speed = if (401..1_500).contains(n) || *n >= 3_000 { 1_000.0 } else { 1.0 };
+        *output = Some(Output { measured: State { current: 1.0, speed }, ..Output::default() });
+        *n += 1;
+    };
+    counter.count_runs("station", STATION.into(), (station, 0, None), next, |(station, _, output)| {
+        station.sample(black_box(output), 0);
     });
 }
 

@@ -2,9 +2,9 @@
 
 use greyrig::anfis::{self, Anfis3x3, Firing, Premise, Settings3x3, Shape};
 use greyrig::app::bench::{Bench, MOTOR};
-use greyrig::app::{Sampler, Shared};
+use greyrig::app::{Sampler, Shared, Switchgear};
 use greyrig::butterworth::{self, Settings, fixed};
-use greyrig::detector;
+use greyrig::detector::{self, Verdict};
 use greyrig::effects::{
     BrushDrop, ChannelDelay, CurrentCompression, Description, EddyCurrent, Effect, Hysteresis, MAX_EFFECT_PARAMETERS,
     Saturation, SpeedLag, TorqueOffset, WindingTemperature,
@@ -14,6 +14,7 @@ use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig::parameters::block::MAX_PAYLOAD;
 use greyrig::parameters::{Active, FINGERPRINT, Settings as Parameterised, section};
 use greyrig::scalar::Scalar;
+use greyrig::sequence::{self, Contacts, Seen, Segment, Sequence, Stuck, Supplied, Supply, Wave, Wishes};
 use greyrig::term::{Op, Target, Term};
 use greyrig::tick::{Output, Tick};
 use greyrig::units::{Amperes, CalibrationSettings, Counts, RadiansPerSecond, Sample, Volts};
@@ -41,6 +42,7 @@ pub const ALL: &[Scenario] = &[
     ("parameter_block", parameter_block),
     ("damaged_blocks", damaged_blocks),
     ("tick_from_block", tick_from_block),
+    ("commands", commands),
     ("anfis_inside", anfis_inside),
     ("anfis_any_bits", anfis_any_bits),
     ("anfis_minimum", anfis_minimum),
@@ -467,6 +469,68 @@ fn anfis_other_grids(outputs: &mut Outputs) {
         let [a, b, c, d] = [320.0, 9.0, 1_700.0, 320.0].map(|reach: f32| reach * noise.uniform::<f32>());
         write(two.correct([a, b, c + 1_750.0, d]));
         write(six.correct([a, b]));
+    }
+}
+
+/// A sequence with lengths and voltages that no sum of powers of two is.
+pub fn sequence() -> Option<Sequence> {
+    let wave = Wave::Alternating { frequency_hz: 50.0 };
+    let segment = |seconds, from_v, to_v| Segment { seconds, from_v, to_v, supplied: Supplied::On };
+    let settings = sequence::Settings {
+        wave,
+        segments: heapless::Vec::from_slice(&[segment(0.0333, 7.7, 311.1), segment(0.0667, 311.1, 101.3)]).ok()?,
+        trip_a: 30.0,
+        overspeed_rad_s: 4_500.0,
+        stuck: Stuck { from_v: 150.0, below_rad_s: 20.0, within_s: 0.1 },
+        rest_rad_s: 50.0,
+        time_out_s: 2.0,
+    };
+    let calibration = CalibrationSettings::default().build().ok()?;
+    settings.build(&Supply { wave, full_scale_v: 325.0 }, &calibration, &NUCLEO_G474RE).ok()
+}
+
+/// What a station switches, as a struct.
+#[derive(Default)]
+pub struct Gear {
+    /// The contacts.
+    pub contacts: Contacts,
+    /// Whether the hardware has tripped.
+    pub tripped: bool,
+    command: (bool, f32),
+}
+
+impl Switchgear for Gear {
+    fn contacts(&mut self) -> Contacts {
+        self.contacts
+    }
+
+    fn has_tripped(&mut self) -> bool {
+        self.tripped
+    }
+
+    fn arm(&mut self) {
+        self.tripped = false;
+    }
+
+    fn trip_outside(&mut self, _: [u16; 2]) {}
+
+    fn supply(&mut self, closed: bool, fraction: f32) {
+        self.command = (closed, fraction);
+    }
+}
+
+/// What the sequence commands in a run.
+fn commands(outputs: &mut Outputs) {
+    let Some(mut sequence) = sequence() else { return };
+    let contacts = Contacts { start: false, abort_closed: true, emergency_closed: true };
+    let mut noise = Noise(11);
+    for n in 0..3_000 {
+        let speed = (noise.bits() % 2_000) as f32;
+        let wishes = Wishes { acknowledge: n % 700 == 400, start: n % 700 == 401, abort: n % 1_900 == 1_800 };
+        let verdict = Verdict::CannotJudge;
+        let seen = Seen { samples: 1, contacts, tripped: false, stood_still: false, speed, wishes, verdict };
+        outputs.f32(sequence.step(&seen).fraction);
+        outputs.i32(sequence.state().code().into());
     }
 }
 

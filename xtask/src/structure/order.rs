@@ -24,6 +24,7 @@ pub const ORDERS: &[(&str, &[&str])] = &[
             "hybrid",
             "tick",
             "detector",
+            "sequence",
             "faults",
             "parameters",
             "exchange",

@@ -127,7 +127,8 @@ fn in_force(connection: &mut Connection, model: &Model, path: &Path, port: &str)
     let flash = || format!("write it: greyrig flash --model {} --port {port}", path.display());
     let settings = section::decode(&payload)
         .map_err(|_| Error::usage("the microcontroller has no parameters that could be used", flash()))?;
-    if parameters::settings(model, path)? != (Settings { rig: None, origin: None, ..settings.clone() }) {
+    if parameters::settings(model, path)? != (Settings { rig: None, sequence: None, origin: None, ..settings.clone() })
+    {
         return Err(Error::usage(
             format!("the microcontroller runs with another model than {}", path.display()),
             flash(),

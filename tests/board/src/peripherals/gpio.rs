@@ -1,4 +1,5 @@
-//! General-purpose pins (RM0440, section 11.4). Inputs read what the pin itself drives; nothing else is connected.
+//! General-purpose pins (RM0440, section 11.4). Inputs read what is connected to them, outputs what
+//! they drive.
 
 use super::Answer;
 use crate::fault::Trouble;
@@ -10,6 +11,8 @@ pub struct Port {
     settings: [u32; 4],
     odr: u32,
     afr: [u32; 2],
+    /// What is connected to the pins.
+    pub levels: u32,
 }
 
 /// What a pin is (MODER).
@@ -33,7 +36,7 @@ impl Port {
             1 => (0xFFFF_FEBF, 0x0000_00C0, 0x0000_0100),
             _ => (0xFFFF_FFFF, 0, 0),
         };
-        Self { settings: [moder, 0, speed, pull], odr: 0, afr: [0; 2] }
+        Self { settings: [moder, 0, speed, pull], odr: 0, afr: [0; 2], levels: 0 }
     }
 
     /// What a pin is.
@@ -58,7 +61,9 @@ impl Port {
     pub fn read(&self, offset: u32) -> Answer<u32> {
         match offset {
             0x00..=0x0C => Ok(self.settings[offset as usize / 4]),
-            0x10 => Ok((0..16).filter(|&pin| self.is_high(pin)).fold(0, |all, pin| all | 1 << pin)),
+            0x10 => Ok((0..16)
+                .filter(|&pin| self.is_high(pin) || (self.mode(pin) == Mode::Input && self.levels >> pin & 1 == 1))
+                .fold(0, |all, pin| all | 1 << pin)),
             0x14 => Ok(self.odr),
             0x20 | 0x24 => Ok(self.afr[(offset as usize - 0x20) / 4]),
             _ => Err(Trouble::Register),

@@ -4,6 +4,8 @@
 //! when it wants to be told again.
 
 pub mod adc;
+pub mod advanced;
+pub mod comparator;
 pub mod dbgmcu;
 pub mod dma;
 pub mod flash;

@@ -196,12 +196,15 @@ impl Rcc {
             0x4000_0C00 => (APB1ENR1, 3),
             0x4000_4400 => (APB1ENR1, 17),
             0x4000_7000 => (APB1ENR1, 28),
-            0x4001_0000 => (APB2ENR, 0),
+            // The comparators have the clock of SYSCFG.
+            0x4001_0000 | 0x4001_0200 => (APB2ENR, 0),
+            0x4001_2C00 => (APB2ENR, 11),
             0x4001_4000 => (APB2ENR, 16),
             0x4002_0000 => (AHB1ENR, 0),
             0x4002_0800 => (AHB1ENR, 2),
             0x4800_0000..0x4800_1C00 => (AHB2ENR, (base - 0x4800_0000) / 0x400),
             0x5000_0000 => (AHB2ENR, 13),
+            0x5000_1000 => (AHB2ENR, 18),
             _ => return true,
         };
         bit(self.get(register), place)

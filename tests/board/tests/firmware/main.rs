@@ -6,6 +6,7 @@ mod ends;
 #[path = "../../../image.rs"]
 mod image;
 mod power_cut;
+mod run;
 mod sampling;
 mod station;
 mod terminal;

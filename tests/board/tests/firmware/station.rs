@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use greyrig::parameters::Settings;
+use greyrig::units::CalibrationSettings;
 use greyrig_board::analog::Analog;
-use greyrig_board::rig::Rig;
+use greyrig_board::rig::{Commanded, Rig};
 use greyrig_host::anfis::Method;
 use greyrig_host::context::Context;
 use greyrig_host::device::parameters;
@@ -41,6 +42,13 @@ pub fn rig(profile: &str, seconds: f64, seed: u64, fault: Option<&str>) -> Box<d
     Box::new(Rig::new(motor(profile, seconds, seed, fault)).unwrap())
 }
 
+/// A motor of the type whose supply the board commands, and the calibration of its rig.
+pub fn commanded(seed: u64, fault: Option<&str>, full_scale_v: f64) -> (Box<dyn Analog>, CalibrationSettings) {
+    let rig = Commanded::new(&motor("steady", 7.0, seed, fault), full_scale_v).unwrap();
+    let calibration = rig.calibration();
+    (Box::new(rig), calibration)
+}
+
 /// The type with its model, trained on one motor, and limits from ten.
 pub fn station() -> &'static Station {
     static STATION: OnceLock<Station> = OnceLock::new();
@@ -57,7 +65,7 @@ pub fn station() -> &'static Station {
         let calibration = Rig::new(setup("steady", 7.0, 1)).unwrap().calibration();
         let path = std::path::Path::new("station.toml");
         // As a block of before, with the rig in it.
-        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration };
+        let rig = greyrig::parameters::Rig { name: "virtual".try_into().unwrap(), calibration, supply: None };
         let settings = Settings { rig: Some(rig), ..parameters::settings(&model, path).unwrap() };
         Station { payload: parameters::payload(&settings, path).unwrap() }
     })
