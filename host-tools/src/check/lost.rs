@@ -21,11 +21,11 @@ const SIGMAS: f64 = 12.0;
 const ALONE: f64 = 4.0;
 /// Least jump of the speed, in its largest magnitude.
 const LEAST: f64 = 2e-3;
-/// Speed of a rotor at rest, in standard deviations of its noise: friction bends its course twice, as it stops and as it
-/// breaks away, and what is lost there is not told.
+/// Speed of a rotor at rest, in standard deviations of its noise: friction bends its course twice, as it stops and as
+/// it breaks away, and what is lost there is not told.
 const AT_REST: f64 = 4.0;
-/// Step of the voltage, in its largest magnitude, beside which the speed may bend within a sample; and what a smaller one
-/// may change the speed by, in largest speed over largest voltage: dry friction makes more of it than of the whole.
+/// Step of the voltage, in its largest magnitude, beside which the speed may bend within a sample; and what a smaller
+/// one may change the speed by, in largest speed over largest voltage: dry friction makes more of it than of the whole.
 const EDGE: f64 = 0.05;
 const FOLLOWS: f64 = 2.0;
 /// Jump of the mains' phase, in the usual change from period to period.

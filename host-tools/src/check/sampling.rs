@@ -14,8 +14,8 @@ const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const MAINS_TOLERANCE: f64 = 0.03;
 
 /// An edge of the voltage within an interval that the current has not seen yet passes for an inductance of up to R
-/// times so many intervals; where the speed follows within an interval, too, and changes along with the current, for one
-/// that is larger by the back-EMF.
+/// times so many intervals; where the speed follows within an interval, too, and changes along with the current, for
+/// one that is larger by the back-EMF.
 const LATE: f64 = 1.5;
 
 /// What to look for.

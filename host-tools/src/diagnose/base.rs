@@ -37,8 +37,8 @@ pub fn prepared(recordings: &[Recording], settings: &Settings, ctx: &Context) ->
 }
 
 /// Start values of the base model, where slow samples have not told them already, and what these recordings cannot hold
-/// taken out of it; and the recordings at the rate at which models are tried on them, which is their own where the motor
-/// is too fast for a lower one.
+/// taken out of it; and the recordings at the rate at which models are tried on them, which is their own where the
+/// motor is too fast for a lower one.
 ///
 /// # Errors
 /// A channel is missing without which a parameter that is to be identified cannot be.

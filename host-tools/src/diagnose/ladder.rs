@@ -150,6 +150,13 @@ impl Ladder {
         (without.electrical / with.electrical).ln() + (without.mechanical / with.mechanical).ln()
     }
 
+    /// The first effect that was found, as it was tried.
+    pub fn tried_first(&self) -> Option<&Tried> {
+        let first = self.found.first()?;
+        let step = self.steps.iter().find(|step| step.winners.contains(first))?;
+        step.tried.iter().find(|tried| tried.id == *first)
+    }
+
     /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy
     /// motor, or one that explains nearly all; `left` is what they leave in the free run, if nothing of it is
     /// turbulence that passes to the current. In the place of one that leaves much two at a time have been tried by

@@ -201,13 +201,12 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
-    // The first effect alone: later ones may stand for what the wrong course leaves.
-    let first = ladder.found.first().and_then(|id| {
-        let step = ladder.steps.iter().find(|step| step.winners.contains(id))?;
-        step.tried.iter().find(|tried| tried.id == *id)
-    });
-    let first = first.filter(|_| settings.course.is_none());
-    let another = first.and_then(|tried| slow_sampling::another_course(&full, &tried.fit.space));
+    let first = ladder.tried_first().filter(|_| settings.course.is_none() && slow_sampling::is_slow(&full));
+    let another = match (first, &free_run) {
+        // The first effect alone: later ones may stand for what the wrong course leaves.
+        (Some(tried), Some(audit)) => slow_sampling::another_course(&full, &audit.fit(&tried.fit.space)?.space),
+        _ => None,
+    };
     if another.is_some() {
         let settings = Settings { course: another, ..options.settings.clone() };
         return diagnosed(recordings, &Options { settings, ..options.clone() }, ctx, ranked);

@@ -1,7 +1,7 @@
 //! A single effect that the free run contradicts.
 //!
-//! The balances weigh what a noisy derivative shows; of two laws that act at the same places, as a drop with the sign of
-//! the current and a dead zone with that of the voltage, they may prefer the wrong one by little, while the free run
+//! The balances weigh what a noisy derivative shows; of two laws that act at the same places, as a drop with the sign
+//! of the current and a dead zone with that of the voltage, they may prefer the wrong one by little, while the free run
 //! comes far closer with the other. Then the other one is followed.
 
 use super::by_chance::of_first_step;
