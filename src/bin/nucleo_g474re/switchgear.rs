@@ -7,8 +7,8 @@
 //!  (the same signal: A1 to D11)        MOE, BIF           └─ CH3, PA10: contactor
 //! ```
 //! Which pins and channels reach the comparators is checked against ST's header (stm32g4xx_hal_comp.h: COMP1 has PA1
-//! and DAC3 channel 1, COMP2 PA7 and DAC3 channel 2) and the alternate functions against the crate stm32-metapac; how
-//! the break behaves is from memory of RM0440, section 28 (advanced-control timers).
+//! and DAC3 channel 1, COMP2 PA7 and DAC3 channel 2). The alternate function of the outputs is from memory of the data
+//! sheet DS12288, and how the break behaves of RM0440, section 28 (advanced-control timers).
 #![allow(unsafe_code)]
 
 use embassy_stm32::Peri;
@@ -29,7 +29,7 @@ use crate::clocks::CLOCK_HZ;
 const PWM_HZ: u32 = 20_000;
 /// Its period, cycles of the clock: 13 bits.
 const PERIOD: u32 = CLOCK_HZ / PWM_HZ;
-/// The timer's outputs on its pins (stm32-metapac).
+/// The timer's outputs on its pins: AF6.
 const TIM1_OUTPUT: u8 = 6;
 /// Channels 2 and 3, from zero.
 const VOLTAGE: usize = 1;
