@@ -205,9 +205,9 @@ mod tests {
 
     #[test]
     fn a_course_that_jumps_is_no_bend() {
-        // Three samples are missing of a steady rise of 20 rad/s a sample: 60 rad/s, or less than a third of its
-        // square for each of the samples of one half if two lines have to meet.
+        // Three samples are missing of a steady rise of 20 rad/s a sample: 60 rad/s. By numpy's least squares over the
+        // same knots the best bend leaves 0.8765 of its square.
         let course: Vec<f64> = (0..2 * SIDE).map(|k| 20.0 * k as f64 + if k < SIDE { 0.0 } else { 60.0 }).collect();
-        assert!(more_than_a_bend(&course) > 60.0f64.powi(2), "{}", more_than_a_bend(&course));
+        assert!((more_than_a_bend(&course) / 60.0f64.powi(2) - 0.8765).abs() < 1e-3, "{}", more_than_a_bend(&course));
     }
 }
