@@ -10,12 +10,14 @@ const LISTED: usize = 14;
 /// Files of a folder that are looked at.
 const FILES: usize = 10_000;
 
-/// How alike two names are, from 0 to 1, whatever their capitals (Winkler, 1990). A name that holds the other one whole
-/// is alike, too: `friction` and `coulomb_friction`.
+/// How alike two names are, from 0 to 1, whatever their capitals (Winkler, 1990), and with or without what is no letter
+/// or digit. A name that holds the other one whole is alike, too: `friction` and `coulomb_friction`.
 fn alike(given: &str, known: &str) -> f64 {
     let [given, known] = [given, known].map(str::to_lowercase);
     let holds = given.chars().count() > 2 && known.contains(&given);
-    strsim::jaro_winkler(&given, &known).max(if holds { ALIKE } else { 0.0 })
+    let [bare, other] = [&given, &known].map(|name| name.chars().filter(|c| c.is_alphanumeric()).collect::<String>());
+    let likeness = strsim::jaro_winkler(&given, &known).max(strsim::jaro_winkler(&bare, &other));
+    likeness.max(if holds { ALIKE } else { 0.0 })
 }
 
 /// Names by how alike they are to what was given, the nearest first.
@@ -80,6 +82,7 @@ mod tests {
             ("Saturation", Some("saturation")),
             ("friction", Some("coulomb_friction")),
             ("i_b", Some("i_a")),
+            ("uv", Some("u_v")),
             ("k", Some("K")),
             ("gremlins", None),
             ("", None),
