@@ -4,7 +4,6 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use greyrig::anfis::{Firing, Shape};
 use greyrig_host::anfis::hybrid::StepSize;
@@ -14,6 +13,7 @@ use greyrig_host::network::{File, Net};
 use serde_json::Value;
 
 use crate::bad_input::refused;
+use crate::program::greyrig;
 use crate::report::assert_well_formed;
 
 fn fit(table: &Table, check: Option<&Table>, settings: &Settings) -> Trained {
@@ -362,15 +362,6 @@ fn impossible_settings_are_refused() {
     }
     assert!(Table::collect(1, [([f64::NAN], 0.0)]).is_err());
     assert!(Table::collect::<[f64; 1]>(1, []).is_err());
-}
-
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("greyrig runs")
 }
 
 fn write_csv(path: &Path, rows: impl Iterator<Item = ([f64; 3], f64)>) {

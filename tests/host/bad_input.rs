@@ -15,7 +15,7 @@ fn convert(name: &str, content: &[u8], more: &[&str]) -> Output {
 
 fn run(input: &Path, out: &Path, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
-    command.env("COLUMNS", crate::WIDE);
+    command.env("COLUMNS", crate::program::WIDE);
     command.arg("convert").arg(input).arg("--out").arg(out).args(more).output().expect("greyrig runs")
 }
 
@@ -212,7 +212,7 @@ fn with_json_an_error_is_an_object_as_well() {
     refused_in_json(&convert("run.csv", b"t_s,u_v\n0,1,2\n0.1,1,2\n0.2,1,2\n", &["--json"]), "convert", true);
     let greyrig = |arguments: &[&str]| {
         Command::new(env!("CARGO_BIN_EXE_greyrig"))
-            .env("COLUMNS", crate::WIDE)
+            .env("COLUMNS", crate::program::WIDE)
             .args(arguments)
             .output()
             .expect("greyrig runs")
@@ -232,7 +232,7 @@ fn a_recording_at_rest_is_a_verdict_of_a_diagnosis_and_an_error_of_an_identifica
     let greyrig = |command: &str| {
         let arguments = [command, input.to_str().unwrap(), "--kind", "pm-dc", "--json"];
         Command::new(env!("CARGO_BIN_EXE_greyrig"))
-            .env("COLUMNS", crate::WIDE)
+            .env("COLUMNS", crate::program::WIDE)
             .args(arguments)
             .output()
             .expect("greyrig runs")

@@ -15,7 +15,7 @@ use crate::random::Random;
 
 fn greyrig(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .args(arguments)
         .output()
         .expect("greyrig runs")

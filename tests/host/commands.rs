@@ -1,6 +1,6 @@
 //! The commands as a user meets them: JSON, model files, files that cannot be written, interrupts.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
@@ -8,15 +8,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::bad_input::refused;
-
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("greyrig runs")
-}
+use crate::program::greyrig;
 
 fn json(output: &Output) -> Value {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -212,7 +204,7 @@ fn an_interrupt_leaves_nothing_behind() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out: PathBuf = folder.path().join("long.csv");
     let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .args(["simulate", "--profile", "staircase", "--seconds", "3000", "--out"])
         .arg(&out)
         .spawn()

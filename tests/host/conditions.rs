@@ -11,7 +11,7 @@ use greyrig_host::recording::{Recording, write};
 use greyrig_host::rig::{Motor, Setup};
 
 use crate::bad_input::refused;
-use crate::firmware::greyrig;
+use crate::program::greyrig;
 
 /// Begin of a test that is not judged, its length, and when its faults begin, s.
 const BLANKING_S: f64 = 3.0;

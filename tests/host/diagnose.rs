@@ -1,7 +1,7 @@
 //! Which effect is missing: the verdicts, on motors whose truth is known, and the interface.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
@@ -18,6 +18,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::Value;
+
+use crate::program::greyrig;
 
 fn record(kind: Kind, profile: &str, seconds: f64, effects: &[&str]) -> Recording {
     let setup = Setup::new(kind).profile(profile).expect("a profile").seconds(seconds).seed(11);
@@ -522,15 +524,6 @@ fn what_the_base_model_has_is_no_candidate() {
             "{tried:?}"
         );
     }
-}
-
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("greyrig runs")
 }
 
 fn json(output: &Output) -> Value {

@@ -21,7 +21,8 @@ use tempfile::TempDir;
 use zip::ZipArchive;
 
 use crate::bad_input;
-use crate::firmware::{folder, greyrig, json};
+use crate::firmware::folder;
+use crate::program::{greyrig, json};
 
 /// What the exporter knows a library by, in the head of a library: it loads none.
 fn library(folder: &Path) -> PathBuf {

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -15,6 +15,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::{bad_input, image};
+
+use crate::program::{greyrig, json};
 
 /// What xtask/src/size.rs allows, bytes.
 const MOST_STACK: u64 = 47_000;
@@ -105,23 +107,8 @@ fn spawn_from(command: &mut Command) -> Child {
     command.spawn().expect("needs qemu-system-arm (on Debian: apt-get install qemu-system-arm)")
 }
 
-pub fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("greyrig runs")
-}
-
 fn refused(folder: &Path, arguments: &[&str], words: &[&str]) {
     bad_input::refused(&greyrig(folder, arguments), words);
-}
-
-pub fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = greyrig(folder, &[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 /// A folder with a model in it.
@@ -283,7 +270,7 @@ fn a_serial_port_will_do() {
 #[cfg(unix)]
 fn begin_recording(folder: &Path, port: &str) -> Child {
     let recording = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder)
         .args(["record", "--port", port, "--seconds", "500", "--out", "run.csv"])
         .stdout(Stdio::piped())

@@ -25,6 +25,7 @@ mod monitor;
 mod monitor_live;
 mod plan_and_challenge;
 mod predict;
+mod program;
 mod random;
 mod rates;
 mod real_data;
@@ -42,6 +43,3 @@ mod swallowed;
 mod synthetic_comparison;
 mod terminal;
 mod train;
-
-/// Columns for programs whose sentences a test looks into: none of them is folded.
-const WIDE: &str = "1000";

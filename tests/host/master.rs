@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::bad_input::refused;
-use crate::firmware::greyrig;
+use crate::program::greyrig;
 
 /// AIAG, Measurement Systems Analysis, 4th edition, table III-B: ten parts, three appraisers, three trials each.
 #[rustfmt::skip]
@@ -270,7 +270,7 @@ fn a_history_is_shared_and_survives_kills_and_full_disks() {
     let arguments = ["master", "a.csv", "--model", "station.toml", "--history", "golden.csv", "--json"];
     let command = || {
         let mut command = Command::new(env!("CARGO_BIN_EXE_greyrig"));
-        command.env("COLUMNS", crate::WIDE);
+        command.env("COLUMNS", crate::program::WIDE);
         command.current_dir(here).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };

@@ -1,7 +1,5 @@
 //! From a motor type to verdicts on motors: correction, limits, detector, suspects.
 
-use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use greyrig::detector::Features;
@@ -160,15 +158,7 @@ fn tolerance_factors_are_those_of_the_tables() {
 }
 
 use crate::bad_input::refused;
-
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+use crate::program::greyrig;
 
 #[test]
 fn the_command_tells_by_its_exit_code() {

@@ -13,7 +13,8 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::bad_input;
-use crate::firmware::{Board, folder, greyrig, json};
+use crate::firmware::{Board, folder};
+use crate::program::{greyrig, json};
 
 /// The bench's motor is the model but for the counts of its converter, so 1 % is no noise; the limits of errors and
 /// deviations are wide, so that what calls is what changes.
@@ -157,7 +158,7 @@ fn an_interrupt_ends_a_test_without_a_verdict_and_the_next_one_begins() {
     flash(folder.path(), &board.port);
     let arguments = ["monitor", "--port", &board.port, "--model", "station.toml", "--results", "day.csv"];
     let test = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder.path())
         .args(arguments)
         .args(["--out", "run.csv"])

@@ -14,7 +14,7 @@ use greyrig_host::recording::{Channel, Mapping, Recording, load, write};
 use greyrig_host::rig::Setup;
 
 use crate::bad_input::refused;
-use crate::firmware::{greyrig, json};
+use crate::program::{greyrig, json};
 
 fn recorded(kind: Kind, profile: &str, seconds: f64, seed: u64) -> Recording {
     Setup::new(kind).profile(profile).unwrap().seconds(seconds).seed(seed).run().unwrap().recording

@@ -6,8 +6,9 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::bad_input;
-use crate::firmware::{Board, greyrig, json};
+use crate::firmware::Board;
 use crate::monitor_live::station;
+use crate::program::{greyrig, json};
 
 /// The bench runs down slowly; the test waits for the begin of that.
 const SEQUENCE: &str = "profile = \"steady\"\nseconds = 3.0\npeak_voltage_v = 325.0\ntrip_a = 30.0\noverspeed_rad_s = 4500.0\n\

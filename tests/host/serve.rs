@@ -25,7 +25,7 @@ impl Server {
 
     fn start_on(folder: &Path, port: &str, arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-            .env("COLUMNS", crate::WIDE)
+            .env("COLUMNS", crate::program::WIDE)
             .current_dir(folder)
             .env("XDG_STATE_HOME", folder.join("state"))
             .args(["serve", "--port", port, "--json"])
@@ -82,7 +82,7 @@ impl Drop for Server {
 fn simulate(folder: &Path, profile: &str, seconds: &str, out: &str) {
     let run = ["simulate", "--profile", profile, "--seconds", seconds, "--seed", "1", "--effect", "saturation=0.35"];
     let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder)
         .args(run)
         .args(["--out", out])
@@ -256,7 +256,7 @@ async fn a_user_finds_what_is_missing_adds_it_and_sees_the_error_fall() {
     std::fs::write(folder.path().join("model.toml"), &file).expect("written");
     let compare = ["compare", "ramp.csv", "--model", "model.toml", "--json"];
     let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder.path())
         .args(compare)
         .output()
@@ -416,7 +416,7 @@ async fn a_power_cut_loses_nothing_and_locks_nobody_out() {
     browser.close().await;
     // A second one on the same project would write over it.
     let refused = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder.path())
         .args(["serve", "motor.greyrig", "--port", "0"])
         .output()
@@ -631,7 +631,7 @@ fn a_port_that_is_taken_is_said_in_one_line() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("its number").port().to_string();
     let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .env("XDG_STATE_HOME", folder.path())
         .args(["serve", "--port", &port])
         .output()

@@ -83,7 +83,7 @@ fn slowly(run: &Recording, instants: &[f64], noise: f64, random: &mut Random) ->
 
 fn greyrig(arguments: &[&str]) -> Value {
     let output = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .args(arguments)
         .output()
         .expect("greyrig runs");

@@ -10,15 +10,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::bad_input::refused;
-
-fn greyrig(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("greyrig runs")
-}
+use crate::program::greyrig;
 
 fn json(output: &Output) -> Value {
     let text = String::from_utf8(output.stdout.clone()).expect("UTF-8");
@@ -211,7 +203,7 @@ fn what_was_killed_goes_on_and_ends_the_same() {
         // Each time it may work longer, so that it comes to its end whatever the machine.
         for round in 1_u32.. {
             let mut child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-                .env("COLUMNS", crate::WIDE)
+                .env("COLUMNS", crate::program::WIDE)
                 .current_dir(folder.path())
                 .args(arguments)
                 .stdout(Stdio::null())
@@ -251,7 +243,7 @@ fn what_was_killed_goes_on_and_ends_the_same() {
 fn an_interrupt_keeps_what_is_done() {
     let folder = with_runs(400, 2000);
     let child = Command::new(env!("CARGO_BIN_EXE_greyrig"))
-        .env("COLUMNS", crate::WIDE)
+        .env("COLUMNS", crate::program::WIDE)
         .current_dir(folder.path())
         .args(["store", "add", "motors", "runs", "--json"])
         .stdout(Stdio::piped())
@@ -278,7 +270,7 @@ fn two_writers_lose_nothing() {
     let folder = with_runs(60, 200);
     let start = || {
         Command::new(env!("CARGO_BIN_EXE_greyrig"))
-            .env("COLUMNS", crate::WIDE)
+            .env("COLUMNS", crate::program::WIDE)
             .current_dir(folder.path())
             .args(["store", "add", "motors", "runs", "--json"])
             .stdout(Stdio::piped())

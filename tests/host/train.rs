@@ -10,7 +10,7 @@ use greyrig_host::recording::{Recording, write};
 use greyrig_host::rig::Setup;
 
 use crate::bad_input::refused;
-use crate::firmware::greyrig;
+use crate::program::greyrig;
 
 fn run(profile: &str, seconds: f64, seed: u64) -> Recording {
     let setup = Setup::new(Kind::Universal).profile(profile).unwrap().seconds(seconds).seed(seed);

@@ -17,9 +17,7 @@ use crate::answers::next::{CommandLine, unused};
 use crate::diagnose::classes;
 use crate::error::Result;
 use crate::handbook;
-use crate::handbook::words::{
-    capitalised, diagnosed_in, enters, excited_by, prior, relative, shows, size, tried, turns_into,
-};
+use crate::handbook::words::{diagnosed_in, enters, excited_by, prior, shows, size, tried, turns_into};
 use crate::model::{Kind, catalogue};
 use crate::output;
 use crate::rig;
@@ -117,8 +115,8 @@ fn write_book(folder: &Path, force: bool, effects: &[&Description], terminal: &T
 fn page(effects: &[&Description]) -> String {
     let mut text = String::from(
         "# The catalogue of physical effects\n\nMade by `greyrig effects --markdown` from the text beside the equations in \
-         `src/effects/`. The order is that in which effects act. The first parameter of each is its size: at zero the effect is \
-         absent.\n\nEffects that no recording of voltage, current and speed could separate count as one: \n\n",
+         `src/effects/`. The order is that in which effects act. Each has a page of its own: why it bends the curves, how large it \
+         is, what looks like it, how it is modelled.\n\nEffects that no recording of voltage, current and speed could separate count as one: \n\n",
     );
     for class in classes::all() {
         let members = class.members.iter().map(|id| format!("`{id}`")).collect::<Vec<_>>().join(", ");
@@ -131,41 +129,7 @@ fn page(effects: &[&Description]) -> String {
     }
     text += "\n| effect | what | enters | shows |\n| --- | --- | --- | --- |\n";
     for d in effects {
-        text += &format!("| [`{}`](#{}) | {} | {} | {} |\n", d.id, d.id, d.name, enters(d), shows(d));
-    }
-    for d in effects {
-        text += &format!(
-            "\n## {0}\n\n{1}: [its page](effects/{0}.md).\n\n```text\n{2}\n```\n\n",
-            d.id,
-            capitalised(d.name),
-            d.equation
-        );
-        text += "| parameter | unit | meaning | range | start |\n| --- | --- | --- | --- | --- |\n";
-        for p in d.parameters {
-            text += &format!(
-                "| `{}` | {} | {} | {} … {} | {}{} |\n",
-                p.name,
-                p.unit,
-                p.meaning,
-                p.range.0,
-                p.range.1,
-                p.start,
-                relative(p.relative)
-            );
-        }
-        text += &format!("\n- Enters: {}. Shows {}. `greyrig diagnose` tries it {}.\n", enters(d), shows(d), tried(d));
-        text += &format!("- Signature: {}.\n", d.signature);
-        text += &format!("- Its size: {}.\n", size(d));
-        text += &format!("- Excited by {}.\n", excited_by(d));
-        text += &format!("- To be expected {}.\n", prior(d));
-        if let Some((other, beyond)) = turns_into(d) {
-            text += &format!("- Turns into `{other}` with {beyond}.\n");
-        }
-        if !d.confused_with.is_empty() {
-            let ids: Vec<String> = d.confused_with.iter().map(|id| format!("`{id}`")).collect();
-            text += &format!("- Confused with {}. Separated by {}.\n", ids.join(", "), InWords(d.separated_by));
-        }
-        text += &format!("- Source: {}.\n", d.source);
+        text += &format!("| [`{0}`](effects/{0}.md) | {1} | {2} | {3} |\n", d.id, d.name, enters(d), shows(d));
     }
     text.trim_end().to_owned()
 }

@@ -93,7 +93,7 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
                 &mut notes,
                 ctx,
             )?;
-            let asks_again = settings.course.is_none() && !settings.effects.is_empty();
+            let asks_again = settings.course.is_none() && !(settings.effects.is_empty() && settings.terms.is_empty());
             let another = asks_again.then(|| slow_sampling::another_course(&experiments, &fitted.space)).flatten();
             if another.is_some() {
                 return identified(recordings, &Settings { course: another, ..settings.clone() }, ctx);

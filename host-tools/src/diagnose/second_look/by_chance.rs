@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{Judged, SecondLook};
 use crate::diagnose::audit::LEAST_SHARE_OF_A_LAW;
 use crate::diagnose::classes;
-use crate::diagnose::ladder::{Ladder, Tried};
+use crate::diagnose::ladder::Tried;
 use crate::diagnose::sizes::parameters_of;
 use crate::error::Result;
 use crate::identify::minimise::{Fit, HeldOut};
@@ -30,13 +30,11 @@ impl SecondLook<'_> {
     /// # Errors
     /// An interrupt.
     pub(super) fn behind_by_chance(&self, judged: &Judged) -> Result<Vec<EffectId>> {
-        let (ladder, kept) = judged;
-        let Some((own, tried)) = of_first_step(ladder) else { return Ok(Vec::new()) };
-        let kind = kept.space.kind();
+        let (_, kept) = judged;
+        let Some((own, others)) = self.of_first_step(judged) else { return Ok(Vec::new()) };
         let here = self.audit.log_error(kept);
         let is_near = |t: &&Tried| self.audit.log_error_at(&t.fit.space) - here < NEAR;
-        let counts = |t: &&Tried| !classes::same(kind, own.id, t.id) && t.objection.is_none_or(|o| o.is_of_size());
-        let near: Vec<&Tried> = tried.iter().filter(counts).filter(is_near).collect();
+        let near: Vec<&Tried> = others.into_iter().filter(is_near).collect();
         let all = self.audit.fall(&self.free, kept);
         let may_be = |t: &&Tried| {
             self.climb.context().doing(t.id.id());
@@ -46,6 +44,19 @@ impl SecondLook<'_> {
         };
         let rivals: Vec<_> = near.par_iter().map(may_be).collect::<Result<_>>()?;
         Ok(rivals.into_iter().flatten().collect())
+    }
+
+    /// The single effect that was found, as it was tried in the first step by the balances, and what was tried there that
+    /// is of another class and lacks nothing but size.
+    pub(super) fn of_first_step<'j>(&self, (ladder, kept): &'j Judged) -> Option<(&'j Tried, Vec<&'j Tried>)> {
+        let ([found], step) = (&ladder.found[..], ladder.steps.first()?) else { return None };
+        if step.in_free_run || step.together {
+            return None;
+        }
+        let own = step.tried.iter().find(|t| t.id == *found)?;
+        let is_another = |t: &&Tried| !classes::same(kept.space.kind(), own.id, t.id);
+        let lacks_size = |t: &&Tried| t.objection.is_none_or(|o| o.is_of_size());
+        Some((own, step.tried.iter().filter(is_another).filter(lacks_size).collect()))
     }
 
     /// The model with a candidate in the place of an effect; if its law can be bent more, in its usual shape.
@@ -65,13 +76,6 @@ impl SecondLook<'_> {
         let (difference, scatter) = difference(self.audit.held_out(behind)?, self.audit.held_out(ahead)?);
         Ok(difference < BY_CHANCE * scatter)
     }
-}
-
-/// The single effect that was found, as it was tried in the first step by the balances, and all that was tried there.
-pub(super) fn of_first_step(ladder: &Ladder) -> Option<(&Tried, &[Tried])> {
-    let ([found], step) = (&ladder.found[..], ladder.steps.first()?) else { return None };
-    let own = step.tried.iter().find(|t| t.id == *found)?;
-    (!step.in_free_run && !step.together).then_some((own, &step.tried))
 }
 
 /// By how much the error of a fit on data held out is larger than another one's, sum of the logarithms of both signals,

@@ -4,10 +4,7 @@
 //! of the current and a dead zone with that of the voltage, they may prefer the wrong one by little, while the free run
 //! comes far closer with the other. Then the other one is followed.
 
-use super::by_chance::of_first_step;
 use super::{Judged, SMALLEST_FALL, SecondLook};
-use crate::diagnose::classes;
-use crate::diagnose::ladder::Tried;
 use crate::error::Result;
 
 impl SecondLook<'_> {
@@ -15,11 +12,9 @@ impl SecondLook<'_> {
     /// the balances, where that is closer on data held out, too, and explains all.
     pub(super) fn not_contradicted(&self, judged: Judged) -> Result<Judged> {
         let (ladder, kept) = &judged;
-        let Some((own, tried)) = of_first_step(ladder) else { return Ok(judged) };
+        let Some((own, others)) = self.of_first_step(&judged) else { return Ok(judged) };
         let here = self.audit.log_error(kept);
-        let counts =
-            |t: &&Tried| !classes::same(kept.space.kind(), own.id, t.id) && t.objection.is_none_or(|o| o.is_of_size());
-        let closer = tried.iter().filter(counts).map(|t| (here - self.audit.log_error_at(&t.fit.space), t));
+        let closer = others.into_iter().map(|t| (here - self.audit.log_error_at(&t.fit.space), t));
         let closest = closer.filter(|(closer, _)| *closer > SMALLEST_FALL).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, other)) = closest else { return Ok(judged) };
         self.climb.context().doing(other.id.id());
