@@ -46,8 +46,8 @@ impl SecondLook<'_> {
         Ok(rivals.into_iter().flatten().collect())
     }
 
-    /// The single effect that was found, as it was tried in the first step by the balances, and what was tried there that
-    /// is of another class and lacks nothing but size.
+    /// The single effect that was found, as it was tried in the first step by the balances, and what was tried there
+    /// that is of another class and lacks nothing but size.
     pub(super) fn of_first_step<'j>(&self, (ladder, kept): &'j Judged) -> Option<(&'j Tried, Vec<&'j Tried>)> {
         let ([found], step) = (&ladder.found[..], ladder.steps.first()?) else { return None };
         if step.in_free_run || step.together {
