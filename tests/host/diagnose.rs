@@ -6,7 +6,7 @@ use std::process::Output;
 use greyrig::effects::{Effect, EffectId};
 use greyrig::motor::{Constraints, FluxLaw, Motor, Parameters, State, Stepper};
 use greyrig_host::addition::{Additions, add_to, held_of};
-use greyrig_host::compare::compare;
+use greyrig_host::compare::{PerSignal, compare};
 use greyrig_host::context::Context;
 use greyrig_host::diagnose::change::hold;
 use greyrig_host::diagnose::{Diagnosis, Options, VerdictKind, diagnose};
@@ -70,6 +70,20 @@ fn names_the_effect_and_its_class() {
     // Its softer law may need another effect beside it.
     assert_eq!(verdict(&d).1[0], "armature_reaction", "{}", d.verdict.text);
     assert!(!verdict(&d).1.contains(&"saturation") && d.verdict.classes.is_empty(), "{:?}", d.verdict);
+}
+
+#[test]
+fn an_acquittal_far_above_the_noise_of_the_sensors_says_so() {
+    let d = diagnosed(Kind::PmDc, "dc-steps", 8.0, &[]);
+    assert_eq!((d.verdict.kind, &d.verdict.remaining), (VerdictKind::None, &None), "{}", d.verdict.text);
+    let esr = d.esr_after;
+    let floor = |share: f64| PerSignal { speed: esr.speed.map(|error| error * share), ..esr };
+    let told = |share: f64| d.clone().held_against(&floor(share)).verdict;
+    assert_eq!(told(0.5).remaining, None);
+    let far = told(0.2);
+    assert_eq!(far.kind, VerdictKind::None);
+    assert!(far.remaining.is_some_and(|left| (left.times_floor - 5.0).abs() < 1e-9), "{}", far.text);
+    assert!(far.text.contains("5.0 times as far off as the noise of the sensors"), "{}", far.text);
 }
 
 #[test]

@@ -81,9 +81,11 @@ impl Request {
             Ok(Some((fitted, comparison)))
         };
         let (diagnosis, compared) = rayon::join(|| diagnose_telling(recordings, &options, ctx, ranked), compared);
-        let diagnosis = Some(diagnosis?);
+        let diagnosis = diagnosis?;
         let (fitted, comparison) = compared?.unzip();
-        Ok(Answer { given, diagnosis, fitted, comparison: comparison.flatten() })
+        let comparison = comparison.flatten();
+        let floor = comparison.as_ref().map_or_else(PerSignal::default, |comparison| comparison.noise_floor);
+        Ok(Answer { given, diagnosis: Some(diagnosis.held_against(&floor)), fitted, comparison })
     }
 
     /// The command that goes on from an answer, if one does: what is missing is added, rivals are told apart, a model

@@ -17,3 +17,6 @@ pub const BEYOND_DOUBT: f64 = 1.0;
 pub const SIGNIFICANCE: f64 = 1e-4;
 /// An effect has to beat the best decoy's gain by this factor.
 pub const OVER_DECOYS: f64 = 2.0;
+/// Error of the free run over the noise floor of the recordings above which an acquittal says what is left: three
+/// times, where a model that is right stays below 2.5 by what does not repeat.
+pub const ABOVE_THE_FLOOR: f64 = 3.0;

@@ -41,7 +41,7 @@ mod verdict;
 
 use greyrig::effects::{EffectId, MAX_EFFECTS};
 
-use crate::compare::PerSignal;
+use crate::compare::{PerSignal, Signal};
 use crate::context::Context;
 use crate::error::{Error, Insufficient, Result, if_possible};
 use crate::experiment::Experiment;
@@ -55,6 +55,7 @@ use candidates::{Candidate, InFreeRun, errors_in_free_run};
 use change::Change;
 use climb::Climb;
 use completeness::Completeness;
+use criteria::ABOVE_THE_FLOOR;
 use holds::Holds;
 use ladder::Ladder;
 use lead::Lead;
@@ -110,6 +111,24 @@ pub struct Options {
     pub exclude: Vec<EffectId>,
     /// Whether the free-run error of the best candidates is refined for a report.
     pub candidates_refined: bool,
+}
+
+impl Diagnosis {
+    /// An acquittal held against the noise floor of the recordings: it was judged by what does not repeat, which a load
+    /// that fluctuates raises, and so does what is missing and acts as slowly.
+    #[must_use]
+    pub fn held_against(mut self, floor: &PerSignal) -> Self {
+        let signals = [Signal::Current, Signal::Speed];
+        let over = signals.into_iter().filter_map(|signal| Some(self.esr_after.of(signal)? / floor.of(signal)?));
+        let over = over.filter(|over| over.is_finite()).fold(0.0, f64::max);
+        let verdict = &mut self.verdict;
+        if verdict.kind == VerdictKind::None && verdict.remaining.is_none() && over > ABOVE_THE_FLOOR {
+            let remaining = Remaining::above_the_sensors(over);
+            verdict.text += &format!("\n{}", remaining.text);
+            verdict.remaining = Some(remaining);
+        }
+        self
+    }
 }
 
 /// Who is told how a screening ranks the candidates, from several threads: by how much each promises to lower the

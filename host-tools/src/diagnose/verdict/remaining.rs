@@ -73,6 +73,18 @@ impl Remaining {
     }
 }
 
+impl Remaining {
+    /// What an acquittal leaves so many times above the noise of the sensors, for which only a load was found.
+    pub fn above_the_sensors(times_floor: f64) -> Self {
+        let text = format!(
+            "but the free run is still {times_floor:.1} times as far off as the noise of the sensors makes it: a load that \
+             fluctuates does so. If this one is steady, something is missing that these recordings do not single out: record the \
+             same once more, and other voltages"
+        );
+        Self { cause: Cause::Load, effect: None, times_floor, text }
+    }
+}
+
 /// A parameter that varies, in words.
 pub fn in_words(varies: &Variation, unit: &str) -> String {
     let Variation { name, with, values: [before, after], gain, .. } = varies;
