@@ -263,7 +263,15 @@ pub enum Question {
     Three,
     /// Five given ones.
     Five,
+    /// As many as there are: each effect on as many motors as its prior says, and on one motor in three one of them is
+    /// none of the catalogue's.
+    Prior,
 }
+
+/// Share of the motors of [`Question::Prior`] on which the catalogue lacks one of the effects.
+const UNLISTED: f64 = 1.0 / 3.0;
+/// Sizes that are drawn until an effect stands out.
+const DRAWS: usize = 20;
 
 /// A case.
 #[derive(Debug, Clone)]
@@ -352,6 +360,20 @@ impl Case {
                     add(&mut random, &apart, &mut truth);
                 }
             }
+            Question::Prior => {
+                for sort in excitation.visible().iter().chain(excitation.rarer()) {
+                    let is_there = random.random::<f64>() < sort.id.description().prior.share;
+                    let is_known = truth.iter().any(|t| same(excitation.kind(), sort.id, *t));
+                    if !is_there || is_known || sort.id == EffectId::AdcClipping {
+                        continue;
+                    }
+                    let drawn = (0..DRAWS).map(|_| size(&mut random, sort)).find(|text| blank.stands_out_alone(text));
+                    if let Some(text) = drawn {
+                        truth.push(sort.id);
+                        effects.push(text);
+                    }
+                }
+            }
             Question::Five => {
                 for id in FIVE {
                     let sort: Vec<&'static Sort> = excitation.visible().iter().filter(|s| s.id == id).collect();
@@ -361,6 +383,9 @@ impl Case {
         }
         let exclude = match question {
             Question::Withheld => withheld_with(truth[0], excitation),
+            Question::Prior if !truth.is_empty() && random.random::<f64>() < UNLISTED => {
+                withheld_with(truth[random.random_range(0..truth.len())], excitation)
+            }
             _ => Vec::new(),
         };
         Self { seed, truth, effects, exclude, excitation, noise }

@@ -2,6 +2,7 @@
 
 pub mod alone;
 pub mod balances;
+pub mod calibration;
 pub mod cases;
 pub mod ending;
 pub mod export;

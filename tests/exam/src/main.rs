@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Parser;
 use greyrig_exam::alone::Table;
+use greyrig_exam::calibration::Reliability;
 use greyrig_exam::cases::{Case, Excitation, Question, STANDS_OUT};
 use greyrig_exam::ending::{self, Ending, Steps};
 use greyrig_exam::recovery::{self, Recovery};
@@ -62,6 +63,9 @@ struct Args {
     /// Of rig-* questions: diagnose the motor behind the damage, instead of asking what the damage is
     #[arg(long)]
     diagnose: bool,
+    /// Write the reliability diagram of all that is asked to this SVG file
+    #[arg(long, value_name = "FILE")]
+    reliability: Option<std::path::PathBuf>,
     /// Print each case as a line of JSON
     #[arg(long)]
     verbose: bool,
@@ -85,6 +89,7 @@ const QUESTIONS: &[(&str, Question)] = &[
     ("two", Question::Two),
     ("three", Question::Three),
     ("five", Question::Five),
+    ("prior", Question::Prior),
 ];
 
 fn main() -> ExitCode {
@@ -108,6 +113,7 @@ fn main() -> ExitCode {
             data(kind, args.numbers(), args.verbose);
         }
     }
+    let mut all: Vec<Outcome> = Vec::new();
     for (noise, label) in [(1.0, ""), (5.0, "-noisy")] {
         for excitation in Excitation::ALL {
             let suffix = excitation.name();
@@ -141,8 +147,17 @@ fn main() -> ExitCode {
                     if *name == "one" && args.add > 0 {
                         recover(*question, excitation, noise, &outcomes, healthy, args.add);
                     }
+                    all.extend(outcomes);
                 }
             }
+        }
+    }
+    if let Some(file) = &args.reliability {
+        let reliability = Reliability::of_outcomes(&all);
+        say!("## all\n{reliability}");
+        if let Err(error) = std::fs::write(file, reliability.figure()) {
+            eprintln!("{}: {error}", file.display());
+            return ExitCode::FAILURE;
         }
     }
     ExitCode::SUCCESS
@@ -256,23 +271,6 @@ fn ask(question: Question, excitation: Excitation, noise: f64, seeds: Vec<u64>, 
             }
         })
         .collect()
-}
-
-/// Ends of the ranges of a told probability.
-const TOLD: [f64; 5] = [0.5, 0.8, 0.9, 0.97, 1.0];
-
-/// How many of the verdicts hold that were told with a probability, by ranges of it.
-fn calibration(outcomes: &[&Outcome]) {
-    let mut from = 0.0;
-    for to in TOLD {
-        let is_in = |o: &&&Outcome| o.probability.is_some_and(|p| p > from && p <= to);
-        let told: Vec<&&Outcome> = outcomes.iter().filter(is_in).collect();
-        if !told.is_empty() {
-            let mean = told.iter().filter_map(|o| o.probability).sum::<f64>() / told.len() as f64;
-            say!("told {from} … {to}, {mean:.3} on average: holds {}", Share::of(told, |o| o.holds()));
-        }
-        from = to;
-    }
 }
 
 /// What each effect was named, where it stands out.
@@ -389,7 +387,7 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             say!("outside the catalogue or ambiguous: {}", Share::of(&out, honest));
             say!("confident wrong name: {}", Share::of(&out, |o| o.kind == VerdictKind::MissingEffect));
         }
-        Question::Two | Question::Three | Question::Five => {
+        Question::Two | Question::Three | Question::Five | Question::Prior => {
             say!("exactly these: {}", Share::of(outcomes, Outcome::exact));
             say!("first right: {}", Share::of(outcomes, Outcome::first_right));
             let hits: usize = outcomes.iter().map(Outcome::hits).sum();
@@ -410,7 +408,7 @@ fn report(id: &str, question: Question, outcomes: &[Outcome], healthy: [f64; 2])
             Question::One | Question::Rarer => out.clone(),
             _ => outcomes.iter().collect(),
         };
-        calibration(&judged);
+        say!("{}", Reliability::of_outcomes(judged));
     }
     if matches!(question, Question::One | Question::Rarer) {
         confusion(&out);
