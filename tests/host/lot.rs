@@ -10,7 +10,7 @@ use greyrig_host::model::lot::{Fault, Onset};
 use greyrig_host::model::{Kind, Model};
 use greyrig_host::monitor::calibrate::{self, calibrate};
 use greyrig_host::monitor::lot::blocks::{Cut, whole};
-use greyrig_host::monitor::lot::learn;
+use greyrig_host::monitor::lot::{Labels, learn};
 use greyrig_host::monitor::test::{Outcome, Test, test};
 use greyrig_host::recording::{Channel, Recording};
 use greyrig_host::rig::{Motor, Setup};
@@ -180,7 +180,7 @@ fn what_is_too_short_for_a_lot_says_so() {
     let healthy: Vec<Recording> =
         (1..=4).map(|seed| rig(seed).seconds(0.9).motor(Motor::universal()).run().unwrap().recording).collect();
     let motors: Vec<Vec<usize>> = (0..4).map(|k| vec![k]).collect();
-    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, 1e-3, &Context::quiet()).unwrap();
+    let learnt = learn(|_| Ok(station().clone()), &healthy, &motors, Labels::Healthy, 1e-3, &Context::quiet()).unwrap();
     assert!(learnt.population.unwrap_err().contains("blocks of 0.10 s"));
 }
 
@@ -203,7 +203,7 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
     let motors: Vec<Vec<usize>> = (0..10).map(|k| vec![k]).collect();
     let learnt = |fault: Option<&str>| {
         let lot: Vec<Recording> = (1..=10).map(|seed| motor(seed, fault.filter(|_| seed == 4))).collect();
-        learn(|_| Ok(station().clone()), &lot, &motors, 1e-3, &Context::quiet()).unwrap()
+        learn(|_| Ok(station().clone()), &lot, &motors, Labels::Healthy, 1e-3, &Context::quiet()).unwrap()
     };
     let clean = learnt(None);
     assert!(clean.outsiders.is_empty(), "{:?}", clean.outsiders);
@@ -218,6 +218,27 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
     let spoilt = learnt(Some("resistance_up=0.3@4.6"));
     let [outsider] = spoilt.outsiders.as_slice() else { panic!("{:?}", spoilt.outsiders) };
     assert_eq!((outsider.motor, outsider.finding.fault), (3, Fault::Resistance));
+}
+
+/// Two of the same fault hide each other where all teach: their like is usual then. Where some may be bad the others
+/// are a lot of their own, with the limits that they make by themselves.
+#[test]
+fn motors_that_may_be_bad_teach_nothing_where_they_are() {
+    let bad = [3, 7];
+    let is_bad = |seed: u64| bad.contains(&(seed as usize - 1));
+    let lot: Vec<Recording> = (1..=12).map(|seed| motor(seed, is_bad(seed).then_some("friction_up=0.5@0"))).collect();
+    let motors: Vec<Vec<usize>> = (0..lot.len()).map(|k| vec![k]).collect();
+    let of = |lot: &[Recording], labels| {
+        let motors = &motors[..lot.len()];
+        learn(|_| Ok(station().clone()), lot, motors, labels, 1e-3, &Context::quiet()).unwrap()
+    };
+    let unknown = of(&lot, Labels::Unknown);
+    assert_eq!(unknown.outsiders.iter().map(|o| o.motor).collect::<Vec<_>>(), bad, "{:?}", unknown.outsiders);
+    let good: Vec<Recording> = (0..lot.len()).filter(|k| !bad.contains(k)).map(|k| lot[k].clone()).collect();
+    let by_the_good = of(&good, Labels::Healthy).population.unwrap();
+    assert_eq!(unknown.population.unwrap().limits, by_the_good.limits);
+    // Of healthy motors nobody is left out.
+    assert!(of(&good, Labels::Unknown).outsiders.is_empty());
 }
 
 #[test]

@@ -235,6 +235,7 @@ def calibrate(
     *,
     blanking_s: float = 1.0,
     false_alarms: float = 1e-3,
+    unlabelled: bool = False,
     map: Map | None = None,
     out: Path | None = None,
     force: bool = False,
@@ -243,12 +244,14 @@ def calibrate(
 ) -> Calibration:
     """The detector's limits from runs of healthy motors, all of them on the profile of the test.
 
-    ``false_alarms``: the share of healthy motors that may fail.
+    ``false_alarms``: the share of healthy motors that may fail. ``unlabelled``: a few of the motors may be bad, a
+    quarter at most; those that the others do not take for theirs are named and teach nothing.
     """
     known = _native_model(model)
     with watching(progress, threads) as watch:
         given = natives(recordings, map, watch)
-        return result(Calibration, _native.calibrate(given, known, blanking_s, false_alarms, _to(out, force), watch))
+        found = _native.calibrate(given, known, blanking_s, false_alarms, unlabelled, _to(out, force), watch)
+        return result(Calibration, found)
 
 
 def monitor(

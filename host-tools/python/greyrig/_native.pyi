@@ -109,6 +109,7 @@ def calibrate(
     model: Model,
     blanking_s: float,
     false_alarms: float,
+    unlabelled: bool,
     to: Mapping[str, Any],
     watch: Mapping[str, Any],
 ) -> Answer: ...

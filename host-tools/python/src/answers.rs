@@ -8,6 +8,7 @@ use greyrig_host::between::Course;
 use greyrig_host::error::{Error, Result};
 use greyrig_host::forecast;
 use greyrig_host::model::catalogue;
+use greyrig_host::monitor::lot::Labels;
 use greyrig_host::recording::check_extension;
 use pyo3::prelude::*;
 use serde_json::Value;
@@ -409,12 +410,14 @@ pub fn calibrate(
     model: &Model,
     blanking_s: f64,
     false_alarms: f64,
+    unlabelled: bool,
     to: Destination,
     watch: Watch,
 ) -> PyResult<Answer> {
+    let labels = if unlabelled { Labels::Unknown } else { Labels::Healthy };
     let asked = || -> Result<_> {
         to.check()?;
-        Ok((answers::calibrate::Request { blanking_s, false_alarms }, some(&recordings)?))
+        Ok((answers::calibrate::Request { blanking_s, false_alarms, labels }, some(&recordings)?))
     };
     let (request, recordings) = raised(py, asked())?;
     let model = Arc::clone(&model.model);

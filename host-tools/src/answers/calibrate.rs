@@ -10,6 +10,7 @@ use crate::context::Context;
 use crate::error::Result;
 use crate::model::Model;
 use crate::monitor::calibrate::{Calibration, FALSE_ALARMS, Settings, calibrate};
+use crate::monitor::lot::Labels;
 use crate::recording::Recording;
 
 /// How they are learnt.
@@ -19,11 +20,13 @@ pub struct Request {
     pub blanking_s: f64,
     /// Share of healthy motors that may fail.
     pub false_alarms: f64,
+    /// What is known of the motors.
+    pub labels: Labels,
 }
 
 impl Default for Request {
     fn default() -> Self {
-        Self { blanking_s: 1.0, false_alarms: FALSE_ALARMS }
+        Self { blanking_s: 1.0, false_alarms: FALSE_ALARMS, labels: Labels::Healthy }
     }
 }
 
@@ -38,7 +41,8 @@ impl Request {
     /// # Errors
     /// A model or recordings that cannot be used; an interrupt.
     pub fn answer(&self, model: &Model, given: Given, ctx: &Context) -> Result<Answer> {
-        let settings = Settings { blanking_s: self.blanking_s, false_alarms: self.false_alarms };
+        let Self { blanking_s, false_alarms, labels } = *self;
+        let settings = Settings { blanking_s, false_alarms, labels };
         let calibration = calibrate(model, &given.recordings, settings, ctx)?;
         let model = Model { detector: Some(calibration.detector.clone()), ..model.clone() };
         Ok(Answer { given, model, calibration })

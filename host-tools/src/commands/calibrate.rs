@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::model::lot::{Fault, Limit, Onset, Population};
 use crate::model::{DetectorEntry, Model};
 use crate::monitor::calibrate::{Calibration, FALSE_ALARMS, Shown};
-use crate::monitor::lot::{OperatingPoint, Outsider};
+use crate::monitor::lot::{Labels, OperatingPoint, Outsider};
 use crate::monitor::parameters;
 use crate::monitor::tolerance::moments;
 use crate::output;
@@ -40,6 +40,10 @@ pub struct Args {
     /// Share of healthy motors that may fail by what is watched, and as many by the parameters and by the balances
     #[arg(long, value_name = "SHARE", default_value_t = FALSE_ALARMS)]
     false_alarms: f64,
+    /// A few of the motors may be bad, a quarter at most: those that the others do not take for theirs are named and
+    /// teach nothing
+    #[arg(long)]
+    unlabelled: bool,
     /// Print what more or fewer false alarms would show
     #[arg(long)]
     what_would_be_seen: bool,
@@ -60,7 +64,8 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
         output::refuse_overwrite(path, args.force)?;
     }
     let model = Model::load(&args.model)?;
-    let request = Request { blanking_s: args.blanking, false_alarms: args.false_alarms };
+    let labels = if args.unlabelled { Labels::Unknown } else { Labels::Healthy };
+    let request = Request { blanking_s: args.blanking, false_alarms: args.false_alarms, labels };
     let given = request.question(&model, args.input.load(&terminal.context())?);
     input::tell(&given.findings);
     let answer = terminal.watching("calibration", |ctx| request.answer(&model, given, ctx))?;
@@ -84,9 +89,13 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
     for line in of_parameters(&answer.model, detector) {
         stdout::print_line(&line)?;
     }
+    let what_of_it = match labels {
+        Labels::Healthy => "calibrate without it, or with --unlabelled, if it is not healthy",
+        Labels::Unknown => "left out",
+    };
     for Outsider { recording, finding, .. } in outsiders {
         stdout::print_line(&format!(
-            "{recording} looks like none of the others: {}, {:.1} times what they allow; calibrate without it if it is not healthy",
+            "{recording} looks like none of the others: {}, {:.1} times what they allow; {what_of_it}",
             finding.text, finding.ratio
         ))?;
     }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use greyrig::detector::CONFIRM;
 use serde::Serialize;
 
-use super::lot::{self, Learnt, OperatingPoint, Outsider};
+use super::lot::{self, Labels, Learnt, OperatingPoint, Outsider};
 use super::replay::{Replay, Row, replay};
 use super::tolerance::{FEWEST, upper};
 use super::{air, parameters};
@@ -44,12 +44,14 @@ pub struct Settings {
     pub blanking_s: f64,
     /// Share of healthy motors that may fail by all limits of a kind together, above 0 and at most a half.
     pub false_alarms: f64,
+    /// What is known of the motors.
+    pub labels: Labels,
 }
 
 impl Settings {
-    /// For one false alarm in a thousand motors.
+    /// For one false alarm in a thousand motors, from healthy ones.
     pub const fn blanking(blanking_s: f64) -> Self {
-        Self { blanking_s, false_alarms: FALSE_ALARMS }
+        Self { blanking_s, false_alarms: FALSE_ALARMS, labels: Labels::Healthy }
     }
 
     fn check(self) -> Result<()> {
@@ -89,7 +91,7 @@ pub struct Shown {
 pub struct Calibration {
     /// The limits.
     pub detector: DetectorEntry,
-    /// What each run has shown.
+    /// What each run that teaches has shown.
     pub shown: Vec<Shown>,
     /// Why the runs do not tell what is usual in the lot, where they do not.
     pub without_lot: Option<String>,
@@ -125,9 +127,9 @@ pub fn shown(replay: &Replay) -> Option<Shown> {
 }
 
 /// The runs of each motor, by serial number; a run without one is of a motor of its own.
-pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
+pub fn by_motor<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Vec<Vec<usize>> {
     let mut motors: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
-    for (k, recording) in recordings.iter().enumerate() {
+    for (k, recording) in recordings.into_iter().enumerate() {
         let serial = recording.metadata().get("serial").map(String::as_str);
         match motors.iter_mut().find(|(other, _)| serial.is_some() && *other == serial) {
             Some((_, runs)) => runs.push(k),
@@ -141,7 +143,8 @@ pub fn by_motor(recordings: &[Recording]) -> Vec<Vec<usize>> {
 /// same motor: what differs between them is the rig's own scatter.
 ///
 /// # Errors
-/// Settings out of their range, too few motors, a run in which nothing can be judged, an interrupt.
+/// Settings out of their range, too few motors, a run in which nothing can be judged, motors of which nothing tells
+/// which are bad where some may be, an interrupt.
 pub fn calibrate(model: &Model, recordings: &[Recording], settings: Settings, ctx: &Context) -> Result<Calibration> {
     settings.check()?;
     let motors = by_motor(recordings);
@@ -149,18 +152,6 @@ pub fn calibrate(model: &Model, recordings: &[Recording], settings: Settings, ct
         let told = format!("{} runs of {} motors cannot tell what a healthy motor is", recordings.len(), motors.len());
         return Err(Error::usage(told, format!("give runs of at least {FEWEST} healthy motors; ten are usual")));
     }
-    // Without limits it looks and calls nothing; at first at any voltage and speed, to learn which are usual.
-    let mut entry = DetectorEntry {
-        nominal_voltage: 1.0,
-        least_voltage: LEAST_VOLTAGE,
-        most_voltage: f64::from(f32::MAX),
-        blanking_s: settings.blanking_s,
-        fewest_periods: FEWEST_PERIODS,
-        runs: recordings.len(),
-        motors: motors.len(),
-        holds: [1.0 - settings.false_alarms, CONFIDENCE],
-        ..DetectorEntry::default()
-    };
     let range = |values: &[f64]| -> Option<[f64; 2]> {
         let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], x| [l.min(*x), h.max(*x)]);
         (!values.is_empty()).then_some(ends)
@@ -172,10 +163,39 @@ pub fn calibrate(model: &Model, recordings: &[Recording], settings: Settings, ct
             "have all of them tell it (# air_pressure_hpa: 1003), or none",
         ));
     }
-    entry.air_kg_m3 = range(&air);
-    let in_its_air = |r: &Recording| Ok(air::compensated(model, &entry, r)?.into_owned());
+    let air_kg_m3 = range(&air);
+    let of_air = DetectorEntry { air_kg_m3, ..DetectorEntry::default() };
+    let in_its_air = |r: &Recording| Ok(air::compensated(model, &of_air, r)?.into_owned());
     let Learnt { population, outsiders, operating_points } =
-        lot::learn(in_its_air, recordings, &motors, settings.false_alarms, ctx)?;
+        lot::learn(in_its_air, recordings, &motors, settings.labels, settings.false_alarms, ctx)?;
+    let teaches = |k: &usize| match settings.labels {
+        Labels::Healthy => true,
+        Labels::Unknown => outsiders.iter().all(|outsider| !motors[outsider.motor].contains(k)),
+    };
+    if let (Labels::Unknown, Err(why)) = (settings.labels, &population) {
+        return Err(Error::usage(
+            format!("nothing tells which of the motors are bad: {why}"),
+            "give whole runs of one profile, most of them of healthy motors",
+        ));
+    }
+    let recordings: Vec<&Recording> = (0..recordings.len()).filter(teaches).map(|k| &recordings[k]).collect();
+    let motors = by_motor(recordings.iter().copied());
+    if motors.len() < FEWEST {
+        return Err(Error::usage(format!("only {} motors are left that belong together", motors.len()), "give more"));
+    }
+    // Without limits it looks and calls nothing; at first at any voltage and speed, to learn which are usual.
+    let mut entry = DetectorEntry {
+        nominal_voltage: 1.0,
+        least_voltage: LEAST_VOLTAGE,
+        most_voltage: f64::from(f32::MAX),
+        blanking_s: settings.blanking_s,
+        fewest_periods: FEWEST_PERIODS,
+        runs: recordings.len(),
+        motors: motors.len(),
+        holds: [1.0 - settings.false_alarms, CONFIDENCE],
+        air_kg_m3,
+        ..DetectorEntry::default()
+    };
     let look = |entry: &DetectorEntry, r: &Recording| {
         let model = air::compensated(model, entry, r)?;
         replay(&model, r, &|interval| entry.settings(interval), ctx)
@@ -187,7 +207,7 @@ pub fn calibrate(model: &Model, recordings: &[Recording], settings: Settings, ct
     entry.least_speed = LEAST_SPEED * rows().map(|r| f64::from(r.features.speed_mean.abs())).fold(0.0, f64::max);
     let steps = ctx.steps("calibration", recordings.len() as u64);
     let (mut all, mut mains) = (Vec::new(), Vec::new());
-    for recording in recordings {
+    for recording in &recordings {
         let run = look(&entry, recording)?;
         mains.extend(run.highest_voltage());
         let values = shown(&run).ok_or_else(|| {

@@ -4,6 +4,7 @@
 //! [`blocks`] forms the balances, [`population`] learns what is usual, [`likelihood`] tests the hypotheses of
 //! [`fault`]. Every motor of a lot is tested along the same profile.
 
+mod belonging;
 pub mod blocks;
 pub mod fault;
 pub mod likelihood;
@@ -127,9 +128,19 @@ impl Learnt {
     }
 }
 
-/// What is usual in a lot, and which motors the others do not take for theirs. These teach all the same: where laws
-/// differ from motor to motor, the limits without them would be too narrow for the next one. The limits are for a share
-/// of false alarms among healthy motors.
+/// What is known of the motors that teach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Labels {
+    /// All are healthy. One that the others do not take for theirs teaches all the same: where laws differ from motor
+    /// to motor, the limits without it would be too narrow for the next one.
+    #[default]
+    Healthy,
+    /// A few may be bad, a quarter of them at most. One that the others do not take for theirs teaches nothing.
+    Unknown,
+}
+
+/// What is usual in a lot, and which motors the others do not take for theirs. The limits are for a share of false
+/// alarms among healthy motors.
 ///
 /// # Errors
 /// Runs whose balances cannot be formed, an interrupt.
@@ -137,6 +148,7 @@ pub fn learn(
     model_of: impl Fn(&Recording) -> Result<Model> + Sync,
     recordings: &[Recording],
     motors: &[Vec<usize>],
+    labels: Labels,
     false_alarms: f64,
     ctx: &Context,
 ) -> Result<Learnt> {
@@ -170,13 +182,34 @@ pub fn learn(
     if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
         return Ok(Learnt::nothing(format!("{} follows a profile of its own", recordings[k].path().display())));
     }
-    let shown = lot.by_the_others(&all, ctx)?;
-    let outsider = |(motor, run, limit, h): (usize, usize, Limit, Hypothesis)| Outsider {
-        motor,
-        recording: recordings[motors[motor][run]].path().display().to_string(),
-        finding: finding(&limit, &h, true, &runs[motors[motor][run]]),
+    let members = match labels {
+        Labels::Healthy => all.clone(),
+        Labels::Unknown => match belonging::members(&lot, false_alarms, ctx)? {
+            Some(members) => members,
+            None => return Ok(Learnt::nothing("no three quarters of the motors are like one another".to_owned())),
+        },
     };
-    let outsiders = beyond_the_others(&shown, false_alarms).into_iter().map(outsider).collect();
+    let population = if members.len() < all.len() { lot.usual(&members) } else { population };
+    let shown = lot.by_the_others(&members, ctx)?;
+    // As many are asked as there are motors, and each limit holds as much less often.
+    let holds = 1.0 - false_alarms / (GROUPS * motors.len() as f64);
+    let beyond_the_others = |motor: usize| match members.binary_search(&motor) {
+        Ok(place) => {
+            let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
+            beyond(&limits(&others, holds), &shown[place])
+        }
+        Err(_) => beyond(&limits(&shown, holds), &lot.judged_by(&population, motor)),
+    };
+    let outsider = |motor: usize| {
+        let (run, limit, h) = beyond_the_others(motor)?;
+        let run = motors[motor][run];
+        Some(Outsider {
+            motor,
+            recording: recordings[run].path().display().to_string(),
+            finding: finding(&limit, &h, true, &runs[run]),
+        })
+    };
+    let outsiders = all.iter().filter_map(|motor| outsider(*motor)).collect();
     let limits = |false_alarms: f64| limits(&shown, 1.0 - false_alarms / GROUPS);
     let point = |false_alarms: f64| OperatingPoint { false_alarms, limits: limits(false_alarms) };
     let population = Population { limits: limits(false_alarms), false_alarms, ..population };
@@ -191,6 +224,11 @@ struct Lot<'a> {
 }
 
 impl Lot<'_> {
+    /// What the runs of a motor show beside what is usual.
+    fn judged_by(&self, usual: &Population, motor: usize) -> Vec<Vec<Hypothesis>> {
+        self.motors[motor].iter().map(|k| scan(&usual.whitened(&self.runs[*k]), self.cut.block_s)).collect()
+    }
+
     /// What is usual in some of its motors.
     fn usual(&self, members: &[usize]) -> Population {
         let runs: Vec<&Run> = members.iter().flat_map(|m| &self.motors[*m]).map(|k| &self.runs[*k]).collect();
@@ -203,28 +241,20 @@ impl Lot<'_> {
             ctx.check()?;
             let others: Vec<usize> = members.iter().filter(|m| !left_out.contains(m)).copied().collect();
             let usual = self.usual(&others);
-            let of_run = |k: &usize| scan(&usual.whitened(&self.runs[*k]), self.cut.block_s);
-            Ok(left_out.iter().map(|m| self.motors[*m].iter().map(of_run).collect()).collect::<Vec<_>>())
+            Ok(left_out.iter().map(|m| self.judged_by(&usual, *m)).collect::<Vec<_>>())
         };
         let parts = members.par_chunks(members.len().div_ceil(FOLDS)).map(judge_part);
         Ok(parts.collect::<Result<Vec<_>>>()?.concat())
     }
 }
 
-/// The motors that are beyond the limits that the others make: place, which of its runs, the limit and what exceeds it.
-/// As many are asked as there are motors, and each limit holds as much less often.
-fn beyond_the_others(shown: &[Vec<Vec<Hypothesis>>], false_alarms: f64) -> Vec<(usize, usize, Limit, Hypothesis)> {
-    let holds = 1.0 - false_alarms / (GROUPS * shown.len() as f64);
-    let of_motor = |place: usize| {
-        let others: Vec<_> = (0..shown.len()).filter(|other| *other != place).map(|k| shown[k].clone()).collect();
-        let limits = limits(&others, holds);
-        let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
-        let of_runs = shown[place].iter().enumerate().flat_map(|(run, all)| all.iter().map(move |h| (run, h)));
-        let over = of_runs.filter_map(|(run, h)| Some((place, run, of_limit(h)?, *h)));
-        let over = over.filter(|(_, _, limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size));
-        over.max_by(|a, b| a.3.z.abs().total_cmp(&b.3.z.abs()))
-    };
-    (0..shown.len()).filter_map(of_motor).collect()
+/// Which of a motor's runs is farthest beyond limits, the limit and what exceeds it.
+fn beyond(limits: &[Limit], runs: &[Vec<Hypothesis>]) -> Option<(usize, Limit, Hypothesis)> {
+    let of_limit = |h: &Hypothesis| limits.iter().find(|l| l.fault == h.fault && l.onset == h.onset).copied();
+    let of_runs = runs.iter().enumerate().flat_map(|(run, all)| all.iter().map(move |h| (run, h)));
+    let over = of_runs.filter_map(|(run, h)| Some((run, of_limit(h)?, *h)));
+    let over = over.filter(|(_, limit, h)| h.z.abs() > limit.z && h.fault.is_one_at(h.size));
+    over.max_by(|a, b| a.2.z.abs().total_cmp(&b.2.z.abs()))
 }
 
 /// What is wrong with a motor.
