@@ -230,7 +230,7 @@ impl<'a> Rig<'a> {
         let mut space = start.clone();
         space.take_model(model);
         let mut along = full.to_vec();
-        slow_sampling::prepare(&mut start, &mut along, settings.course, &ctx.quietly())?;
+        slow_sampling::prepare(&mut start, &mut along, settings.course, None, &ctx.quietly())?;
         let coarse = diagnose::base::start(&mut start, &along)?;
         let scales = start.scales(full);
         for id in found {

@@ -31,7 +31,7 @@ pub fn error(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Re
 pub fn prepared(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<(Vec<Experiment>, Space)> {
     let mut full = identify::prepare(recordings, &settings.filter, &settings.chain)?;
     let mut space = identify::build_space(settings)?;
-    slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
+    slow_sampling::prepare(&mut space, &mut full, settings.course, None, &ctx.quietly())?;
     let coarse = start(&mut space, &full)?;
     Ok((coarse, space))
 }

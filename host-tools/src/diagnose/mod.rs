@@ -172,10 +172,18 @@ pub fn diagnose_telling(
     ctx: &Context,
     ranked: &Ranked<'_>,
 ) -> Result<Diagnosis> {
-    ctx.install(|| diagnosed(recordings, options, ctx, ranked))
+    ctx.install(|| diagnosed(recordings, options, None, ctx, ranked))
 }
 
-fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked: &Ranked<'_>) -> Result<Diagnosis> {
+/// `beside` is a motor with its first effect that the same recordings have told before, with which slow samples are asked
+/// again.
+fn diagnosed(
+    recordings: &[Recording],
+    options: &Options,
+    beside: Option<&Space>,
+    ctx: &Context,
+    ranked: &Ranked<'_>,
+) -> Result<Diagnosis> {
     ctx.doing("reading");
     let recordings = &samples::without_clipped(recordings);
     let mut full: Vec<Experiment> = identify::prepare(recordings, &options.settings.filter, &options.settings.chain)?;
@@ -196,7 +204,8 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
         Err(Error::Insufficient { cause, .. }) => return Ok(insufficient(&cause)),
         other => other?,
     }
-    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, &ctx.quietly())?;
+    let unasked = slow_sampling::is_slow(&full).then(|| full.clone());
+    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, beside, &ctx.quietly())?;
     let coarse = base::start(&mut space, &full)?;
 
     let holds = Holds { inductance: out_of_reach.is_none(), ..Holds::of(&full) };
@@ -220,15 +229,14 @@ fn diagnosed(recordings: &[Recording], options: &Options, ctx: &Context, ranked:
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
-    let first = ladder.tried_first().filter(|_| settings.course.is_none() && slow_sampling::is_slow(&full));
-    let another = match (first, &free_run) {
-        // The first effect alone: later ones may stand for what the wrong course leaves.
-        (Some(tried), Some(audit)) => slow_sampling::another_course(&full, &audit.fit(&tried.fit.space)?.space),
-        _ => None,
-    };
-    if another.is_some() {
-        let settings = Settings { course: another, ..options.settings.clone() };
-        return diagnosed(recordings, &Options { settings, ..options.clone() }, ctx, ranked);
+    let asks_again = beside.is_none() && settings.course.is_none();
+    // The first effect alone: later ones may stand for what the wrong course leaves.
+    if let (Some(tried), Some(audit), Some(unasked)) = (ladder.tried_first(), &free_run, unasked.filter(|_| asks_again))
+    {
+        let with_first = audit.fit(&tried.fit.space)?.space;
+        if slow_sampling::tells_otherwise(&with_first, unasked, &full, &ctx.quietly())? {
+            return diagnosed(recordings, options, Some(&with_first), ctx, ranked);
+        }
     }
     let varies = climb.varies(&ladder.fit, &ladder);
     let is_a_form = varies.as_ref().is_some_and(|varies| varies.explains && varies.of_law().is_some());

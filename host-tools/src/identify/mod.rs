@@ -37,7 +37,7 @@ use crate::recording::Recording;
 use crate::segments;
 use crate::speed_sensor::Chain;
 use flux::FluxAtPeak;
-use space::Freedom;
+use space::{Freedom, Space};
 
 pub(crate) use determined::{intervals_of, intervals_of_fit};
 pub use identification::{Estimate, Identification};
@@ -59,10 +59,16 @@ pub use settings::{Method, Settings, build_space};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn identify(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
-    ctx.install(|| identified(recordings, settings, ctx))
+    ctx.install(|| identified(recordings, settings, None, ctx))
 }
 
-fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<Identification> {
+/// `beside` is a motor that the same recordings have told before, with which slow samples are asked again.
+fn identified(
+    recordings: &[Recording],
+    settings: &Settings,
+    beside: Option<&Space>,
+    ctx: &Context,
+) -> Result<Identification> {
     let mut filter = settings.filter;
     let mut experiments = prepare(recordings, &filter, &settings.chain)?;
     let mut space = build_space(settings)?;
@@ -83,7 +89,9 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
             by_torque::fit(space, &experiments, filter.cutoff_hz)?
         }
         Drive::Voltage => {
-            let out_of_reach = slow_sampling::prepare(&mut space, &mut experiments, settings.course, &ctx.quietly())?;
+            let unasked = slow_sampling::is_slow(&experiments).then(|| experiments.clone());
+            let out_of_reach =
+                slow_sampling::prepare(&mut space, &mut experiments, settings.course, beside, &ctx.quietly())?;
             let fitted = by_simulation::fit(
                 space,
                 &experiments,
@@ -93,10 +101,12 @@ fn identified(recordings: &[Recording], settings: &Settings, ctx: &Context) -> R
                 &mut notes,
                 ctx,
             )?;
-            let asks_again = settings.course.is_none() && !(settings.effects.is_empty() && settings.terms.is_empty());
-            let another = asks_again.then(|| slow_sampling::another_course(&experiments, &fitted.space)).flatten();
-            if another.is_some() {
-                return identified(recordings, &Settings { course: another, ..settings.clone() }, ctx);
+            let is_more_than_bare = !(settings.effects.is_empty() && settings.terms.is_empty());
+            let asks_again = beside.is_none() && settings.course.is_none() && is_more_than_bare;
+            if let Some(unasked) = unasked.filter(|_| asks_again)
+                && slow_sampling::tells_otherwise(&fitted.space, unasked, &experiments, &ctx.quietly())?
+            {
+                return identified(recordings, settings, Some(&fitted.space), ctx);
             }
             fitted
         }

@@ -42,6 +42,8 @@ const AS_GOOD: f64 = 2.0 * Effort::USUAL.tolerance;
 /// Inductance out of reach starts from this or more, in R h: with it a twentieth of a change of the current is left
 /// after an eighth of an interval, e^(−0.125/0.04), and a smaller one would only ask for shorter steps.
 const LEAST_INDUCTANCE: f64 = 0.04;
+/// Ratio of inductances from which one is another: less hardly matters to samples that are slow beside it.
+const ANOTHER: f64 = 1.5;
 
 /// Gains that are tried, the free run last.
 const GAINS: [f64; 8] = [1.0, 0.7, 0.5, 0.3, 0.15, 0.07, 0.03, 0.0];
@@ -55,7 +57,8 @@ pub fn is_slow(experiments: &[Experiment]) -> bool {
 }
 
 /// Finds start values and the course of the voltage in each recording, if it is not known already; tells whether L is
-/// out of reach. Nothing changes where no recording is sampled slowly.
+/// out of reach. Nothing changes where no recording is sampled slowly. `beside` is a whole motor that an earlier fit has
+/// ended with, effects and all: from it these fits start, in place of a bare one.
 ///
 /// # Errors
 /// An interrupt.
@@ -63,15 +66,19 @@ pub fn prepare(
     space: &mut Space,
     experiments: &mut [Experiment],
     course: Option<Course>,
+    beside: Option<&Space>,
     ctx: &Context,
 ) -> Result<Option<Weakness>> {
     if !is_slow(experiments) {
         return Ok(None);
     }
-    let mut bare = space.bare();
-    bare.take_typical_values();
-    regression::start_values(&mut bare, experiments);
-    let_friction_brake(&mut bare);
+    let bare = beside.cloned().unwrap_or_else(|| {
+        let mut bare = space.bare();
+        bare.take_typical_values();
+        regression::start_values(&mut bare, experiments);
+        let_friction_brake(&mut bare);
+        bare
+    });
     let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
     let is_free = |space: &Space| space.get(BaseParameter::L).is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
     let courses: Vec<Between> = match course {
@@ -117,18 +124,24 @@ pub fn prepare(
     Ok(weakness)
 }
 
-/// The course of the voltage that all slow recordings tell with a whole motor, effects and all, where it is another one
-/// than they were taken along: what was missing before, as an offset of the current, had hidden it.
-pub fn another_course(experiments: &[Experiment], space: &Space) -> Option<Course> {
-    let motor = space.motor().ok()?;
-    let slow: Vec<&Experiment> = experiments.iter().filter(|e| e.is_slow(None)).collect();
-    let with = |e: &&Experiment| -> [Course; 2] {
-        [e.between, prediction::as_told((*e).clone(), &motor).between].map(Course::from)
-    };
-    let courses: Vec<[Course; 2]> = slow.par_iter().map(with).collect();
-    let [_, told] = *courses.first()?;
-    let all_tell_it = courses.iter().all(|[_, with]| *with == told);
-    (all_tell_it && courses.iter().any(|[before, _]| *before != told)).then_some(told)
+/// Whether a whole motor, effects and all, tells another course of the voltage in any recording, or another inductance,
+/// than those with which it was fitted: what was missing before, as an offset of the current, had hidden them.
+/// `experiments` are along no course yet, `along` those of the fit.
+///
+/// # Errors
+/// An interrupt.
+pub fn tells_otherwise(
+    whole: &Space,
+    mut experiments: Vec<Experiment>,
+    along: &[Experiment],
+    ctx: &Context,
+) -> Result<bool> {
+    let mut space = whole.clone();
+    prepare(&mut space, &mut experiments, None, Some(whole), ctx)?;
+    let course = |e: &Experiment| Course::from(e.between);
+    let [before, now] = [whole, &space].map(|space| space.value(BaseParameter::L));
+    let is_another = before.max(now) > ANOTHER * before.min(now);
+    Ok(is_another || experiments.iter().zip(along).any(|(now, before)| course(now) != course(before)))
 }
 
 /// Keeps frictions from driving. Dry friction, viscous friction and the inertia are told apart by how a motor turns
