@@ -180,7 +180,7 @@ fn find(recordings: &[Recording], settings: &Settings, ctx: &Context) -> Result<
     let (coarse, space) = base::prepared(recordings, settings, ctx)?;
     let Some(climb) = Climb::new(&coarse, Vec::new(), 0, ctx) else { return Ok(None) };
     let base = climb.fit_from_what_is_known(&space, &settings.known)?;
-    let ladder = climb.climb(&base)?;
+    let ladder = climb.climb(&base, None)?;
     let audit = if climb.is_of_whole_motor() { if_possible(Audit::new(&coarse, &base.space, ctx))? } else { None };
     let free = audit.as_ref().map(|audit| audit.fit(&base.space)).transpose()?;
     let shows = |varies: &Variation| match (&audit, &free) {

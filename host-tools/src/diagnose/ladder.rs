@@ -78,6 +78,14 @@ pub struct Step {
     pub decoys: [usize; 2],
 }
 
+impl Step {
+    /// The effect that was added, as it was tried; the first of several.
+    pub fn winner(&self) -> Option<&Tried> {
+        let first = self.winners.first()?;
+        self.tried.iter().find(|tried| tried.id == *first)
+    }
+}
+
 /// The way from the model to what explains the data.
 #[derive(Debug, Clone)]
 pub struct Ladder {
@@ -127,6 +135,12 @@ impl Ladder {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
 
+    /// The same if what is left in the torque balance is a load that fluctuates.
+    pub fn is_explained_but_for_the_load(&self) -> bool {
+        let after = Completeness { mechanical: 1.0, ..self.after };
+        is_explained(&self.found, [self.before, after], self.free_run.as_ref())
+    }
+
     /// Whether effects that the model has already explain nearly all that exceeds the floor without them, if nothing
     /// was found beside them: by the rule by which they were named, or would be. `before` is the completeness of the
     /// balances without them, `free_run` that of the free run without and with them.
@@ -148,13 +162,6 @@ impl Ladder {
     pub fn fall(&self) -> f64 {
         let (without, with) = self.free_run.unwrap_or((self.before, self.after));
         (without.electrical / with.electrical).ln() + (without.mechanical / with.mechanical).ln()
-    }
-
-    /// The first effect that was found, as it was tried.
-    pub fn tried_first(&self) -> Option<&Tried> {
-        let first = self.found.first()?;
-        let step = self.steps.iter().find(|step| step.winners.contains(first))?;
-        step.tried.iter().find(|tried| tried.id == *first)
     }
 
     /// Whether an effect may have been chosen too early, while others were missing: several leave more than a healthy

@@ -25,6 +25,7 @@ pub mod constancy;
 pub mod criteria;
 pub mod decoys;
 pub mod dither;
+mod fluctuation;
 pub mod holds;
 pub mod ladder;
 pub mod lead;
@@ -57,7 +58,7 @@ use climb::Climb;
 use completeness::Completeness;
 use criteria::ABOVE_THE_FLOOR;
 use holds::Holds;
-use ladder::Ladder;
+use ladder::{Ladder, Step};
 use lead::Lead;
 use odds::Odds;
 use remarks::Wandering;
@@ -205,7 +206,9 @@ fn diagnosed(
         other => other?,
     }
     let unasked = slow_sampling::is_slow(&full).then(|| full.clone());
-    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, beside, &ctx.quietly())?;
+    let known = space.started_at(&settings.known);
+    let whole = beside.or(known.as_ref());
+    let out_of_reach = slow_sampling::prepare(&mut space, &mut full, settings.course, whole, &ctx.quietly())?;
     let coarse = base::start(&mut space, &full)?;
 
     let holds = Holds { inductance: out_of_reach.is_none(), ..Holds::of(&full) };
@@ -221,26 +224,32 @@ fn diagnosed(
         true => if_possible(Audit::new(&coarse, &base.space, ctx))?,
         false => None,
     };
+    let unasked = unasked.filter(|_| beside.is_none() && settings.course.is_none());
+    let first = unasked.as_ref().map(|_| climb.first_step(&base)).transpose()?;
+    // The first effect alone: later ones may stand for what the wrong course leaves.
+    if let (Some(unasked), Some(audit), Some(tried)) = (unasked, &free_run, first.as_ref().and_then(Step::winner)) {
+        let with_first = audit.fit(&tried.fit.space)?.space;
+        let otherwise = slow_sampling::tells_otherwise(&with_first, unasked, &full, &ctx.quietly())?;
+        if otherwise.course_or_inductance || otherwise.gain {
+            return diagnosed(recordings, options, Some(&with_first), ctx, ranked);
+        }
+    }
     let Searched { ladder, in_free_run, wandering, errors } =
-        search(&climb, free_run.as_ref(), &base, &space, options)?;
+        search(&climb, free_run.as_ref(), &base, first, &space, options)?;
     let alone = ladder.found.is_empty() && findings.is_empty();
     if alone && let Some(reason) = base::hidden_dry_friction(&climb, &base, &space) {
         return Ok(insufficient(&reason));
     }
     let fitted = in_free_run.as_ref().filter(|_| !ladder.found.is_empty()).map(|[_, with]| with);
     let space = fitted.map_or(&ladder.fit.space, |fit| &fit.space);
-    let asks_again = beside.is_none() && settings.course.is_none();
-    // The first effect alone: later ones may stand for what the wrong course leaves.
-    if let (Some(tried), Some(audit), Some(unasked)) = (ladder.tried_first(), &free_run, unasked.filter(|_| asks_again))
-    {
-        let with_first = audit.fit(&tried.fit.space)?.space;
-        if slow_sampling::tells_otherwise(&with_first, unasked, &full, &ctx.quietly())? {
-            return diagnosed(recordings, options, Some(&with_first), ctx, ranked);
-        }
-    }
     let varies = climb.varies(&ladder.fit, &ladder);
     let is_a_form = varies.as_ref().is_some_and(|varies| varies.explains && varies.of_law().is_some());
-    let explained = ladder.is_explained() || is_a_form && !ladder.found.is_empty();
+    let by_a_law = ladder.is_explained() || is_a_form && !ladder.found.is_empty();
+    let load = match !by_a_law && ladder.is_explained_but_for_the_load() {
+        true => climb.fluctuation(&ladder.fit),
+        false => None,
+    };
+    let explained = by_a_law || load.is_some();
     let by_what_it_has = match (&free_run, &in_free_run) {
         (Some(audit), Some([with, _])) if alone && !explained => {
             explained_by_what_it_has(&climb, audit, &base, with, &ladder)?
@@ -301,7 +310,8 @@ fn diagnosed(
             over.as_ref(),
             wandering,
             by_what_it_has.then_some(&ladder.after),
-        ),
+        )
+        .or_else(|| Some(Remaining::load(&load?, ladder.after.mechanical))),
     };
     if let Some(remaining) = &verdict.remaining {
         verdict.text += &format!("\n{}", remaining.text);
@@ -404,11 +414,12 @@ fn search(
     climb: &Climb<'_>,
     free_run: Option<&Audit<'_>>,
     base: &Fit,
+    first: Option<Step>,
     start: &Space,
     options: &Options,
 ) -> Result<Searched> {
     let (ladder, look) = rayon::join(
-        || climb.climb(base),
+        || climb.climb(base, first),
         || free_run.map(|audit| SecondLook::new(climb, audit, base, start)).transpose(),
     );
     let (mut ladder, look) = (ladder?, look?);

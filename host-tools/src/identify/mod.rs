@@ -105,6 +105,7 @@ fn identified(
             let asks_again = beside.is_none() && settings.course.is_none() && is_more_than_bare;
             if let Some(unasked) = unasked.filter(|_| asks_again)
                 && slow_sampling::tells_otherwise(&fitted.space, unasked, &experiments, &ctx.quietly())?
+                    .course_or_inductance
             {
                 return identified(recordings, settings, Some(&fitted.space), ctx);
             }

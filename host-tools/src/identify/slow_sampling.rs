@@ -44,6 +44,8 @@ const AS_GOOD: f64 = 2.0 * Effort::USUAL.tolerance;
 const LEAST_INDUCTANCE: f64 = 0.04;
 /// Ratio of inductances from which one is another: less hardly matters to samples that are slow beside it.
 const ANOTHER: f64 = 1.5;
+/// The same of gains: one that is not beside it among those that are tried.
+const ANOTHER_GAIN: f64 = 2.5;
 
 /// Gains that are tried, the free run last.
 const GAINS: [f64; 8] = [1.0, 0.7, 0.5, 0.3, 0.15, 0.07, 0.03, 0.0];
@@ -72,13 +74,14 @@ pub fn prepare(
     if !is_slow(experiments) {
         return Ok(None);
     }
-    let bare = beside.cloned().unwrap_or_else(|| {
-        let mut bare = space.bare();
+    let mut bare = beside.cloned().unwrap_or_else(|| space.bare());
+    if beside.is_some() {
+        bare.take_scales(&bare.scales(experiments));
+    } else {
         bare.take_typical_values();
         regression::start_values(&mut bare, experiments);
         let_friction_brake(&mut bare);
-        bare
-    });
+    }
     let interval_s = experiments.iter().map(|e| e.interval_s).fold(f64::INFINITY, f64::min);
     let is_free = |space: &Space| space.get(BaseParameter::L).is_some_and(|l| matches!(l.freedom, Freedom::Free(_)));
     let courses: Vec<Between> = match course {
@@ -124,9 +127,17 @@ pub fn prepare(
     Ok(weakness)
 }
 
-/// Whether a whole motor, effects and all, tells another course of the voltage in any recording, or another inductance,
-/// than those with which it was fitted: what was missing before, as an offset of the current, had hidden them.
-/// `experiments` are along no course yet, `along` those of the fit.
+/// What a whole motor, effects and all, tells otherwise than that with which samples were prepared: what was missing
+/// before, as an offset of the current, had hidden it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Otherwise {
+    /// Another course of the voltage in any recording, or another inductance.
+    pub course_or_inductance: bool,
+    /// Another gain: of a model that lacks nothing short runs are best corrected by little.
+    pub gain: bool,
+}
+
+/// Asks recordings once more with a whole motor. `experiments` are along no course yet, `along` those of the fit.
 ///
 /// # Errors
 /// An interrupt.
@@ -135,13 +146,15 @@ pub fn tells_otherwise(
     mut experiments: Vec<Experiment>,
     along: &[Experiment],
     ctx: &Context,
-) -> Result<bool> {
+) -> Result<Otherwise> {
     let mut space = whole.clone();
     prepare(&mut space, &mut experiments, None, Some(whole), ctx)?;
-    let course = |e: &Experiment| Course::from(e.between);
-    let [before, now] = [whole, &space].map(|space| space.value(BaseParameter::L));
-    let is_another = before.max(now) > ANOTHER * before.min(now);
-    Ok(is_another || experiments.iter().zip(along).any(|(now, before)| course(now) != course(before)))
+    let is_another = |before: f64, now: f64, ratio: f64| before.max(now) > ratio * before.min(now);
+    let both = || experiments.iter().zip(along);
+    let inductance = is_another(whole.value(BaseParameter::L), space.value(BaseParameter::L), ANOTHER);
+    let course = both().any(|(now, before)| Course::from(now.between) != Course::from(before.between));
+    let gain = both().any(|(now, before)| is_another(before.gain, now.gain, ANOTHER_GAIN));
+    Ok(Otherwise { course_or_inductance: course || inductance, gain })
 }
 
 /// Keeps frictions from driving. Dry friction, viscous friction and the inertia are told apart by how a motor turns

@@ -16,6 +16,7 @@ use super::classes;
 use super::completeness::{self, Completeness, Course, Floor};
 use super::constancy::{self, Variation};
 use super::criteria::SMALLEST_GAIN;
+use super::fluctuation::{self, Fluctuation};
 use super::ladder::{Ladder, Step, Tried, left_out};
 use super::lead::{self, Lead};
 use super::screening::{self, Loops, Pair, Promise};
@@ -153,12 +154,19 @@ impl<'a> Climb<'a> {
         Ok(step)
     }
 
-    /// Climbs from a fitted model.
+    /// Climbs from a fitted model; its first step may be known already.
     ///
     /// # Errors
     /// An interrupt.
-    pub fn climb(&self, base: &Fit) -> Result<Ladder> {
-        self.climb_on(base, Way { fit: base.clone(), found: Vec::new(), steps: Vec::new() })
+    pub fn climb(&self, base: &Fit, first: Option<Step>) -> Result<Ladder> {
+        let mut way = Way { fit: base.clone(), found: Vec::new(), steps: Vec::new() };
+        if let Some(step) = first
+            && self.most > 0
+            && self.take(step, &mut way)?.is_none()
+        {
+            return self.ended(base, way);
+        }
+        self.climb_on(base, way)
     }
 
     /// Climbs on from where earlier steps have led, without what has been dropped since.
@@ -172,11 +180,17 @@ impl<'a> Climb<'a> {
         if way.found.len() >= self.most {
             return Ok(None);
         }
-        let Way { fit, found, steps } = way;
+        let Way { fit, found, steps } = &*way;
         let left_out = left_out(base.space.kind(), steps, found);
         let gained = self.gain(base, fit)?;
         let shown = if steps.is_empty() { SHOWN } else { 0 };
-        let mut step = self.step(fit, &left_out, gained, shown)?;
+        let step = self.step(fit, &left_out, gained, shown)?;
+        self.take(step, way)
+    }
+
+    /// Takes the best of a step, if it is good enough.
+    fn take(&self, mut step: Step, way: &mut Way) -> Result<Option<EffectId>> {
+        let Way { fit, found, steps } = way;
         let winner = winner(&step.tried).map(|t| (t.id, Arc::clone(&t.fit)));
         step.winners = winner.iter().map(|w| w.0).collect();
         steps.push(step);
@@ -361,6 +375,11 @@ impl<'a> Climb<'a> {
         let left = Completeness::of(fit, floor);
         let balance = if left.electrical > left.mechanical { Balance::Voltage } else { Balance::Torque };
         shape::of(fit, &self.problem, balance)
+    }
+
+    /// What a fit leaves over in the torque balance, if it is a load that fluctuates.
+    pub fn fluctuation(&self, fit: &Fit) -> Option<Fluctuation> {
+        fluctuation::of(fit, &self.problem)
     }
 
     /// 95 % intervals of the parameters of a fit by equation error, from its blocks.

@@ -7,6 +7,7 @@ use super::VerdictKind;
 use super::words::left_over;
 use crate::diagnose::completeness::Completeness;
 use crate::diagnose::constancy::{Border, Variation, With};
+use crate::diagnose::fluctuation::Fluctuation;
 use crate::diagnose::remarks::{self, Wandering};
 use crate::numbers::figure;
 
@@ -74,6 +75,17 @@ impl Remaining {
 }
 
 impl Remaining {
+    /// A load that fluctuates, which leaves so many times what does not repeat in the torque balance.
+    pub fn load(load: &Fluctuation, times_floor: f64) -> Self {
+        let text = format!(
+            "what is left in the torque balance, {times_floor:.1} times what does not repeat, goes with nothing in the recording: a load \
+             that fluctuates by {} N m within {} s, or what acts like one",
+            figure(load.torque, 2),
+            figure(load.time_constant_s, 2)
+        );
+        Self { cause: Cause::Load, effect: None, times_floor, text }
+    }
+
     /// What an acquittal leaves so many times above the noise of the sensors, for which only a load was found.
     pub fn above_the_sensors(times_floor: f64) -> Self {
         let text = format!(
