@@ -2,7 +2,7 @@
 //!
 //! Residuals that go with themselves tell of noise, residuals that go with what drives the motor tell of the model
 //! (Ljung). What the torque balance leaves over is regressed on a dictionary of current, speed, their products and
-//! powers, both a window and two windows before, and time, beside what the model's own parameters do. The share of its
+//! powers, what they were windows before, and time, beside what the model's own parameters do. The share of its
 //! variance that the dictionary explains is compared with the shares that it explains of torques which have nothing to
 //! do with the recording but go with themselves as this one does: white noise and a first-order process,
 //!
@@ -20,10 +20,11 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::shape::Side;
 use crate::identify::equation_error::{Balance, EquationError};
-use crate::identify::minimise::Fit;
+use crate::identify::minimise::{Fit, Residuals};
 
+/// The rows of the torque balance.
+const TORQUE: u8 = 1;
 /// Torques that have nothing to do with the recording.
 const SURROGATES: usize = 199;
 /// Share of them below which what is left is no load.
@@ -60,7 +61,8 @@ const TERMS: &[Term] = &[
     |i, w, _| i * w * w,
     |i, _, d| i * d,
 ];
-/// Those of the windows before.
+/// Those of windows before, and how many windows.
+const BEFORE: [usize; 3] = [1, 3, 10];
 const EARLIER: &[Term] = &[|i, _, _| i, |i, _, _| i * i, |_, w, _| w, |_, w, _| w.abs()];
 
 /// A load that fluctuates by itself.
@@ -74,41 +76,49 @@ pub struct Fluctuation {
 
 /// What a fit leaves over in the torque balance, if it is a load that fluctuates.
 pub fn of(fit: &Fit, problem: &EquationError<'_>) -> Option<Fluctuation> {
-    let side = Side::new(fit, problem, Balance::Torque, 1);
-    let count = side.rows.len();
-    let times: Vec<(usize, f64)> = side.rows.iter().map(|k| problem.times()[*k]).collect();
-    let own = fit.jacobian.ncols();
-    let known = DMatrix::from_fn(count, own, |row, c| fit.jacobian[(side.rows[row], c)] / side.weights[row]);
-    let others = dictionary(&side, &times);
-    if count < ROWS_A_COLUMN * (own + others.ncols()) {
+    let rows: Vec<usize> = (0..problem.groups().len()).filter(|k| problem.groups()[*k] == TORQUE).collect();
+    let times: Vec<(usize, f64)> = rows.iter().map(|k| problem.times()[*k]).collect();
+    let known = DMatrix::from_fn(rows.len(), fit.jacobian.ncols(), |row, c| fit.jacobian[(rows[row], c)]);
+    let others = dictionary(problem, &rows, &times);
+    if rows.len() < ROWS_A_COLUMN * (known.ncols() + others.ncols()) {
         return None;
     }
     let split = Split::new(&known, &others);
-    let left = split.beside(&DVector::from_column_slice(&side.missing));
+    let left = split.beside(&DVector::from_fn(rows.len(), |row, _| fit.residuals[rows[row]]));
     let process = Process::of(left.as_slice(), &times)?;
     let share = split.share(&left);
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let as_large =
         (0..SURROGATES).filter(|_| split.share(&split.beside(&process.draw(&times, &mut random))) >= share).count();
     let chance = (as_large + 1) as f64 / (SURROGATES + 1) as f64;
-    (chance > CHANCE && process.variance > 0.0)
-        .then(|| Fluctuation { torque: process.variance.sqrt(), time_constant_s: -process.step_s / process.kept.ln() })
+    let impulse = column(problem, &rows, |_, _, _| 1.0).iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    (chance > CHANCE && process.variance > 0.0 && impulse > 0.0).then(|| Fluctuation {
+        torque: process.variance.sqrt() * fit.rms[usize::from(TORQUE)] / impulse,
+        time_constant_s: -process.step_s / process.kept.ln(),
+    })
+}
+
+fn column(problem: &EquationError<'_>, rows: &[usize], term: Term) -> Vec<f64> {
+    let all = problem.column(Balance::Torque, &term);
+    rows.iter().map(|k| all[*k]).collect()
 }
 
 /// Columns of what could order a torque.
-fn dictionary(side: &Side<'_>, times: &[(usize, f64)]) -> DMatrix<f64> {
-    let count = times.len();
-    let mut columns: Vec<Vec<f64>> = TERMS.iter().map(|term| side.quantity(*term)).collect();
+fn dictionary(problem: &EquationError<'_>, rows: &[usize], times: &[(usize, f64)]) -> DMatrix<f64> {
+    let mut columns: Vec<Vec<f64>> = TERMS.iter().map(|term| column(problem, rows, *term)).collect();
     for term in EARLIER {
-        let now = side.quantity(*term);
-        for lag in [1, 2] {
+        let now = column(problem, rows, *term);
+        for lag in BEFORE {
             let before = |k: usize| if k >= lag && times[k - lag].0 == times[k].0 { now[k - lag] } else { now[k] };
-            columns.push((0..count).map(before).collect());
+            columns.push((0..rows.len()).map(before).collect());
         }
     }
     let last = times.iter().fold(f64::MIN_POSITIVE, |last, (_, t)| last.max(*t));
-    columns.extend((0..3).map(|power| times.iter().map(|(_, t)| (t / last).powi(power)).collect()));
-    DMatrix::from_fn(count, columns.len(), |row, column| columns[column][row])
+    let constant = column(problem, rows, |_, _, _| 1.0);
+    for power in 0..3 {
+        columns.push(constant.iter().zip(times).map(|(x, (_, t))| x * (t / last).powi(power)).collect());
+    }
+    DMatrix::from_fn(rows.len(), columns.len(), |row, c| columns[c][row])
 }
 
 /// Orthonormal columns of what is known and of a dictionary beside it.

@@ -82,20 +82,16 @@ pub struct Shape {
 }
 
 /// The rows of one balance: what is missing, and the mean of any quantity over each row.
-pub(super) struct Side<'a> {
+struct Side<'a> {
     problem: &'a EquationError<'a>,
     balance: Balance,
-    /// Places among the rows of both balances.
-    pub rows: Vec<usize>,
-    /// What a unit of torque or voltage is in each row.
-    pub weights: Vec<f64>,
-    /// What is missing.
-    pub missing: Vec<f64>,
+    rows: Vec<usize>,
+    weights: Vec<f64>,
+    missing: Vec<f64>,
 }
 
 impl<'a> Side<'a> {
-    /// The rows of a group.
-    pub fn new(fit: &Fit, problem: &'a EquationError<'a>, balance: Balance, group: u8) -> Self {
+    fn new(fit: &Fit, problem: &'a EquationError<'a>, balance: Balance, group: u8) -> Self {
         let one = problem.column(balance, &|_, _, _| 1.0);
         let rows: Vec<usize> =
             (0..problem.groups().len()).filter(|k| problem.groups()[*k] == group && one[*k] != 0.0).collect();
@@ -105,8 +101,7 @@ impl<'a> Side<'a> {
         Self { problem, balance, rows, weights, missing }
     }
 
-    /// A quantity's mean over each row.
-    pub fn quantity(&self, of: fn(f64, f64, f64) -> f64) -> Vec<f64> {
+    fn quantity(&self, of: fn(f64, f64, f64) -> f64) -> Vec<f64> {
         let column = self.problem.column(self.balance, &of);
         self.rows.iter().zip(&self.weights).map(|(k, w)| column[*k] / w).collect()
     }
