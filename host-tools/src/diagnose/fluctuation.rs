@@ -2,7 +2,7 @@
 //!
 //! Residuals that go with themselves tell of noise, residuals that go with what drives the motor tell of the model
 //! (Ljung). What the torque balance leaves over is regressed on a dictionary of current, speed, their products and
-//! powers, what they were windows before, and time, beside what the model's own parameters do. The share of its
+//! powers, what they were windows before, and time, beside what the base model's own terms do. The share of its
 //! variance that the dictionary explains is compared with the shares that it explains of torques which have nothing to
 //! do with the recording but go with themselves as this one does: white noise and a first-order process,
 //!
@@ -42,19 +42,24 @@ const ENDS: (f64, f64) = (0.3, 1000.0);
 /// A function of current (A), speed (rad/s) and di/dt (A/s).
 type Term = fn(f64, f64, f64) -> f64;
 
-const TERMS: &[Term] = &[
+/// Those of the base model, which a fit has made the best of.
+const KNOWN: &[Term] = &[
+    |_, _, _| 1.0,
     |i, _, _| i,
+    |i, _, _| i * i.abs(),
+    |_, w, _| w,
+    |_, w, _| w * w.abs(),
+    |_, w, _| if w == 0.0 { 0.0 } else { w.signum() },
+];
+/// Those of other laws.
+const TERMS: &[Term] = &[
     |i, _, _| i.abs(),
     |i, _, _| i * i,
-    |i, _, _| i * i.abs(),
     |i, _, _| i * i * i,
-    |_, w, _| w,
     |_, w, _| w.abs(),
     |_, w, _| w * w,
-    |_, w, _| w * w.abs(),
     |_, w, _| w * w * w,
     |_, w, _| w.abs().sqrt() * w.signum(),
-    |_, w, _| if w == 0.0 { 0.0 } else { w.signum() },
     |i, w, _| i * w,
     |i, w, _| i * i * w,
     |i, w, _| i.abs() * w,
@@ -78,7 +83,7 @@ pub struct Fluctuation {
 pub fn of(fit: &Fit, problem: &EquationError<'_>) -> Option<Fluctuation> {
     let rows: Vec<usize> = (0..problem.groups().len()).filter(|k| problem.groups()[*k] == TORQUE).collect();
     let times: Vec<(usize, f64)> = rows.iter().map(|k| problem.times()[*k]).collect();
-    let known = DMatrix::from_fn(rows.len(), fit.jacobian.ncols(), |row, c| fit.jacobian[(rows[row], c)]);
+    let known = matrix(KNOWN.iter().map(|term| column(problem, &rows, *term)).collect());
     let others = dictionary(problem, &rows, &times);
     if rows.len() < ROWS_A_COLUMN * (known.ncols() + others.ncols()) {
         return None;
@@ -115,10 +120,14 @@ fn dictionary(problem: &EquationError<'_>, rows: &[usize], times: &[(usize, f64)
     }
     let last = times.iter().fold(f64::MIN_POSITIVE, |last, (_, t)| last.max(*t));
     let constant = column(problem, rows, |_, _, _| 1.0);
-    for power in 0..3 {
+    for power in 1..3 {
         columns.push(constant.iter().zip(times).map(|(x, (_, t))| x * (t / last).powi(power)).collect());
     }
-    DMatrix::from_fn(rows.len(), columns.len(), |row, c| columns[c][row])
+    matrix(columns)
+}
+
+fn matrix(columns: Vec<Vec<f64>>) -> DMatrix<f64> {
+    DMatrix::from_fn(columns.first().map_or(0, Vec::len), columns.len(), |row, c| columns[c][row])
 }
 
 /// Orthonormal columns of what is known and of a dictionary beside it.
