@@ -304,14 +304,18 @@ fn diagnosed(
     let motion = recordings[0].motion();
     verdict.remaining = match verdict.kind {
         VerdictKind::InsufficientData => None,
-        kind => Remaining::beside(
-            kind,
-            varies.as_ref().map(|v| (v, v.key.unit(settings.kind, motion))),
-            over.as_ref(),
-            wandering,
-            by_what_it_has.then_some(&ladder.after),
-        )
-        .or_else(|| Some(Remaining::load(&load?, ladder.after.mechanical))),
+        kind => load.filter(|_| varies.is_none()).map_or_else(
+            || {
+                Remaining::beside(
+                    kind,
+                    varies.as_ref().map(|v| (v, v.key.unit(settings.kind, motion))),
+                    over.as_ref(),
+                    wandering,
+                    by_what_it_has.then_some(&ladder.after),
+                )
+            },
+            |load| Some(Remaining::load(&load, ladder.after.mechanical)),
+        ),
     };
     if let Some(remaining) = &verdict.remaining {
         verdict.text += &format!("\n{}", remaining.text);
