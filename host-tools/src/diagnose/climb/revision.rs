@@ -301,7 +301,7 @@ mod tests {
         let candidates = screening::candidates(Kind::Universal, Holds::of(&full), other_law);
         let climb = Climb::new(&coarse, candidates, 6, &Context::quiet()).unwrap();
         let base = climb.fit(&space).unwrap();
-        let ladder = climb.climb(&base).unwrap();
+        let ladder = climb.climb(&base, None).unwrap();
         assert_eq!(ladder.found.len(), 3, "{:?}", ladder.found);
         look(&climb, &base, &ladder);
     }
