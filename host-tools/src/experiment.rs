@@ -8,7 +8,7 @@ use greyrig::motor::{Constraints, FluxLaw, Motor, ParameterError, Snapshot, Stat
 use greyrig::scalar::Scalar;
 
 use crate::averaging;
-use crate::between::{self, Between};
+use crate::between::{self, Between, Course};
 use crate::counts::Window;
 use crate::edges::{self, Edge};
 use crate::error::{Error, Place, Result};
@@ -450,6 +450,27 @@ impl Experiment {
             self.edges.clear();
         }
         self
+    }
+
+    /// Takes the voltage at each sample for what its known course between samples makes of it, at a rate at which that
+    /// is half an interval of delay or lead: the mean over the two half intervals around the sample,
+    ///
+    /// ```text
+    /// held      (u(n − 1) + u(n))/2
+    /// mean      (u(n) + u(n + 1))/2
+    /// ```
+    /// which of a tone differs from the course itself by (ω h)²/12 in size and by nothing in phase.
+    pub fn take_voltage_as(&mut self, course: Course) {
+        let u = &self.input;
+        let last = u.len() - 1;
+        let beside = |n: usize| match course {
+            Course::Held => n.saturating_sub(1),
+            Course::Mean => (n + 1).min(last),
+            Course::Smooth | Course::Linear | Course::Edges => n,
+        };
+        if self.drive == Drive::Voltage {
+            self.input = (0..u.len()).map(|n| 0.5 * (u[n] + u[beside(n)])).collect();
+        }
     }
 
     /// The same without what the measured current tells of single edges of the voltage: as a voltage alone would drive

@@ -123,9 +123,12 @@ pub enum Purpose {
 }
 
 /// Masks wild samples, as the findings `overrange` and `outliers` say: they do not count, and the line between their
-/// neighbours takes their place.
+/// neighbours takes their place. Nor do those count at which a channel has reached the end of its one side.
 pub fn mask(recordings: &mut [Recording], purpose: Purpose) {
-    recordings.iter_mut().for_each(|r| spikes::mask(r, purpose == Purpose::Fit));
+    for recording in recordings {
+        spikes::mask(recording, purpose == Purpose::Fit);
+        range::mask(recording);
+    }
 }
 
 /// The first step of every answer: questions recordings as [`check`] does, then masks what is wild. For a fit the hum

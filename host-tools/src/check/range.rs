@@ -1,8 +1,8 @@
 //! Rails: a channel at the end of its range, and one that rests at zero because it has one side.
 
 use super::signals::{self, Signals, short};
-use crate::recording::clipping;
 use crate::recording::finding::{Code, DataFinding, Handled, Severity};
+use crate::recording::{Channel, Recording, clipping};
 
 /// Share of the samples on a rail of rest at which the voltage drives to the other side, from which on the quantity
 /// must have gone there.
@@ -35,21 +35,31 @@ pub fn look(s: &Signals<'_>, found: &mut Vec<DataFinding>) {
             );
         }
         let Some(rest) = clipping::one_sided(channel, values) else { continue };
-        let (severity, text) = if driven_beyond(s, values, &at, rest) {
-            (Severity::Warning, "while the voltage drives it to the other side: what happens there is not recorded")
+        let (code, severity, handled, text) = if driven_beyond(s, values, &at, rest) {
+            let text = "while the voltage drives it to the other side: what happens there is not recorded";
+            (Code::Clipped, Severity::Warning, Handled::Masked, text)
         } else {
-            (Severity::Info, "at rest: it shows nothing of the other side")
+            (Code::OneSided, Severity::Info, Handled::None, "at rest: it shows nothing of the other side")
         };
-        found.push(
-            s.finding(
-                if severity == Severity::Info { Code::OneSided } else { Code::Clipped },
-                severity,
-                format!("{} never goes beyond {} {unit}, {text}", signals::name(channel), short(rest)),
-            )
-            .on(channel)
-            .value(rest, unit),
-        );
+        let text = format!("{} never goes beyond {} {unit}, {text}", signals::name(channel), short(rest));
+        found.push(s.finding(code, severity, text).on(channel).value(rest, unit).handled(handled));
     }
+}
+
+/// Lets samples count no more at which a channel rests at zero because it has one side, where the voltage drives the
+/// quantity to the other one.
+pub fn mask(recording: &mut Recording) {
+    let samples: Vec<usize> = {
+        let s = Signals::new(recording);
+        let beyond = |(channel, all): (Channel, &[f64])| {
+            let at = s.measured(channel);
+            let values: Vec<f64> = at.iter().map(|n| all[*n]).collect();
+            let rest = clipping::one_sided(channel, &values).filter(|rest| driven_beyond(&s, &values, &at, *rest));
+            at.into_iter().filter(move |n| rest == Some(all[*n])).collect::<Vec<_>>()
+        };
+        s.channels().flat_map(beyond).collect()
+    };
+    recording.exclude(samples);
 }
 
 /// Whether the voltage is against the side that the channel shows for a good part of the time that it rests.

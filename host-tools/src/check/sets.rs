@@ -53,6 +53,8 @@ pub fn duplicates(recordings: &[Recording]) -> Vec<DataFinding> {
 
 /// Factor between the constants of two motors of one type: windings scatter by a few per cent, warm by 40 %.
 const SAME_MOTOR: f64 = 1.6;
+/// Factor from which on no model is of both: neither heat nor another winding of the type makes it.
+const NO_MODEL_OF_BOTH: f64 = 3.0;
 
 /// Recordings whose motors have constants further apart than motors of one type. `kind`: what motor they are of, if
 /// that is known.
@@ -66,12 +68,15 @@ pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Option<Kind>) -> Vec<D
         let ratio = (value / reference).abs().ln();
         let scatter = error.hypot(its_error);
         if ratio.abs() > SAME_MOTOR.ln() && ratio.abs() > T_SIGN * scatter {
+            let stops = ratio.abs() > NO_MODEL_OF_BOTH.ln();
+            let (severity, handled) =
+                if stops { (Severity::Stop, Handled::Refused) } else { (Severity::Warning, Handled::None) };
             found.push(
                 all[k]
                     .0
                     .finding(
                         Code::DifferentMotors,
-                        Severity::Warning,
+                        severity,
                         format!(
                             "its back-EMF constant is {} times that of {}: {}",
                             short(ratio.exp()),
@@ -82,7 +87,8 @@ pub fn different(all: &[(&Signals<'_>, &Evidence)], kind: Option<Kind>) -> Vec<D
                             }
                         ),
                     )
-                    .value(ratio.exp(), ""),
+                    .value(ratio.exp(), "")
+                    .handled(handled),
             );
         }
     }

@@ -43,6 +43,8 @@ const DRAWS: usize = 500;
 /// Chance that a named effect stands for physics that the catalogue does not hold: one rig in three has some (a debt:
 /// nobody has counted), and 5 % of the effects that were withheld got another name or none (`withheld-ac`).
 const OUTSIDE: f64 = 0.015;
+/// Odds below which more digits mean nothing.
+const LEAST: f64 = 1e-3;
 /// Weight below which the balances speak against an effect.
 const AGAINST: f64 = 0.5;
 
@@ -104,6 +106,7 @@ pub fn in_words(chance: f64) -> String {
     match chance / (1.0 - chance) {
         odds if odds >= 1.5 => format!("{} to 1", rounded(odds)),
         odds if odds > 1.0 / 1.5 => "even".to_owned(),
+        odds if odds < LEAST => format!("less than 1 to {}", rounded(1.0 / LEAST)),
         odds => format!("1 to {}", rounded(1.0 / odds)),
     }
 }
@@ -239,8 +242,8 @@ mod tests {
 
     #[test]
     fn a_chance_is_told_as_odds() {
-        let told = [0.985, 0.8, 0.55, 0.25, 0.01].map(in_words);
-        assert_eq!(told, ["66 to 1", "4 to 1", "even", "1 to 3", "1 to 99"]);
+        let told = [0.985, 0.8, 0.55, 0.25, 0.01, 0.0].map(in_words);
+        assert_eq!(told, ["66 to 1", "4 to 1", "even", "1 to 3", "1 to 99", "less than 1 to 1000"]);
     }
 
     /// −e p ln p of p = 0.01 is 0.125: a p-value of a hundredth is odds of 8 at most (Sellke et al., table 1).

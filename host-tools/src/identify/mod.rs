@@ -120,6 +120,10 @@ fn identified(
     let mut identification = outcome.into_identification(recordings, settings, filter, flux, notes);
     identification.model.chain = Chain::common(experiments.iter().map(|e| e.sensor));
     identification.model.fitted = remembered(&identification.model, &experiments, uncertainty);
+    // Of a known course nothing is left to see at a rate at which it is a delay.
+    if let (Some(fitted), Some(course)) = (&mut identification.model.fitted, settings.course) {
+        fitted.input = Some(course);
+    }
     Ok(identification)
 }
 

@@ -59,7 +59,7 @@ pub fn is_slow(experiments: &[Experiment]) -> bool {
 }
 
 /// Finds start values and the course of the voltage in each recording, if it is not known already; tells whether L is
-/// out of reach. Nothing changes where no recording is sampled slowly. `beside` is a whole motor that an earlier fit has
+/// out of reach. Where none is sampled slowly, nothing changes but the voltage, if the user knows its course. `beside` is a whole motor that an earlier fit has
 /// ended with, effects and all: from it these fits start, in place of a bare one.
 ///
 /// # Errors
@@ -72,6 +72,9 @@ pub fn prepare(
     ctx: &Context,
 ) -> Result<Option<Weakness>> {
     if !is_slow(experiments) {
+        if let Some(course) = course {
+            experiments.iter_mut().for_each(|e| e.take_voltage_as(course));
+        }
         return Ok(None);
     }
     let mut bare = beside.cloned().unwrap_or_else(|| space.bare());
