@@ -72,6 +72,17 @@ impl Bench {
         limits: Limits,
         ctx: &Context,
     ) -> Result<Self> {
+        let in_question: Vec<EffectId> = pairs.iter().flatten().map(|d| d.id).collect();
+        let mut bench = Self::without(model, &in_question, seconds, limits)?;
+        bench.size(model, pairs, seconds, ctx)?;
+        Ok(bench)
+    }
+
+    /// Prepares a model that lacks what is in question, with no effects at their sizes.
+    ///
+    /// # Errors
+    /// A model without a parameter that it takes.
+    pub fn without(model: &Model, in_question: &[EffectId], seconds: f64, limits: Limits) -> Result<Self> {
         let missing = BaseParameter::POSITIVE.into_iter().filter(|p| model.base_parameter(*p).is_none());
         let missing: Vec<&str> = missing.map(BaseParameter::name).collect();
         if !missing.is_empty() {
@@ -93,15 +104,12 @@ impl Bench {
         };
         take(&mut space, model, &scales);
         // A rival that the model has already is in question: it is no part of the base.
-        for d in pairs.iter().flatten() {
-            space = space.without_effect(d.id);
+        for id in in_question {
+            space = space.without_effect(*id);
         }
         let nominal = crate::rig::Motor::nominal(model.kind);
         let noise = ChainSetup::for_motor(&nominal, false).channels.map(|c| FILTERED * c.noise);
-        let mut bench =
-            Self { space, kind: model.kind, limits, filter: model.filter, noise, scales, effects: Vec::new() };
-        bench.size(model, pairs, seconds, ctx)?;
-        Ok(bench)
+        Ok(Self { space, kind: model.kind, limits, filter: model.filter, noise, scales, effects: Vec::new() })
     }
 
     /// Gives each effect the size at which it changes the current of the usual staircase by 1 %.
@@ -205,7 +213,10 @@ impl Bench {
     }
 
     /// The voltage of a profile, scaled down until the limits are kept.
-    fn waveform(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Drawn>> {
+    ///
+    /// # Errors
+    /// A model that cannot be run, an interrupt.
+    pub fn waveform(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Drawn>> {
         let refused = |e: greyrig::motor::ParameterError| {
             Error::usage(format!("the model cannot be run: {e}"), "check its parameters")
         };

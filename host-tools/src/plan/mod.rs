@@ -140,6 +140,25 @@ fn planned(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx
     Ok(Plan { limits, contests, best })
 }
 
+/// The voltage of a recording that a plan proposes, V, at each sample of the rig's rate: what it was when it was weighed.
+/// `in_question` are the rivals of that plan.
+///
+/// # Errors
+/// A profile that there is not, or that does not keep the limits; a model that cannot be run; an interrupt.
+pub fn voltage(
+    model: &Model,
+    in_question: &[EffectId],
+    (profile, seconds): (&str, f64),
+    limits: Limits,
+    ctx: &Context,
+) -> Result<Vec<f64>> {
+    let bench = Bench::without(model, in_question, seconds, limits)?;
+    let drawn = bench.waveform(Profile::find(profile)?, seconds, ctx)?;
+    drawn.map(|drawn| drawn.voltage).ok_or_else(|| {
+        Error::usage(format!("{profile} does not stay within the limits"), "take another recording of the plan")
+    })
+}
+
 /// One or two pieces, and what they stand for.
 struct Set<'a> {
     pieces: Vec<&'a Piece>,
