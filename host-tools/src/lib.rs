@@ -42,6 +42,7 @@ pub mod report;
 pub mod rig;
 pub mod segments;
 pub mod serve;
+pub mod spectra;
 pub mod speed_sensor;
 pub mod spelling;
 #[cfg(feature = "parquet")]
