@@ -62,6 +62,8 @@ impl Made {
             accepted: self.accepted,
             basis,
             diagnosis: None,
+            plan: None,
+            challenge: None,
         };
         Version { told, model: Arc::new(self.model) }
     }

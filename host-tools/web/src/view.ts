@@ -11,6 +11,12 @@ export const beside = signal<number | "parent">("parent");
 /** The candidate under the pointer. */
 export const hovered = signal<string | null>(null);
 export const cursors = signal<{ a: number | null; b: number | null }>({ a: null, b: null });
+/** What the screen is for; the rooms beside the model's. */
+export const ROOMS = ["model", "plan", "challenge", "judge"] as const;
+export type Room = (typeof ROOMS)[number];
+export const room = signal<Room>("model");
+/** Effects that a plan is to tell apart. */
+export const rivals = signal<string[]>([]);
 /** Whether the panes show the signals themselves or their RMS over each mains period. */
 export const mode = signal<"raw" | "rms">("raw");
 export const quantity = signal<"current" | "speed">("current");
