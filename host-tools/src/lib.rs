@@ -35,6 +35,7 @@ pub mod noise;
 pub mod numbers;
 pub mod output;
 pub mod plan;
+pub mod planes;
 pub mod prediction;
 pub mod recording;
 pub mod repeats;

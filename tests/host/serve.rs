@@ -878,3 +878,83 @@ fn what_is_stopped_ends_within_half_a_second() {
         }
     }
 }
+
+/// axe-core, that looks for what keeps people out: of the page's own tools, which are fetched where they are not there.
+fn axe() -> String {
+    let web = Path::new(env!("CARGO_MANIFEST_DIR")).join("web");
+    let file = web.join("node_modules/axe-core/axe.min.js");
+    if !file.exists() {
+        let done = Command::new("npm").arg("ci").current_dir(&web).output().expect("npm runs; install the package npm");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+    std::fs::read_to_string(file).expect("axe-core")
+}
+
+/// Fails on what keeps people out.
+async fn assert_open_to_all(browser: &Browser, place: &str) {
+    let look = "return axe.run(document, { resultTypes: ['violations'] }).then(found => found.violations\
+        .filter(v => ['serious', 'critical'].includes(v.impact)).map(v => [v.id, ...v.nodes.slice(0, 3).map(n => n.html)]))";
+    assert_eq!(browser.run(look).await, json!([]), "{place}");
+}
+
+#[tokio::test]
+async fn nothing_serious_keeps_people_out_and_each_mode_draws() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    browser.click("#diagnose").await;
+    wait_for(&browser, "return document.querySelector('#odds') !== null").await;
+    wait_for(&browser, DRAWN).await;
+    browser.run(&format!("{}; return typeof axe", axe())).await;
+    let dark = |dark: bool| {
+        let scheme = if dark { "dark" } else { "light" };
+        json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] })
+    };
+    for is_dark in [false, true] {
+        browser.devtools("Emulation.setEmulatedMedia", dark(is_dark)).await;
+        for room in ["model", "plan", "challenge", "judge"] {
+            browser.click(&format!("#tab-{room}")).await;
+            assert_open_to_all(&browser, &format!("{room}, dark: {is_dark}")).await;
+        }
+        browser.click("#tab-model").await;
+        for (mode, charts, shape) in
+            [("spectrum", 5, "path"), ("order", 5, "path"), ("correlation", 4, "circle"), ("plane", 3, ".dots")]
+        {
+            browser.click(&format!("#{mode}")).await;
+            let all = format!(
+                "const all = [...document.querySelectorAll('.analyses .chart')]; \
+                 return all.length === {charts} && all.every(c => c.querySelector('svg {shape}'))"
+            );
+            wait_for(&browser, &all).await;
+            assert_open_to_all(&browser, &format!("{mode}, dark: {is_dark}")).await;
+            let sight = "return document.documentElement.scrollHeight <= innerHeight \
+                && [...document.querySelectorAll('.analyses .chart svg')].every(c => c.getBoundingClientRect().height > 30)";
+            assert_eq!(browser.run(sight).await, true, "{mode} fits");
+            browser.screenshot(&format!("serve-{mode}-{}.png", if is_dark { "dark" } else { "light" })).await;
+        }
+        browser.click("#panes .roles button").await;
+    }
+    // The mains stand out of the current where they are: 50 Hz, of the staircase and the ramp.
+    browser.click("#spectrum").await;
+    browser.click("[data-chart=i_a] .saves button:last-child").await;
+    let (_, table) = browser.download("csv").await;
+    let table = String::from_utf8(table).expect("UTF-8");
+    let rows = table
+        .lines()
+        .skip(1)
+        .map(|line| -> Vec<f64> { line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect() });
+    let peak = rows.max_by(|a, b| a[1].total_cmp(&b[1])).expect("rows");
+    // To a line of the spectrum of 6 s, of some 1.2 Hz.
+    assert!((peak[0] - 50.0).abs() < 2.0, "{} Hz", peak[0]);
+    // By the keyboard alone, from tab to tab.
+    browser.run("document.querySelector('#tab-model').focus(); return true").await;
+    browser.key('\u{e014}').await;
+    assert_eq!(browser.run("return document.activeElement.id").await, "tab-plan");
+    assert_eq!(browser.run("return document.querySelector('#plan') !== null").await, true);
+    browser.assert_no_complaint().await;
+    browser.close().await;
+}

@@ -551,6 +551,28 @@ told! {
         pub input: Option<Correlation>,
     }
 
+    /// A path in a plane.
+    struct Locus {
+        /// `measured` or `model`.
+        pub name: String,
+        /// Across.
+        pub x: Vec<f64>,
+        /// Up.
+        pub y: Vec<f64>,
+    }
+
+    /// A plane in which a motor's laws are drawn.
+    struct LawPlane {
+        /// What it is, in words.
+        pub name: String,
+        /// Unit across.
+        pub x_unit: String,
+        /// Unit up.
+        pub y_unit: String,
+        /// Measured, and of the model.
+        pub loci: Vec<Locus>,
+    }
+
     /// What a change has made.
     struct Changed {
         /// The revision after it.

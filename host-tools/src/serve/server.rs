@@ -90,6 +90,7 @@ fn router(session: Session, port: u16) -> Router {
         .route("/signal/{recording}/{channel}", get(signal))
         .route("/spectrum/{recording}/{channel}", get(spectrum))
         .route("/correlations/{recording}/{channel}", get(correlations))
+        .route("/planes/{recording}", get(planes))
         .route("/map/{version}/{plane}/{signal}", get(map))
         .route("/instants/{version}/{plane}/{recording}", get(instants))
         .route("/cells/{version}/{plane}/{recording}", get(cells))
@@ -474,6 +475,11 @@ async fn spectrum(
         session.spectrum(recording, channel(&column)?, curve, of, over, times(&query)?)
     })
     .await
+}
+
+/// `from`, `to`, `version`.
+async fn planes(State(session): State<Session>, Path(recording): Path<u32>, query: Named) -> Response {
+    as_json(move || session.planes(recording, number(&query, "version")?, times(&query)?)).await
 }
 
 /// `from`, `to`, `version`.

@@ -834,6 +834,38 @@ own: Correlation,
  */
 input: Correlation | null, };
 
+export type Locus = { 
+/**
+ * `measured` or `model`.
+ */
+name: string, 
+/**
+ * Across.
+ */
+x: Array<number>, 
+/**
+ * Up.
+ */
+y: Array<number>, };
+
+export type LawPlane = { 
+/**
+ * What it is, in words.
+ */
+name: string, 
+/**
+ * Unit across.
+ */
+x_unit: string, 
+/**
+ * Unit up.
+ */
+y_unit: string, 
+/**
+ * Measured, and of the model.
+ */
+loci: Array<Locus>, };
+
 export type Changed = { 
 /**
  * The revision after it.

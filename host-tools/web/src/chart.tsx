@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { columns, save, saveDrawing } from "./exports";
 import { rounded } from "./format";
-import { decades, extent, nearest, path, scale, ticks } from "./plotting";
+import { decades, dots, extent, nearest, path, scale, ticks } from "./plotting";
 
 export interface ChartLine {
   name: string; colour: string; xs: ArrayLike<number>; ys: ArrayLike<number | null>;
@@ -29,13 +29,15 @@ export function Chart({ name, label, x, y, lines, band, spans = [], logX = false
   }, []);
   const below = bottom ? 20 : 4;
   const first = lines[0];
-  const [x0, x1] = rangeX ?? extent(lines.map((l) => l.xs), logX).map((v, k) => (logX ? v : v + (k ? -1 : 1) * 0)) as [number, number];
+  const [x0, x1] = rangeX ?? extent(lines.map((l) => l.xs), logX);
   const limits = band ? [[band.low ?? (logY ? band.high : 0), band.high]] : [];
   const [y0, y1] = rangeY ?? extent([...lines.map((l) => l.ys), ...limits], logY);
   const X = scale(x0, x1, LEFT, width - RIGHT, logX), Y = scale(y0, y1, height - below, TOP, logY);
   const xTicks = logX ? decades(x0, x1, width / 60) : ticks(x0, x1, width / 90), yTicks = logY ? decades(y0, y1, height / 26) : ticks(y0, y1, Math.max(1, height / 34));
   const clamp = (v: number) => Y(Math.min(y1, Math.max(y0, v)));
-  const told = first && at >= 0 && at < first.xs.length
+  // What has no order along the axis cannot be read along it.
+  const readable = first && first.as !== "dots" ? first : lines.length && lines[0]!.xs.length < 200 ? first : undefined;
+  const told = readable && first && at >= 0 && at < first.xs.length
     ? `${rounded(first.xs[at], 5)} ${x}: ${lines.map((l) => [l, l.ys[nearest(l.xs, first.xs[at]!)]] as const).filter(([, v]) => v != null).map(([l, v]) => `${l.name} ${rounded(v, 4)}`).join(", ")} ${y}` : "";
   const point = (event: MouseEvent) => {
     if (!first || !svg.current) return;
@@ -70,11 +72,11 @@ export function Chart({ name, label, x, y, lines, band, spans = [], logX = false
           {bottom ? <text class="axis" x={width - RIGHT} y={height - 6} text-anchor="end">{x}</text> : null}
           {band ? <g class="limit">{band.low != null ? <line x1={LEFT} x2={width - RIGHT} y1={clamp(band.low)} y2={clamp(band.low)} /> : null}<line x1={LEFT} x2={width - RIGHT} y1={clamp(band.high)} y2={clamp(band.high)} /></g> : null}
           {lines.map((l) => (l.as === "dots"
-            ? <g style={{ fill: `var(${l.colour})` }}>{Array.from(l.xs, (v, k) => { const w = l.ys[k]; return w == null || v < x0 || v > x1 || w < y0 || w > y1 ? null : <circle cx={X(v)} cy={Y(w)} r={l.width ?? 1.2} />; })}</g>
+            ? <path class="dots" d={dots(l.xs, l.ys, X, Y)} style={{ fill: "none", stroke: `var(${l.colour})`, strokeWidth: l.width ?? 2, strokeLinecap: "round" }} />
             : l.as === "stems"
               ? <g style={{ stroke: `var(${l.colour})`, fill: `var(${l.colour})` }}>{Array.from(l.xs, (v, k) => <g><line x1={X(v)} x2={X(v)} y1={clamp(0)} y2={clamp(l.ys[k] ?? 0)} /><circle cx={X(v)} cy={clamp(l.ys[k] ?? 0)} r={2} stroke="none" /></g>)}</g>
               : <path d={path(l.xs, l.ys, X, Y)} style={{ fill: "none", stroke: `var(${l.colour})`, strokeWidth: l.width ?? 1.2, ...(l.dash ? { strokeDasharray: l.dash } : {}) }} />))}
-          {first && at >= 0 && at < first.xs.length ? <line class="reading" x1={X(first.xs[at]!)} x2={X(first.xs[at]!)} y1={TOP} y2={height - below} /> : null}
+          {readable && first && at >= 0 && at < first.xs.length ? <line class="reading" x1={X(first.xs[at]!)} x2={X(first.xs[at]!)} y1={TOP} y2={height - below} /> : null}
         </svg>
       </div>
     </figure>

@@ -72,7 +72,7 @@ export function columns(x: string, lines: { name: string; xs: ArrayLike<number>;
 }
 
 /** What a style sheet says of a drawing, which is not there where it goes. */
-const STYLES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "opacity", "font-size", "font-family", "font-weight", "text-anchor"];
+const STYLES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "opacity", "font-size", "font-family", "font-weight", "text-anchor"];
 
 /** A drawing that stands by itself. */
 export function drawing(svg: SVGSVGElement): string {

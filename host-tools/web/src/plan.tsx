@@ -72,7 +72,7 @@ export function PlanRoom() {
     <section class="room" id="plan" aria-labelledby="plan-title">
       <form class="wishes" onSubmit={(event) => { event.preventDefault(); void plan(kept); }}>
         <h2 id="plan-title">Which recording would tell?</h2>
-        <label>Rivals <input list="catalogue" value={rivals.value.join(", ")} placeholder="the pairs that are known to be confused" size={34}
+        <label>Rivals <input list="catalogue" value={rivals.value.join(", ")} placeholder="the pairs that are known to be confused" size={24}
           onChange={(event) => { rivals.value = event.currentTarget.value.split(/[\s,]+/).filter(Boolean); }} /></label>
         <datalist id="catalogue">{now?.catalogue.map((e) => <option value={e} />)}</datalist>
         {named && named.join() !== rivals.value.join() ? <button type="button" class="small" onClick={() => { rivals.value = named; }}>{named.join(" or ")}</button> : null}

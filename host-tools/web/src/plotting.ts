@@ -12,6 +12,10 @@ export function ticks(low: number, high: number, count: number): number[] {
 /** Powers of ten between two numbers, not more than `count`. */
 export function decades(low: number, high: number, count: number): number[] {
   const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
+  if (last - first < 2) {
+    const fine = Array.from({ length: last - first + 3 }, (_, k) => [1, 2, 5].map((m) => Number((m * 10 ** (first - 1 + k)).toPrecision(6)))).flat();
+    return fine.filter((x) => x >= low * 0.999 && x <= high * 1.001);
+  }
   const each = Math.max(1, Math.ceil((last - first + 1) / Math.max(1, count)));
   return Array.from({ length: Math.max(0, Math.floor((last - first) / each) + 1) }, (_, k) => 10 ** (first + k * each));
 }
@@ -73,4 +77,15 @@ export function nearest(xs: ArrayLike<number>, value: number): number {
     if (xs[middle]! < value) low = middle; else high = middle;
   }
   return Math.abs((xs[high] ?? Infinity) - value) < Math.abs((xs[low] ?? Infinity) - value) ? high : low;
+}
+
+/** A dot for each point within the plot. */
+export function dots(xs: ArrayLike<number>, ys: ArrayLike<number | null>, x: Scale, y: Scale): string {
+  let out = "";
+  for (let k = 0; k < xs.length; k++) {
+    const [at, value] = [xs[k]!, ys[k]];
+    if (value == null || !(at >= x.low && at <= x.high && value >= y.low && value <= y.high)) continue;
+    out += `M${rounded(x(at))} ${rounded(y(value))}h.01`;
+  }
+  return out;
 }

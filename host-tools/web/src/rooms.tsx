@@ -27,7 +27,7 @@ export function Rooms() {
   };
   return (
     <div id="rooms" role="tablist" aria-label="Rooms" onKeyDown={keys}>
-      {ROOMS.map((name) => <button role="tab" id={`tab-${name}`} aria-selected={room.value === name} aria-controls="room" tabIndex={room.value === name ? 0 : -1} title={WORDS[name][1]} onClick={() => go(name)}>{WORDS[name][0]}</button>)}
+      {ROOMS.map((name) => <button role="tab" id={`tab-${name}`} aria-selected={room.value === name} aria-controls={room.value === name ? (name === "model" ? "centre" : "room") : undefined} tabIndex={room.value === name ? 0 : -1} title={WORDS[name][1]} onClick={() => go(name)}>{WORDS[name][0]}</button>)}
     </div>
   );
 }

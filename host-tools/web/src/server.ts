@@ -1,6 +1,6 @@
 // What is asked of the server.
 import { batch, signal } from "@preact/signals";
-import type { Changed, Correlations, Judged, Map, Spectrum, State, Tick } from "./api";
+import type { Changed, Correlations, Judged, LawPlane, Map, Spectrum, State, Tick } from "./api";
 
 export const state = signal<State | null>(null);
 /** What went wrong last with a wish of this page. */
@@ -132,6 +132,8 @@ export const spectrum = (wanted: Wanted, over: "frequency" | "order", [from, to]
   const { recording, channel, of, version, candidate } = wanted;
   return got<Spectrum>(`spectrum/${recording}/${channel}?${query({ of, over, from, to, ...(version == null ? {} : { version }), ...(candidate == null ? {} : { candidate }) })}`);
 };
+export const lawPlanes = (recording: number, version: number, [from, to]: [number, number]) =>
+  got<LawPlane[]>(`planes/${recording}?${query({ version, from, to })}`);
 export const correlations = (recording: number, channel: string, version: number, [from, to]: [number, number]) =>
   got<Correlations>(`correlations/${recording}/${channel}?${query({ version, from, to })}`);
 

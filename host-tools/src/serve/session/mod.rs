@@ -4,6 +4,7 @@
 mod ahead;
 mod changes;
 mod judging;
+mod planes;
 mod proposals;
 mod signals;
 mod spectra;
