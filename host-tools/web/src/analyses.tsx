@@ -32,9 +32,10 @@ function SpectrumView({ pane, last }: { pane: Pane; last: boolean }) {
     .map((line) => { const { rms: _, ...wanted } = line.wanted; return { ...line, wanted }; });
   const key = JSON.stringify([over, time, all.map((l) => l.wanted), state.value?.basis]);
   const { answer, wrong } = useAnswer(key, () => Promise.all(all.map((line) => spectrum(line.wanted, over, time).then((s) => spectral(s, line)))));
-  const unit = over === "order" ? "order" : "Hz";
+  const unit = over === "order" ? "order" : "Hz", of = pane.unit.includes("/") ? `(${pane.unit})` : pane.unit;
+  const first = answer?.[0]?.xs;
   if (wrong) return <p class="muted">{pane.label}: {wrong}</p>;
-  return <Chart name={pane.key} file={`${pane.key}_by_${over}`} label={pane.label} x={unit} y={over === "order" ? `${pane.unit}/√order` : `${pane.unit}/√Hz`} logX logY lines={answer ?? []} bottom={last} />;
+  return <Chart name={pane.key} file={`${pane.key}_by_${over}`} label={pane.label} x={unit} y={`${of}/√${unit}`} logX logY rangeX={first?.length ? [first[0]!, first[first.length - 1]!] : undefined} lines={answer ?? []} bottom={last} />;
 }
 
 const lagged = (c: Correlation): number[] => c.values.map((_, k) => 1000 * (c.first_s + k * c.step_s));

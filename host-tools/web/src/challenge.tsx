@@ -33,7 +33,7 @@ export function ChallengeRoom() {
         {c.basis !== now?.basis ? <p class="note warning">The recordings have changed since; ask again.</p> : null}
         {c.found.length ? <p class="note warning">Diagnosis finds {c.found.join(" and ")} without any challenge; the challenged model has it. <button class="small" disabled={busy} onClick={() => add(c.found)}>Add it</button></p> : null}
         {c.unexplained ? <p class="note warning">Structure is left that no effect explains, which hides small effects.</p> : null}
-        {c.effects.length ? <table id="challenged"><thead><tr><th scope="col">Effect</th><th scope="col">Revealed</th><th scope="col">Error that it adds there: current</th><th scope="col">speed</th><th scope="col">Smaller ones</th><th /></tr></thead>
+        {c.effects.length ? <table id="challenged"><thead><tr><th scope="col">Effect</th><th scope="col">Revealed</th><th scope="col">Error that it adds there: current</th><th scope="col">speed</th><th scope="col">Smaller ones</th><td /></tr></thead>
           <tbody>{c.effects.map((e) => <tr data-effect={e.effect} class={e.revealed_from == null ? "unknown" : ""}><th scope="row" title={e.effect}>{e.name}</th><td><b>{revealed(e)}</b></td><td>{percent(e.esr.current)}</td><td>{percent(e.esr.speed)}</td>
             <td>{e.mistaken_for ? `taken for ${e.mistaken_for}` : e.objection ?? ""}</td>
             <td>{e.mistaken_for || e.revealed_from == null ? <button class="small bare" title="The recording that would tell" onClick={() => tellApart(e.mistaken_for ? [e.effect, e.mistaken_for] : [e.effect])}>Plan…</button> : null}</td></tr>)}</tbody></table> : null}

@@ -53,9 +53,9 @@ export function Chart({ name, label, x, y, lines, band, spans = [], logX = false
   };
   return (
     <figure class="chart" data-chart={name}>
-      <figcaption><b>{label}</b> <span class="muted">{y}</span>
+      <figcaption><span class="caption"><b>{label}</b> <span class="muted">{y}</span>
         {lines.length > 1 ? lines.map((l) => <span class="key" key={l.name}><i style={{ borderTopColor: `var(${l.colour})`, borderTopStyle: l.dash ? "dashed" : "solid" }} />{l.name}</span>) : null}
-        <output>{told}</output><span class="grow" />
+        <output>{told}</output></span>
         <span class="saves">
           <button class="small bare" title={`Save “${label}” as SVG`} onClick={() => svg.current && saveDrawing(svg.current, `${file}.svg`)}>SVG</button>
           <button class="small bare" title={`Save “${label}” as PNG`} onClick={() => svg.current && saveDrawing(svg.current, `${file}.png`)}>PNG</button>
@@ -68,7 +68,7 @@ export function Chart({ name, label, x, y, lines, band, spans = [], logX = false
           {band ? <rect class="band" x={LEFT} width={Math.max(0, width - LEFT - RIGHT)} y={clamp(band.high)} height={Math.max(0, clamp(band.low ?? y0) - clamp(band.high))} /> : null}
           {spans.map((s) => <rect class="alarm" x={X(Math.max(x0, s.from))} width={Math.max(2, X(Math.min(x1, s.to)) - X(Math.max(x0, s.from)))} y={TOP} height={Math.max(0, height - below - TOP)}><title>{s.title}</title></rect>)}
           {yTicks.map((v) => <g><line class="grid" x1={LEFT} x2={width - RIGHT} y1={Y(v)} y2={Y(v)} /><text x={LEFT - 4} y={Y(v) + 3} text-anchor="end">{number(v)}</text></g>)}
-          {xTicks.map((v) => <g><line class="grid" y1={TOP} y2={height - below} x1={X(v)} x2={X(v)} />{bottom ? <text x={X(v)} y={height - 6} text-anchor="middle">{number(v)}</text> : null}</g>)}
+          {xTicks.map((v) => <g><line class="grid" y1={TOP} y2={height - below} x1={X(v)} x2={X(v)} />{bottom && X(v) < width - RIGHT - 10 - 7 * x.length ? <text x={X(v)} y={height - 6} text-anchor="middle">{number(v)}</text> : null}</g>)}
           {bottom ? <text class="axis" x={width - RIGHT} y={height - 6} text-anchor="end">{x}</text> : null}
           {band ? <g class="limit">{band.low != null ? <line x1={LEFT} x2={width - RIGHT} y1={clamp(band.low)} y2={clamp(band.low)} /> : null}<line x1={LEFT} x2={width - RIGHT} y1={clamp(band.high)} y2={clamp(band.high)} /></g> : null}
           {lines.map((l) => (l.as === "dots"

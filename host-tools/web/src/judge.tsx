@@ -34,13 +34,13 @@ function Details({ t }: { t: Test }) {
   const times: [number, number] = [Math.min(...t.courses.flatMap((c) => c.t_s.slice(0, 1))), Math.max(...t.courses.flatMap((c) => c.t_s.slice(-1)))];
   const spans = t.alarms.map((a) => ({ from: a.from_s, to: a.to_s, title: `${a.cause}, ${rounded(a.ratio, 2)} times the limit` }));
   return <>
-    <div class="told">
+    <div class="told" tabIndex={0} role="region" aria-label="Verdict">
       <h3 data-verdict={t.verdict}><Mark verdict={t.verdict} /> {t.serial ? `Motor ${t.serial} (${t.name})` : t.name}: {t.verdict}, {t.periods[0]} of {t.periods[1]} periods judged</h3>
       {t.reasons.map((r) => <p class="note warning">{r}</p>)}
       {t.alarms.map((a) => <p class="note stop">From {rounded(a.from_s, 4)} to {rounded(a.to_s, 4)} s: {a.kind}, {a.cause} at {rounded(a.ratio, 3)} times the limit{a.suspect ? `; ${a.suspect}` : ""}</p>)}
-      {t.hypotheses.length ? <table id="hypotheses"><thead><tr><th scope="col">What may be wrong</th><th scope="col">Odds</th><th scope="col">Over the limit</th><th scope="col">Explains</th><th scope="col">On the bench</th></tr></thead>
-        <tbody>{t.hypotheses.slice(0, 8).map((h) => <tr class={h.as_likely ? "" : "unknown"}><th scope="row">{h.text}</th><td>{odds(h.odds)}</td><td>{h.ratio == null ? "–" : `${rounded(h.ratio, 3)} ×`}</td><td>{percent(h.explains)}</td><td>{h.look_at}</td></tr>)}</tbody></table> : null}
-      {t.places.length ? <><h3>Among healthy motors</h3><table id="places"><thead><tr><th scope="col">Figure</th><th scope="col">This motor</th><th scope="col">Band of healthy ones</th><th scope="col">Of the way to the limit</th></tr></thead><tbody>{t.places.map((p) => <PlaceView p={p} />)}</tbody></table></> : null}
+      {t.hypotheses.length ? <table id="hypotheses"><thead><tr><th scope="col">What may be wrong</th><th scope="col">Odds</th><th scope="col">Over the limit</th><th scope="col">Explains</th></tr></thead>
+        <tbody>{t.hypotheses.slice(0, 8).map((h) => <tr class={h.as_likely ? "" : "unknown"}><th scope="row">{h.text}{h.look_at ? <small>{h.look_at}</small> : null}</th><td>{odds(h.odds)}</td><td>{h.ratio == null ? "–" : `${rounded(h.ratio, 3)} ×`}</td><td>{percent(h.explains)}</td></tr>)}</tbody></table> : null}
+      {t.places.length ? <><h3>Among healthy motors</h3><table id="places"><thead><tr><th scope="col">Figure</th><th scope="col">This motor</th><th scope="col">Band of healthy ones</th><th scope="col">To the limit</th></tr></thead><tbody>{t.places.map((p) => <PlaceView p={p} />)}</tbody></table></> : null}
     </div>
     <div class="bands" aria-label="What is watched over the time of the test, and the band of healthy motors">
       {t.courses.map((c, k) => <Chart key={c.name} name={`course-${k}`} file={c.name.replaceAll(" ", "_")} label={c.name} x="s" y={c.unit} rangeX={times} spans={spans} bottom={k === t.courses.length - 1}
@@ -77,7 +77,7 @@ export function JudgeRoom() {
     <section class="room" id="judge" aria-labelledby="judge-title">
       <div class="wishes">
         <h2 id="judge-title">Pass or fail?</h2>
-        <span class="station">{station ? <><b>{station.name}</b> <span class="muted">{station.motors || station.runs} healthy {station.motors ? "motors" : "runs"}; limits hold {percent(station.holds[0])} of them, confidence {percent(station.holds[1])}{station.knows_lot ? "; knows the balances of its lot" : ""}</span></> : <span class="muted">No limits yet.</span>}</span>
+        <span class="station" title={station?.knows_lot ? "It knows the balances of its lot, and names faults by them" : ""}>{station ? <><b>{station.name}</b> <span class="muted">{station.motors || station.runs} healthy {station.motors ? "motors" : "runs"}; holds {percent(station.holds[0])} of them, confidence {percent(station.holds[1])}</span></> : <span class="muted">No limits yet.</span>}</span>
         <button class="small" disabled={busy} title="A model file with limits, from greyrig calibrate" onClick={() => input.current?.click()}>Open a station…</button>
         <input id="station-file" ref={input} type="file" accept=".toml" hidden aria-label="Station file" onChange={async (event) => { const target = event.currentTarget, file = target.files?.[0]; if (file) await openStation(file); target.value = ""; }} />
         <button class="small" id="calibrate" disabled={busy || !present.value || !ids.length} title={`Learn the limits of “${present.value?.label ?? ""}” from the ticked recordings, of healthy motors`} onClick={() => calibrate(ids)}>Learn from those ticked</button>
