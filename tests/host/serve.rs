@@ -815,6 +815,29 @@ async fn the_next_recording_is_drawn_before_it_is_made() {
     let reveals = said["effects"][0]["revealed_from"].is_number();
     assert_eq!(row.contains("from "), reveals, "{row}");
     browser.screenshot("serve-challenge.png").await;
+
+    browser.click("#tab-correction").await;
+    type_into(&browser, "#correction .wishes input", "3").await;
+    let command = browser.text("#command").await;
+    assert!(command.starts_with("greyrig train staircase.csv ramp.csv --model motor.greyrig/versions/"), "{command}");
+    browser.click("#train").await;
+    wait_for(
+        &browser,
+        "return document.querySelector('#learnt') !== null && document.querySelector('#job').textContent === ''",
+    )
+    .await;
+    // The command says the same of data held out.
+    let words: Vec<&str> = command.split(' ').skip(1).chain(["--json"]).collect();
+    let said: Value = serde_json::from_str(&printed(folder.path(), &words)).expect("JSON");
+    let accepted = said["accepted"].as_bool().expect("a verdict");
+    assert_eq!(browser.text("#learnt").await.starts_with("Accepted: "), accepted);
+    let after = 100.0 * said["held_out_after"]["current"].as_f64().expect("an error");
+    // To the digits that the page shows.
+    assert!((browser.number(&percent(1, "current")).await / after - 1.0).abs() < 0.01, "{after} %");
+    let drawn =
+        "return [document.querySelectorAll('.surface rect').length, document.querySelectorAll('.bands .chart').length]";
+    assert_eq!(browser.run(drawn).await, json!([3 * 40 * 40, 3]), "three pairs of inputs, three inputs");
+    browser.screenshot("serve-correction.png").await;
     browser.assert_no_complaint().await;
     browser.close().await;
 }
@@ -916,7 +939,7 @@ async fn nothing_serious_keeps_people_out_and_each_mode_draws() {
     };
     for is_dark in [false, true] {
         browser.devtools("Emulation.setEmulatedMedia", dark(is_dark)).await;
-        for room in ["model", "plan", "challenge", "judge"] {
+        for room in ["model", "plan", "challenge", "correction", "judge"] {
             browser.click(&format!("#tab-{room}")).await;
             assert_open_to_all(&browser, &format!("{room}, dark: {is_dark}")).await;
         }

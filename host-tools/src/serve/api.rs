@@ -258,6 +258,46 @@ told! {
         pub command: String,
     }
 
+    /// Curves over one axis.
+    struct Lines {
+        /// Name and unit of the axis.
+        pub x: String,
+        /// Name and unit of the values.
+        pub y: String,
+        /// Each a path.
+        pub curves: Vec<Locus>,
+    }
+
+    /// What a network answers over two of its inputs.
+    struct Surface {
+        /// Input across, and its range.
+        pub x: String,
+        /// Range across.
+        pub x_range: [f64; 2],
+        /// Input up.
+        pub y: String,
+        /// Range up.
+        pub y_range: [f64; 2],
+        /// Cells in a row.
+        pub columns: u32,
+        /// Row by row, from the lower left.
+        pub values: Vec<f64>,
+    }
+
+    /// What was learnt of what the physics leaves over.
+    struct Correction {
+        /// What it does, in a sentence.
+        pub text: String,
+        /// Whether the error falls on data held out.
+        pub accepted: bool,
+        /// Error over the epochs.
+        pub learning: Lines,
+        /// Membership functions of each input, before and after.
+        pub memberships: Vec<[Lines; 2]>,
+        /// Its response.
+        pub surfaces: Vec<Surface>,
+    }
+
     /// A version of the model.
     struct Version {
         /// Its number, which no other version ever gets.
@@ -288,6 +328,8 @@ told! {
         pub basis: String,
         /// The answer to what it lacks.
         pub diagnosis: Option<Diagnosis>,
+        /// Whether it has learnt a correction of what the physics leaves over.
+        pub corrected: Option<bool>,
         /// What recordings would tell rivals apart.
         pub plan: Option<Plan>,
         /// What these recordings would have shown.
@@ -553,7 +595,7 @@ told! {
 
     /// A path in a plane.
     struct Locus {
-        /// `measured` or `model`.
+        /// What it is of.
         pub name: String,
         /// Across.
         pub x: Vec<f64>,

@@ -30,6 +30,9 @@ pub enum Error {
     /// The version has no plan.
     #[error("there is no plan for version {0}; make one first")]
     NoPlan(u32),
+    /// The version has learnt nothing.
+    #[error("version {0} has learnt nothing here; train one")]
+    NothingLearnt(u32),
     /// There is no recording of this number.
     #[error("there is no recording {0}; reload the page")]
     NoRecordingAt(u32),
@@ -102,7 +105,8 @@ impl Error {
             | Self::NotYet(_)
             | Self::NoSignal
             | Self::NotJudged
-            | Self::NoPlan(_) => StatusCode::NOT_FOUND,
+            | Self::NoPlan(_)
+            | Self::NothingLearnt(_) => StatusCode::NOT_FOUND,
             Self::NoRevision => StatusCode::PRECONDITION_REQUIRED,
             Self::Behind => StatusCode::PRECONDITION_FAILED,
             Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,

@@ -4,7 +4,7 @@
 //! server ─► gate, connections, page
 //!   └─► session ─► project, recordings      what is kept
 //!          ├─────► task, job, version       what is done
-//!          │         └─► judge, planning
+//!          │         └─► correction, judge, planning
 //!          └─────► curves ─► simulated, plane ─► pyramid
 //! ```
 //! A [`Session`] holds a project: recordings, what is wrong with them, and the tree of versions of the model, saved as
@@ -13,6 +13,7 @@
 
 mod api;
 mod connections;
+mod correction;
 mod curves;
 mod error;
 mod gate;

@@ -179,6 +179,25 @@ impl Project {
         output::write_file(&self.model_file(version), true, |out| out.write_all(text.as_bytes()))
     }
 
+    fn correction_file(&self, version: u32) -> PathBuf {
+        self.folder.join(format!("versions/{version}.correction.json"))
+    }
+
+    /// Saves what a version has learnt.
+    ///
+    /// # Errors
+    /// Whatever the system refuses.
+    pub fn save_correction(&self, version: u32, correction: &api::Correction) -> Result<()> {
+        output::write_file(&self.correction_file(version), true, |out| {
+            serde_json::to_writer(out, correction).map_err(std::io::Error::other)
+        })
+    }
+
+    /// What a version has learnt, as JSON, if it has here.
+    pub fn correction(&self, version: u32) -> Option<Vec<u8>> {
+        std::fs::read(self.correction_file(version)).ok()
+    }
+
     /// The model by which motors are judged.
     pub fn station_file(&self) -> PathBuf {
         self.folder.join("station.toml")

@@ -28,7 +28,7 @@ use super::plane::Plane;
 use super::planning::Wanted;
 use super::session::{Expected, Over, Session, Stretch};
 use super::simulated::Kind;
-use super::task::{Added, Task};
+use super::task::{Added, Task, Training};
 use crate::compare::Signal;
 use crate::context::CancelFlag;
 use crate::error;
@@ -101,6 +101,8 @@ fn router(session: Session, port: u16) -> Router {
         .route("/diagnose", post(|session, headers| begin(session, headers, Ok(Task::Diagnose))))
         .route("/add", post(add))
         .route("/models", post(open_model))
+        .route("/train", post(begin_training))
+        .route("/correction/{version}", get(correction))
         .route("/plan", post(begin_plan))
         .route("/challenge", post(begin_challenge))
         .route("/station", post(set_station))
@@ -297,6 +299,25 @@ async fn add_recording(State(session): State<Session>, query: Named, headers: He
     };
     match received(file, body, LARGEST).await {
         Ok(file) => answer(aside(move || session.add_recording(&name, file)).await),
+        Err(error) => refusal(&error),
+    }
+}
+
+async fn begin_training(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let training = || {
+        let blanking_s: f64 = number(&query, "blanking")?;
+        match blanking_s >= 0.0 && blanking_s.is_finite() {
+            true => Ok(Task::Train(Training { epochs: number(&query, "epochs")?, blanking_s })),
+            false => Err(Error::Unknown("blanking".to_owned())),
+        }
+    };
+    let task = training();
+    begin(session, headers, task).await
+}
+
+async fn correction(State(session): State<Session>, Path(version): Path<u32>) -> Response {
+    match aside(move || session.correction(version)).await {
+        Ok(text) => as_file("application/json", text),
         Err(error) => refusal(&error),
     }
 }

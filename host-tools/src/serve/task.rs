@@ -5,6 +5,7 @@ use std::sync::Arc;
 use greyrig::effects::EffectId;
 
 use super::api;
+use super::correction;
 use super::error::{Error, Result};
 use super::judge::{self, Station};
 use super::planning::{self, Wanted};
@@ -36,6 +37,8 @@ pub enum Task {
     Plan(Wanted),
     /// From what size on the recordings would have revealed these effects, or all.
     Challenge(Vec<EffectId>),
+    /// The present model with a learned correction.
+    Train(Training),
     /// Limits of the present model, from recordings of healthy motors.
     Calibrate(Vec<u32>),
     /// Motors judged by their recordings.
@@ -51,6 +54,22 @@ pub struct Added {
     pub terms: Vec<Formula>,
 }
 
+/// How a correction is learnt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Epochs at most.
+    pub epochs: usize,
+    /// Begin of each recording that is neither learnt nor judged, s.
+    pub blanking_s: f64,
+}
+
+impl Training {
+    /// As a command takes it.
+    pub fn arguments(self) -> Vec<String> {
+        ["--epochs".to_owned(), self.epochs.to_string(), "--blanking".to_owned(), self.blanking_s.to_string()].to_vec()
+    }
+}
+
 /// What comes of a task.
 pub enum Outcome {
     /// A model to begin with.
@@ -59,6 +78,8 @@ pub enum Outcome {
     Next(Box<Made>),
     /// The answer of a diagnosis.
     Diagnosis(Box<api::Diagnosis>),
+    /// A model that follows the present one, with what it has learnt.
+    Corrected(Box<Made>, Box<api::Correction>),
     /// A plan.
     Plan(Box<api::Plan>),
     /// A challenge.
@@ -103,6 +124,7 @@ impl Task {
                 let all: Vec<String> = all.chain(added.terms.iter().map(|t| t.text().to_owned())).collect();
                 format!("adding {}", all.join(", "))
             }
+            Self::Train(_) => "training".to_owned(),
             Self::Plan(_) => "plan".to_owned(),
             Self::Challenge(_) => "challenge".to_owned(),
             Self::Calibrate(_) => "calibration".to_owned(),
@@ -138,6 +160,12 @@ impl Task {
             Self::Open(name, model) => Outcome::First(Box::new(opened(usable, name, model, ctx)?)),
             Self::Diagnose => Outcome::Diagnosis(Box::new(diagnosed(recordings, model()?, ctx)?)),
             Self::Add(added) => Outcome::Next(Box::new(with(usable, model()?, added, ctx)?)),
+            Self::Train(Training { epochs, blanking_s }) => {
+                let request =
+                    answers::train::Request { epochs: *epochs, blanking_s: *blanking_s, ..Default::default() };
+                let (made, correction) = correction::learnt(model()?, given(recordings), &request, ctx)?;
+                Outcome::Corrected(Box::new(made), Box::new(correction))
+            }
             Self::Plan(wanted) => Outcome::Plan(Box::new(planning::planned(model()?, wanted, ctx)?)),
             Self::Challenge(effects) => {
                 Outcome::Challenge(Box::new(planning::challenged(usable, model()?, effects, ctx)?))
@@ -224,9 +252,14 @@ pub fn with(recordings: &[Recording], before: &Model, added: &Added, ctx: &Conte
     Ok(made.judged(&with))
 }
 
+/// The recordings with a role, as an answer takes them.
+fn given(recordings: &Recordings) -> Given {
+    Given { recordings: recordings.usable.clone(), findings: recordings.findings.clone() }
+}
+
 /// What the command of that name answers: an acquittal is held against the floor of the free run.
 fn diagnosed(recordings: &Recordings, before: &Model, ctx: &Context) -> Result<api::Diagnosis> {
-    let given = Given { recordings: recordings.usable.clone(), findings: recordings.findings.clone() };
+    let given = given(recordings);
     let answer = ctx.install(|| answers::diagnose::Request::default().answer(Some(before), given, ctx, &|_| ()))?;
     answer.diagnosis.as_ref().map(told).ok_or(Error::NoRecording)
 }

@@ -62,6 +62,7 @@ impl Made {
             accepted: self.accepted,
             basis,
             diagnosis: None,
+            corrected: Some(self.model.correction.is_some()),
             plan: None,
             challenge: None,
         };

@@ -7,7 +7,8 @@
 //! P = Σ_k ρ_e(k) ρ_u(k)
 //! ```
 //! with a probability of 99 % at each lag. A residual of a free run need not be white: what the model does not know of
-//! the load is not. What goes with the input is what the model lacks.
+//! the load is not. What goes with the input is what the model lacks. An input that repeats for ever, as the mains do, goes with
+//! a residual of its frequency at any phase: P is then large, and the bound wide.
 //!
 //! L. Ljung, System Identification, 2nd edition 1999, section 16.6.
 

@@ -65,7 +65,7 @@ export function Analyses() {
   if (mode.value === "plane") return <div class="analyses"><Planes /></div>;
   if (mode.value === "correlation") {
     return <div class="analyses">{all.filter((p) => p.residual).map((pane) => <CorrelationView key={pane.key} pane={pane} />)}
-      <p class="muted">Within the band by chance at 99 of 100 lags: of the past, were the residual white; of the voltage, were it independent of it (Ljung 1999, 16.6). In free run it need not be white.</p></div>;
+      <p class="muted">Within the band by chance at 99 of 100 lags: of the past, were the residual white; of the voltage, were it independent of it (Ljung 1999, 16.6). In free run it need not be white; on the mains both repeat for ever, and the band is wide.</p></div>;
   }
   return <div class="analyses">{all.map((pane, k) => <SpectrumView key={pane.key} pane={pane} last={k === all.length - 1} />)}</div>;
 }

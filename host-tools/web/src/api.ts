@@ -358,6 +358,68 @@ basis: string,
  */
 command: string, };
 
+export type Lines = { 
+/**
+ * Name and unit of the axis.
+ */
+x: string, 
+/**
+ * Name and unit of the values.
+ */
+y: string, 
+/**
+ * Each a path.
+ */
+curves: Array<Locus>, };
+
+export type Surface = { 
+/**
+ * Input across, and its range.
+ */
+x: string, 
+/**
+ * Range across.
+ */
+x_range: [number, number], 
+/**
+ * Input up.
+ */
+y: string, 
+/**
+ * Range up.
+ */
+y_range: [number, number], 
+/**
+ * Cells in a row.
+ */
+columns: number, 
+/**
+ * Row by row, from the lower left.
+ */
+values: Array<number>, };
+
+export type Correction = { 
+/**
+ * What it does, in a sentence.
+ */
+text: string, 
+/**
+ * Whether the error falls on data held out.
+ */
+accepted: boolean, 
+/**
+ * Error over the epochs.
+ */
+learning: Lines, 
+/**
+ * Membership functions of each input, before and after.
+ */
+memberships: Array<[Lines, Lines]>, 
+/**
+ * Its response.
+ */
+surfaces: Array<Surface>, };
+
 export type Version = { 
 /**
  * Its number, which no other version ever gets.
@@ -415,6 +477,10 @@ basis: string,
  * The answer to what it lacks.
  */
 diagnosis: Diagnosis | null, 
+/**
+ * Whether it has learnt a correction of what the physics leaves over.
+ */
+corrected: boolean | null, 
 /**
  * What recordings would tell rivals apart.
  */
@@ -836,7 +902,7 @@ input: Correlation | null, };
 
 export type Locus = { 
 /**
- * `measured` or `model`.
+ * What it is of.
  */
 name: string, 
 /**

@@ -39,7 +39,7 @@ function Details({ t }: { t: Test }) {
       {t.reasons.map((r) => <p class="note warning">{r}</p>)}
       {t.alarms.map((a) => <p class="note stop">From {rounded(a.from_s, 4)} to {rounded(a.to_s, 4)} s: {a.kind}, {a.cause} at {rounded(a.ratio, 3)} times the limit{a.suspect ? `; ${a.suspect}` : ""}</p>)}
       {t.hypotheses.length ? <table id="hypotheses"><thead><tr><th scope="col">What may be wrong</th><th scope="col">Odds</th><th scope="col">Over the limit</th><th scope="col">Explains</th></tr></thead>
-        <tbody>{t.hypotheses.slice(0, 8).map((h) => <tr class={h.as_likely ? "" : "unknown"}><th scope="row">{h.text}{h.look_at ? <small>{h.look_at}</small> : null}</th><td>{odds(h.odds)}</td><td>{h.ratio == null ? "–" : `${rounded(h.ratio, 3)} ×`}</td><td>{percent(h.explains)}</td></tr>)}</tbody></table> : null}
+        <tbody>{t.hypotheses.slice(0, 8).map((h) => <tr class={h.as_likely ? "" : "unknown"}><th scope="row">{h.text}{h.look_at ? <small>{h.look_at}</small> : null}</th><td>{odds(h.odds)}</td><td>{h.ratio == null ? "–" : `${rounded(h.ratio, 3)} ×`}</td><td>{percent(Math.min(1, h.explains))}</td></tr>)}</tbody></table> : null}
       {t.places.length ? <><h3>Among healthy motors</h3><table id="places"><thead><tr><th scope="col">Figure</th><th scope="col">This motor</th><th scope="col">Band of healthy ones</th><th scope="col">To the limit</th></tr></thead><tbody>{t.places.map((p) => <PlaceView p={p} />)}</tbody></table></> : null}
     </div>
     <div class="bands" aria-label="What is watched over the time of the test, and the band of healthy motors">
@@ -54,7 +54,7 @@ function Trend({ tests }: { tests: Test[] }) {
   const names = ["deviation of the current", "deviation of the speed"];
   const xs = tests.map((_, k) => k + 1);
   const of = (name: string) => tests.map((t) => t.places.find((p) => p.name === name)).map((p) => (p ? (p.band.low == null ? p.ratio : Math.sign(p.value - (p.band.low + p.band.high) / 2) * p.ratio) : null));
-  return <Chart name="trend" label="From motor to motor" x="motor" y="of the way to the limit" band={{ low: -1, high: 1 }} rangeX={[0.5, tests.length + 0.5]}
+  return <Chart name="trend" label="Trend" x="motor" y="of the way to the limit" band={{ low: -1, high: 1 }} rangeX={[0.5, tests.length + 0.5]}
     lines={names.map((name, k) => ({ name, colour: k ? "--modelled" : "--measured", xs, ys: of(name), width: 3, as: "dots" as const }))} />;
 }
 
@@ -85,7 +85,7 @@ export function JudgeRoom() {
       </div>
       <div class="content judging">
         <div class="motors">
-          <fieldset><legend>Recordings, a motor each</legend>
+          <fieldset><legend>A motor each</legend>
             {usable.map((r) => <label><input type="checkbox" checked={!left.has(r.id)} onChange={() => { const next = new Set(left); if (!next.delete(r.id)) next.add(r.id); leave(next); }} /> {r.name}</label>)}
           </fieldset>
           {answer ? <ul id="verdicts" aria-label="Verdicts">{answer.tests.map((t, k) => <li class={k === shown ? "chosen" : ""} data-verdict={t.verdict}><button class="name" aria-pressed={k === shown} onClick={() => show(k)}><Mark verdict={t.verdict} /> {t.serial ?? t.name}: {t.verdict}</button></li>)}</ul> : null}

@@ -1,6 +1,7 @@
 // Maps of the residual; a cell that is chosen lights up its instants in the panes.
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Map as Residual } from "./api";
+import { cellFill, css } from "./colours";
 import { cells, cellTable } from "./drawings";
 import { save, saveText } from "./exports";
 import { rounded } from "./format";
@@ -15,13 +16,6 @@ const most = (m: Residual): number => {
   const least = Math.max(...m.counts) > 200 ? 3 : 1;
   return Math.max(...m.mean.map((x, k) => ((m.counts[k] ?? 0) >= least ? Math.abs(x) : 0)), 1e-30);
 };
-const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
-function mixed(low: string, high: string, share: number): string {
-  const parts = (colour: string) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
-  const [a, b] = [parts(low), parts(high)];
-  return `rgb(${a.map((x, k) => Math.round(x + ((b[k] ?? 0) - x) * share)).join(" ")})`;
-}
 
 /** Draws cells: hue by sign, lightness by size, and a stroke through those in which the model is too low. */
 function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen: Set<number>, focus: number): void {
@@ -60,12 +54,8 @@ function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen:
 
 /** Colour of a cell, and of the stroke through it. */
 function coloured(m: Residual): (cell: number) => { fill: string; stroke: string | null } | null {
-  const strongest = most(m), [low, middle, high] = ["--low", "--middle", "--high"].map(css) as [string, string, string];
-  return (cell) => {
-    const mean = m.mean[cell] ?? 0, share = Math.min(1, Math.abs(mean) / strongest);
-    if (!m.counts[cell]) return null;
-    return { fill: mixed(middle, mean < 0 ? low : high, share ** 0.7), stroke: mean < 0 && share > 0.12 ? (share > 0.5 ? middle : low) : null };
-  };
+  const of = cellFill(most(m));
+  return (cell) => (m.counts[cell] ? of(m.mean[cell] ?? 0) : null);
 }
 
 async function saveMap(m: Residual, of: "current" | "speed", plane: string, ending: "svg" | "png" | "csv"): Promise<void> {

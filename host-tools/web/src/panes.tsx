@@ -3,6 +3,7 @@ import { effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import { Analyses } from "./analyses";
+import { css } from "./colours";
 import { stacked, type Stacked } from "./drawings";
 import { picture, save, saveText, table } from "./exports";
 import { frequency, rounded, withPrefix } from "./format";
@@ -33,8 +34,6 @@ effect(() => {
     }
   }, REST);
 });
-
-const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** Milliseconds in which curves come without a sign that they are on their way. */
 const SOON = 150;

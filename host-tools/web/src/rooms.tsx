@@ -1,5 +1,6 @@
 // What the screen is for: the model, and the rooms beside it.
 import { ChallengeRoom } from "./challenge";
+import { CorrectionRoom } from "./correction";
 import { JudgeRoom } from "./judge";
 import { PlanRoom } from "./plan";
 import { command, present, room, ROOMS, type Room } from "./view";
@@ -8,6 +9,7 @@ const WORDS: Record<Room, [string, string]> = {
   model: ["Model", "See where the model fails, ask what is missing, and add it"],
   plan: ["Plan", "The recording that would tell rivals apart"],
   challenge: ["Challenge", "What these recordings would have shown"],
+  correction: ["Learn", "What is learnt of what the physics leaves over"],
   judge: ["Judge", "Pass or fail, by the limits of healthy motors"],
 };
 
@@ -33,6 +35,6 @@ export function Rooms() {
 }
 
 export function RoomView() {
-  const of = { plan: <PlanRoom />, challenge: <ChallengeRoom />, judge: <JudgeRoom />, model: null }[room.value];
+  const of = { plan: <PlanRoom />, challenge: <ChallengeRoom />, correction: <CorrectionRoom />, judge: <JudgeRoom />, model: null }[room.value];
   return of ? <div id="room" role="tabpanel" aria-labelledby={`tab-${room.value}`}>{of}</div> : null;
 }

@@ -1,6 +1,6 @@
 // What is asked of the server.
 import { batch, signal } from "@preact/signals";
-import type { Changed, Correlations, Judged, LawPlane, Map, Spectrum, State, Tick } from "./api";
+import type { Changed, Correction, Correlations, Judged, LawPlane, Map, Spectrum, State, Tick } from "./api";
 
 export const state = signal<State | null>(null);
 /** What went wrong last with a wish of this page. */
@@ -127,6 +127,7 @@ export function curve(wanted: Wanted, [from, to]: [number, number], px: number):
 export const proposed = (version: number, profile: string, seconds: number, px: number) =>
   brought(`proposed/${version}/${profile}?${query({ seconds, from: 0, to: seconds, px })}`).catch(() => null);
 export const profileFile = (version: number, profile: string, seconds: number) => `profile/${version}/${profile}?${query({ seconds })}`;
+export const correction = (version: number) => got<Correction>(`correction/${version}`);
 export const judged = () => got<Judged>("judged");
 export const spectrum = (wanted: Wanted, over: "frequency" | "order", [from, to]: [number, number]) => {
   const { recording, channel, of, version, candidate } = wanted;

@@ -12,7 +12,7 @@ export const beside = signal<number | "parent">("parent");
 export const hovered = signal<string | null>(null);
 export const cursors = signal<{ a: number | null; b: number | null }>({ a: null, b: null });
 /** What the screen is for; the rooms beside the model's. */
-export const ROOMS = ["model", "plan", "challenge", "judge"] as const;
+export const ROOMS = ["model", "plan", "challenge", "correction", "judge"] as const;
 export type Room = (typeof ROOMS)[number];
 export const room = signal<Room>("model");
 /** Effects that a plan is to tell apart. */

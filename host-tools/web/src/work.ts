@@ -64,6 +64,15 @@ export async function challenge(effects: string[]): Promise<void> {
   await change("challenge", { effects: effects.join(",") });
 }
 
+export const training = ({ epochs, blanking }: { epochs: number; blanking: number }): string =>
+  (present.value ? `greyrig train ${files()} --model ${model(present.value)} --epochs ${epochs} --blanking ${blanking}` : "");
+
+export async function train(wish: { epochs: number; blanking: number }): Promise<void> {
+  beside.value = "parent";
+  command.value = training(wish);
+  await change("train", wish);
+}
+
 const station = () => quoted(state.value?.station?.path ?? "station.toml");
 const named = (ids: number[]) => ids.map((id) => quoted(state.value?.recordings.find((r) => r.id === id)?.name ?? "")).join(" ");
 

@@ -300,6 +300,11 @@ impl Session {
             Ok(Outcome::First(made)) => self.come_to(&mut state, task, None, *made).map(drop),
             Ok(Outcome::Next(made)) => self.come_to(&mut state, task, before, *made).map(drop),
             Ok(Outcome::Diagnosis(answer)) => self.answered(&mut state, before, *answer),
+            Ok(Outcome::Corrected(made, correction)) => self
+                .project
+                .save_correction(state.next + 1, &correction)
+                .map_err(Error::Work)
+                .and_then(|()| self.come_to(&mut state, task, before, *made).map(drop)),
             Ok(Outcome::Plan(plan)) => self.planned(&mut state, task, before, *plan),
             Ok(Outcome::Challenge(challenge)) => self.challenged(&mut state, task, before, *challenge),
             Ok(Outcome::Station(model)) => {
@@ -340,11 +345,19 @@ impl Session {
                 let model = self.project.model_file(parent).display().to_string();
                 [words(&["add"]), added.arguments(), words(&["--model", &model]), files, words(&["--out", &out])]
             }
+            (Task::Train(training), Some(parent)) => {
+                let model = self.project.model_file(parent).display().to_string();
+                [words(&["train"]), files, words(&["--model", &model]), training.arguments(), words(&["--out", &out])]
+            }
             (Task::Open(..), _) => [words(&["compare"]), files, words(&["--model", &out]), vec![], vec![]],
             _ => [words(&["identify"]), files, words(&["--out", &out]), vec![], vec![]],
         };
         self.project.save_model(id, &made.model)?;
-        let version = made.version(id, parent, line(&command.concat()), state.recordings.basis());
+        let mut version = made.version(id, parent, line(&command.concat()), state.recordings.basis());
+        if let (Task::Train(_), Some(parent)) = (task, parent) {
+            // The physics stays as it was.
+            version.told.parameters.clone_from(&state.version(parent)?.told.parameters);
+        }
         if let (Task::Add(added), Some(parent)) = (task, parent)
             && let ([effect], []) = (&added.effects[..], &added.terms[..])
         {

@@ -49,6 +49,15 @@ impl Session {
         Ok(self.state().version(version)?.model.text()?)
     }
 
+    /// What a version has learnt, as JSON.
+    ///
+    /// # Errors
+    /// No such version, or one that has learnt nothing here.
+    pub fn correction(&self, version: u32) -> Result<Vec<u8>> {
+        self.state().version(version)?;
+        self.project.correction(version).ok_or(Error::NothingLearnt(version))
+    }
+
     /// The report on a version: the model against all recordings.
     ///
     /// # Errors
