@@ -1,5 +1,5 @@
-//! A motor's run as a path in the planes in which its laws are drawn: voltage over current, flux over current, torque over
-//! speed.
+//! A motor's run as a path in the planes in which its laws are drawn: voltage over current, flux over current, torque
+//! over speed.
 //!
 //! ```text
 //! Ψ = (u − R i − L di/dt) / ω            flux linkage that makes the back-EMF, V s

@@ -854,8 +854,8 @@ fn worked(process: u32) -> f64 {
     TICK_S * ticks
 }
 
-/// Stop takes effect within half a second; counted in what the process still works, which other work on the machine does
-/// not lengthen.
+/// Stop takes effect within half a second; counted in what the process still works, which other work on the machine
+/// does not lengthen.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_is_stopped_ends_within_half_a_second() {

@@ -140,8 +140,8 @@ fn planned(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx
     Ok(Plan { limits, contests, best })
 }
 
-/// The voltage of a recording that a plan proposes, V, at each sample of the rig's rate: what it was when it was weighed.
-/// `in_question` are the rivals of that plan.
+/// The voltage of a recording that a plan proposes, V, at each sample of the rig's rate: what it was when it was
+/// weighed. `in_question` are the rivals of that plan.
 ///
 /// # Errors
 /// A profile that there is not, or that does not keep the limits; a model that cannot be run; an interrupt.

@@ -7,8 +7,8 @@
 //! P = Σ_k ρ_e(k) ρ_u(k)
 //! ```
 //! with a probability of 99 % at each lag. A residual of a free run need not be white: what the model does not know of
-//! the load is not. What goes with the input is what the model lacks. An input that repeats for ever, as the mains do, goes with
-//! a residual of its frequency at any phase: P is then large, and the bound wide.
+//! the load is not. What goes with the input is what the model lacks. An input that repeats for ever, as the mains do,
+//! goes with a residual of its frequency at any phase: P is then large, and the bound wide.
 //!
 //! L. Ljung, System Identification, 2nd edition 1999, section 16.6.
 
@@ -28,8 +28,8 @@ pub struct Correlation {
     pub bound: f64,
 }
 
-/// A signal at a rate at which a low-pass with this cut-off leaves white noise white: half the power at the cut-off folds
-/// onto itself, and so does what is as far above it as below. The samples, and the interval between them, s.
+/// A signal at a rate at which a low-pass with this cut-off leaves white noise white: half the power at the cut-off
+/// folds onto itself, and so does what is as far above it as below. The samples, and the interval between them, s.
 pub fn at_the_cutoff(values: &[f32], interval_s: f64, cutoff_hz: f64) -> (Vec<f64>, f64) {
     let each = ((0.5 / cutoff_hz) / interval_s).round().max(1.0) as usize;
     (values.iter().step_by(each).map(|x| f64::from(*x)).collect(), each as f64 * interval_s)

@@ -9,8 +9,8 @@ const STANDS: f64 = 0.1;
 const OF_A_TURN: (f64, f64) = (4.0, 10.0);
 
 /// A signal at equal steps of the rotor's angle, and how many a turn: a power of two that leaves out no sample at the
-/// lowest speed that counts. `speed` in rad/s, either direction; linear in between. Where the rotor stands, or where there
-/// is no sample, a NaN separates what is before and behind. None: it never turns.
+/// lowest speed that counts. `speed` in rad/s, either direction; linear in between. Where the rotor stands, or where
+/// there is no sample, a NaN separates what is before and behind. None: it never turns.
 pub fn at_angles(values: &[f32], speed: &[f32], interval_s: f64) -> Option<(Vec<f32>, f64)> {
     let largest = speed.iter().filter(|w| w.is_finite()).fold(0.0f32, |most, w| most.max(w.abs()));
     let slowest = STANDS * f64::from(largest);
