@@ -121,7 +121,7 @@ impl Bench {
             self.waveform(usual, seconds, ctx)?.ok_or_else(|| refused("it does not stay within the limits"))?;
         self.scales.speed = waveform.peak_speed.max(1e-9);
         take(&mut self.space, model, &self.scales);
-        let trial = self.trial(waveform, &self.space)?;
+        let trial = self.trial(waveform, &self.space, ctx)?;
         let plain = trial.at(&self.space, &self.space.coordinates());
         let mut all: Vec<&'static Description> = pairs.iter().flatten().copied().collect();
         all.sort_by_key(|d| d.id);
@@ -132,6 +132,7 @@ impl Bench {
             let changed = trial.at(&there, &there.coordinates()) - &plain;
             let [current, reference] = [&changed, &plain].map(|y| trial.currents(y).map(|i| i * i).sum::<f64>().sqrt());
             let factor = if current > 0.0 { ERROR * reference / current } else { 1.0 / SMALL };
+            ctx.check()?;
             let size = (SMALL * typical * factor).clamp(d.size().range.0, d.size().range.1);
             self.effects.push((d, size));
         }
@@ -163,7 +164,7 @@ impl Bench {
             peak_voltage_v: waveform.peak_voltage,
             peak_current_a: waveform.peak_current,
         };
-        let trial = self.trial(waveform, &self.space)?;
+        let trial = self.trial(waveform, &self.space, ctx)?;
         let theta = self.space.coordinates();
         let plain = trial.at(&self.space, &theta);
         let base = jacobian_at(&self.space, &trial, &theta, &plain, DIFFERENCE);
@@ -175,29 +176,35 @@ impl Bench {
             (d.id, all)
         });
         let effects = effects.collect();
+        // What was stopped is no piece.
+        ctx.check()?;
         Ok(Some(Piece { take, base, effects }))
     }
 
     /// How well each set of recordings tells two rivals apart.
-    pub fn contest(&self, pair: [&'static Description; 2], sets: &[Set<'_>]) -> Contest {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn contest(&self, pair: [&'static Description; 2], sets: &[Set<'_>], ctx: &Context) -> Result<Contest> {
         let mut proposals: Vec<Proposal> = sets
             .par_iter()
             .map(|set| {
+                ctx.check()?;
                 let each = [remains(&set.pieces, pair[0].id, pair[1].id), remains(&set.pieces, pair[1].id, pair[0].id)];
-                Proposal { recordings: set.takes.clone(), separation: each[0].min(each[1]), each }
+                Ok(Proposal { recordings: set.takes.clone(), separation: each[0].min(each[1]), each })
             })
-            .collect();
+            .collect::<Result<_>>()?;
         proposals.sort_by(|a, b| b.separation.total_cmp(&a.separation));
         let size = |d: &Description| self.effects.iter().find(|(e, _)| e.id == d.id).map_or(0.0, |e| e.1);
-        Contest {
+        Ok(Contest {
             rivals: pair.map(|d| d.id),
             sizes: pair.map(size),
             separated_by: InWords(pair[0].separated_by).to_string(),
             proposals,
-        }
+        })
     }
 
-    fn trial(&self, waveform: Drawn, space: &Space) -> Result<Trial> {
+    fn trial(&self, waveform: Drawn, space: &Space, ctx: &Context) -> Result<Trial> {
         let refused = |e: String| Error::usage(format!("the model cannot be run: {e}"), "check its parameters");
         let motor = space.motor().map_err(|e| refused(e.to_string()))?;
         let substeps = Stepper::build(motor, 1.0 / SAMPLE_RATE_HZ).map_err(|e| refused(e.to_string()))?.substeps();
@@ -209,7 +216,7 @@ impl Bench {
         let coefficients =
             settings.build().map_err(|e| refused(format!("its filter does not fit {SAMPLE_RATE_HZ} Hz: {e}")))?;
         let cutoff_hz = self.filter.cutoff_hz;
-        Ok(Trial::new(waveform, substeps, coefficients, cutoff_hz, self.noise))
+        Ok(Trial::new(waveform, substeps, coefficients, cutoff_hz, self.noise, ctx.cancel_flag().clone()))
     }
 
     /// The voltage of a profile, scaled down until the limits are kept.

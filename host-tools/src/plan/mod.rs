@@ -135,7 +135,7 @@ fn planned(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx
         })
         .collect::<Result<_>>()?;
     let sets = sets(&pieces, seconds);
-    let contests: Vec<Contest> = pairs.iter().map(|pair| bench.contest(*pair, &sets)).collect();
+    let contests: Vec<Contest> = pairs.iter().map(|pair| bench.contest(*pair, &sets, ctx)).collect::<Result<_>>()?;
     let best = overall(&contests, &sets);
     Ok(Plan { limits, contests, best })
 }

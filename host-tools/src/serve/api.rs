@@ -316,6 +316,8 @@ told! {
         pub parameters: Vec<Parameter>,
         /// What the identification has to say.
         pub notes: Vec<String>,
+        /// What the user has to say.
+        pub note: Option<String>,
         /// Error-to-signal ratio on the data that a fit of the training data has seen.
         pub training: Figures,
         /// The same on the data held out from it.

@@ -5,7 +5,9 @@ use super::error::Result;
 use super::version::Made;
 use crate::answers::Given;
 use crate::answers::train::{self, Request, learning_curve};
+use crate::compare::compare;
 use crate::context::Context;
+use crate::held_out::split;
 use crate::hybrid;
 use crate::model::Model;
 use crate::report::training::{memberships, surfaces};
@@ -25,25 +27,29 @@ pub fn learnt(model: &Model, given: Given, request: &Request, ctx: &Context) -> 
         memberships: memberships(&names, &answer.trained).into_iter().map(|both| both.map(lines)).collect(),
         surfaces: surfaces(&names, hybrid::TARGET, &answer.trained).into_iter().map(surface).collect(),
     };
-    Ok((made(answer), told))
+    Ok((made(answer, ctx)?, told))
 }
 
-fn made(answer: train::Answer) -> Made {
+/// Judged as other versions are: on whole recordings, from their begin on.
+fn made(answer: train::Answer, ctx: &Context) -> Result<Made> {
     let accepted = answer.accepted();
+    let (training, held_out) = split(&answer.given.recordings);
+    let quietly = &ctx.quietly();
+    let (seen, judged) = (compare(&answer.model, &training, quietly)?, compare(&answer.model, &held_out, quietly)?);
     let mut notes = vec![answer.in_words()];
     notes.extend(answer.trained.notes());
     let mut model = answer.model;
     model.judged(accepted);
-    Made {
+    Ok(Made {
         label: "+ learned correction".to_owned(),
         model,
         parameters: Vec::new(),
         notes,
-        training: answer.after[0].esr,
-        held_out: answer.after[1].esr,
-        floor: answer.after[1].noise_floor,
+        training: seen.esr,
+        held_out: judged.esr,
+        floor: judged.noise_floor,
         accepted: Some(accepted),
-    }
+    })
 }
 
 fn lines(of: Curves) -> api::Lines {

@@ -115,6 +115,7 @@ fn router(session: Session, port: u16) -> Router {
         .route("/tour", post(tour))
         .route("/go", post(go))
         .route("/forget", post(remove_version))
+        .route("/note", post(write_note))
         .route("/recordings", post(add_recording))
         .route("/remove", post(remove_recording))
         .route("/role", post(set_role))
@@ -245,6 +246,11 @@ async fn go(State(session): State<Session>, query: Named, headers: HeaderMap) ->
 
 async fn remove_version(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
     answer(expected(&headers).and_then(|expected| session.remove_version(expected, number(&query, "version")?)))
+}
+
+async fn write_note(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let write = || session.write_note(expected(&headers)?, number(&query, "version")?, value(&query, "text")?);
+    answer(write())
 }
 
 async fn remove_recording(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {

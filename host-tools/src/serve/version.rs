@@ -56,6 +56,7 @@ impl Made {
             terms: self.model.terms.iter().map(|t| t.formula.text().to_owned()).collect(),
             parameters: self.parameters.iter().map(Into::into).collect(),
             notes: self.notes,
+            note: None,
             training: self.training.into(),
             held_out: self.held_out.into(),
             floor: self.floor.into(),

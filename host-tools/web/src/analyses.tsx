@@ -51,12 +51,14 @@ function CorrelationView({ pane }: { pane: Pane }) {
   return <div class="row">{chart("autocorrelation", `${pane.label} with its past`, answer?.own ?? null)}{chart("cross-correlation", `${pane.label} with the voltage (right: later)`, answer?.input ?? null)}</div>;
 }
 
+const SHORT: Record<string, string> = { "voltage over current": "u over i", "flux over current": "Ψ over i", "torque over speed": "T over ω" };
+
 function Planes() {
   const v = present.value, r = recording.value, time = shown.value;
   const { answer, wrong } = useAnswer<LawPlane[]>(JSON.stringify([v?.id, r?.id, time, state.value?.basis]), async () => (v && r ? lawPlanes(r.id, v.id, time) : []));
   if (wrong) return <p class="muted">{wrong}</p>;
   const colours: Record<string, string> = { measured: "--measured", model: "--modelled" };
-  return <div class="row planes">{(answer ?? []).map((p) => <Chart key={p.name} name={p.name.replaceAll(" ", "-")} label={p.name} x={p.x_unit} y={p.y_unit}
+  return <div class="row planes">{(answer ?? []).map((p) => <Chart key={p.name} name={p.name.replaceAll(" ", "-")} label={SHORT[p.name] ?? p.name} x={p.x_unit} y={p.y_unit}
     lines={p.loci.map((l) => ({ name: l.name, colour: colours[l.name] ?? "--ghost", xs: l.x, ys: l.y, as: "dots" as const }))} />)}</div>;
 }
 

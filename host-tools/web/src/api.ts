@@ -454,6 +454,10 @@ parameters: Array<Parameter>,
  */
 notes: Array<string>, 
 /**
+ * What the user has to say.
+ */
+note: string | null, 
+/**
  * Error-to-signal ratio on the data that a fit of the training data has seen.
  */
 training: Figures, 

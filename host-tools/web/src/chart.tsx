@@ -33,7 +33,7 @@ export function Chart({ name, label, x, y, lines, band, spans = [], logX = false
   const limits = band ? [[band.low ?? (logY ? band.high : 0), band.high]] : [];
   const [y0, y1] = rangeY ?? extent([...lines.map((l) => l.ys), ...limits], logY);
   const X = scale(x0, x1, LEFT, width - RIGHT, logX), Y = scale(y0, y1, height - below, TOP, logY);
-  const xTicks = logX ? decades(x0, x1, width / 60) : ticks(x0, x1, width / 90), yTicks = logY ? decades(y0, y1, height / 26) : ticks(y0, y1, Math.max(2, height / 34));
+  const xTicks = logX ? decades(x0, x1, width / 60) : ticks(x0, x1, Math.max(3, width / 90)), yTicks = logY ? decades(y0, y1, height / 26) : ticks(y0, y1, Math.max(2, height / 34));
   const clamp = (v: number) => Y(Math.min(y1, Math.max(y0, v)));
   // What has no order along the axis cannot be read along it.
   const readable = first && first.as !== "dots" ? first : lines.length && lines[0]!.xs.length < 200 ? first : undefined;

@@ -4,7 +4,7 @@ import type { Correction, Lines, Surface } from "./api";
 import { Chart, type ChartLine } from "./chart";
 import { cellFill } from "./colours";
 import { saveDrawing } from "./exports";
-import { percent, rounded } from "./format";
+import { rounded } from "./format";
 import { correction, state } from "./server";
 import { command, dark, present } from "./view";
 import { train, training } from "./work";
@@ -65,7 +65,6 @@ export function CorrectionRoom() {
   }, [v?.id]);
   useEffect(() => { if (v) command.value = v.corrected ? v.command : training(wish); }, [v?.id, wish]);
   if (!v) return <section class="room" id="correction"><h2>Learn what the physics leaves over</h2><p class="muted">Identify a model first.</p></section>;
-  const before = now?.versions.find((w) => w.id === v.parent);
   return (
     <section class="room" id="correction" aria-labelledby="correction-title">
       <form class="wishes" onSubmit={(event) => { event.preventDefault(); void train(wish); }}>
@@ -73,7 +72,6 @@ export function CorrectionRoom() {
         <label>Epochs at most <input type="number" min={1} value={wish.epochs} onInput={(event) => set({ ...wish, epochs: Math.max(1, Math.round(Number(event.currentTarget.value)) || 1) })} /></label>
         <label>Begin left out <input type="number" min={0} step="any" value={wish.blanking} onInput={(event) => set({ ...wish, blanking: Math.max(0, Number(event.currentTarget.value) || 0) })} /> s</label>
         <button class="primary" id="train" disabled={busy || !ready}>{v.corrected ? "Train anew" : "Train"}</button>
-        {v.corrected && before ? <span class="muted">i {percent(before.held_out.current)} → {percent(v.held_out.current)} on data held out</span> : null}
       </form>
       <div class="content judging">{found ? <Learnt key={v.id} c={found} /> : v.corrected
         ? <p class="muted">“{v.label}” has a correction that was not learnt here.</p>
