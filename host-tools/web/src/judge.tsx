@@ -88,7 +88,7 @@ export function JudgeRoom() {
           <fieldset><legend>A motor each</legend>
             {usable.map((r) => <label><input type="checkbox" checked={!left.has(r.id)} onChange={() => { const next = new Set(left); if (!next.delete(r.id)) next.add(r.id); leave(next); }} /> {r.name}</label>)}
           </fieldset>
-          {answer ? <ul id="verdicts" aria-label="Verdicts">{answer.tests.map((t, k) => <li class={k === shown ? "chosen" : ""} data-verdict={t.verdict}><button class="name" aria-pressed={k === shown} onClick={() => show(k)}><Mark verdict={t.verdict} /> {t.serial ?? t.name}: {t.verdict}</button></li>)}</ul> : null}
+          {answer ? <ul id="verdicts" aria-label="Verdicts">{answer.tests.map((t, k) => <li class={k === shown ? "chosen" : ""} data-verdict={t.verdict}><button class="name" aria-pressed={k === shown} aria-label={`${t.serial ?? t.name}: ${t.verdict}`} title={`${t.serial ?? t.name}: ${t.verdict}`} onClick={() => show(k)}><Mark verdict={t.verdict} /> {t.serial ?? t.name}</button></li>)}</ul> : null}
           {answer && answer.tests.length > 1 ? <Trend tests={answer.tests} /> : null}
         </div>
         {test ? <Details key={`${answer?.number} ${shown}`} t={test} /> : <p class="muted">A station is a model with the limits that healthy motors keep: open one that <code>greyrig calibrate</code> has made, or learn the limits from recordings of ten healthy motors or more.</p>}

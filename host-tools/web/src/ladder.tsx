@@ -38,7 +38,7 @@ export function Ladder() {
   const decades = Array.from({ length: high - low + 1 }, (_, k) => 10 ** (low + k));
   return (
     <section id="ladder" aria-label="Error of the versions on data held out">
-      <div class="switch"><b title="Error-to-signal ratio in free run, on data that the fit of the training data has not seen">Held-out error</b> {signals.map((of) => <span class="key"><i class={of} />{of}</span>)}<span class="key"><i class="floor" />floor</span><span class="grow" />
+      <div class="switch"><b title="Error-to-signal ratio in free run, on data that the fit of the training data has not seen">Held-out error</b> {signals.map((of) => <span class="key" title={of}><i class={of} />{SIGNALS.find(([name]) => name === of)?.[1] ?? of}</span>)}<span class="key"><i class="floor" />floor</span><span class="grow" />
         <span class="saves">{["svg", "png"].map((ending) => <button class="small bare" title={`Save the ladder as ${ending.toUpperCase()}`} onClick={() => svg.current && saveDrawing(svg.current, `ladder.${ending}`)}>{ending.toUpperCase()}</button>)}
           <button class="small bare" title="Save the errors as CSV" onClick={() => save("ladder.csv", new Blob([asTable("version", signals.map((of) => ({ name: `${of} (${columns.map((c) => c.label).join("; ")})`, xs: places, ys: columns.map((c) => c.error[of]) })))], { type: "text/csv" }))}>CSV</button></span></div>
       <div class="box" ref={box}>

@@ -226,7 +226,7 @@ function PaneView({ pane, last }: { pane: Pane; last: boolean }) {
 function Legend() {
   const all = panes().flatMap((pane) => lines(pane));
   const unique = [...new Map(all.map((line) => [line.name, line])).values()];
-  return <>{unique.map((line) => <span class="key" key={line.name}><i style={{ borderTopColor: `var(${line.colour})`, borderTopStyle: line.dash ? "dashed" : "solid" }} />{line.name}</span>)}</>;
+  return <>{unique.map((line) => <span class={`key${/^(before|with)/.test(line.name) ? " long" : ""}`} title={line.name} key={line.name}><i style={{ borderTopColor: `var(${line.colour})`, borderTopStyle: line.dash ? "dashed" : "solid" }} />{line.name}</span>)}</>;
 }
 
 /** The most stretches that a file holds. */
