@@ -707,10 +707,6 @@ async fn motors_are_judged_as_the_command_judges_them() {
         true,
         "there are no limits"
     );
-    // A model without limits is refused, and says what makes some.
-    let model = std::fs::read_to_string(folder.path().join("type.toml")).expect("the model");
-    give_to(&browser, "#station-file", "type.toml", &model).await;
-    wait_for_error(&browser, "type.toml holds no limits of the detector").await;
     let station = std::fs::read_to_string(folder.path().join("station.toml")).expect("the station");
     give_to(&browser, "#station-file", "station.toml", &station).await;
     wait_for(&browser, "return document.querySelector('#judge-begin').disabled === false").await;
@@ -750,6 +746,11 @@ async fn motors_are_judged_as_the_command_judges_them() {
     wait_for(&browser, "return document.querySelector('.told h3').dataset.verdict === 'pass'").await;
     assert_eq!(browser.run("return document.querySelectorAll('tr.beyond').length").await, 0, "within all bands");
     browser.assert_no_complaint().await;
+    // A model without limits is refused, and says what makes some.
+    let model = std::fs::read_to_string(folder.path().join("type.toml")).expect("the model");
+    give_to(&browser, "#station-file", "type.toml", &model).await;
+    wait_for_error(&browser, "type.toml holds no limits of the detector").await;
+    assert!(browser.text(".station").await.starts_with("station.toml"), "the station is what it was");
     // It is still there after a power cut.
     let port = server.address().split(':').nth(1).expect("a port").to_owned();
     server.kill();
