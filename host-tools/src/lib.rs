@@ -35,6 +35,7 @@ pub mod noise;
 pub mod numbers;
 pub mod output;
 pub mod plan;
+pub mod planes;
 pub mod prediction;
 pub mod recording;
 pub mod repeats;
@@ -42,6 +43,7 @@ pub mod report;
 pub mod rig;
 pub mod segments;
 pub mod serve;
+pub mod spectra;
 pub mod speed_sensor;
 pub mod spelling;
 #[cfg(feature = "parquet")]

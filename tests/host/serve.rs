@@ -128,12 +128,36 @@ const DRAWN: &str = "return document.querySelectorAll('#panes canvas').length >=
 
 /// Gives the page files, as the dialogue for files does.
 async fn give(browser: &Browser, name: &str, text: &str) {
+    give_to(browser, "#files", name, text).await;
+}
+
+async fn give_to(browser: &Browser, field: &str, name: &str, text: &str) {
     let script = format!(
-        "const all = new DataTransfer(), input = document.querySelector('#files'); \
+        "const all = new DataTransfer(), input = document.querySelector({field:?}); \
          all.items.add(new File([{text:?}], {name:?})); input.files = all.files; \
          input.dispatchEvent(new Event('change', {{ bubbles: true }})); return true"
     );
     browser.run(&script).await;
+}
+
+/// Types into a field of a form, as its user does.
+async fn type_into(browser: &Browser, field: &str, text: &str) {
+    let script = format!(
+        "const field = document.querySelector({field:?}); field.value = {text:?}; \
+         for (const kind of ['input', 'change']) field.dispatchEvent(new Event(kind, {{ bubbles: true }})); return true"
+    );
+    browser.run(&script).await;
+}
+
+/// What a command prints.
+fn printed(folder: &Path, arguments: &[&str]) -> String {
+    let done = Command::new(env!("CARGO_BIN_EXE_greyrig"))
+        .env("COLUMNS", crate::program::WIDE)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("greyrig runs");
+    String::from_utf8(done.stdout).expect("UTF-8")
 }
 
 fn percent(version: usize, signal: &str) -> String {
@@ -398,7 +422,12 @@ async fn a_power_cut_loses_nothing_and_locks_nobody_out() {
     wait_for(&browser, &versions(1, 0)).await;
     browser.click("#diagnose").await;
     wait_for(&browser, "return document.querySelector('#odds') !== null").await;
-    let seen = "return [...document.querySelectorAll('#recordings .name, #versions .name, #verdict-title, #odds')].map(e => e.textContent)";
+    browser.click("#versions [aria-label='Note to base model']").await;
+    type_into(&browser, "#versions .writing", "of the <b>first</b> bench").await;
+    browser.run("document.querySelector('#versions .writing').blur(); return true").await;
+    wait_for(&browser, "return document.querySelector('#versions .own')?.textContent === 'of the <b>first</b> bench'")
+        .await;
+    let seen = "return [...document.querySelectorAll('#recordings .name, #versions .name, #versions .own, #verdict-title, #odds')].map(e => e.textContent)";
     let before = browser.run(seen).await;
     let port = server.address().split(':').nth(1).expect("a port").to_owned();
     server.kill();
@@ -639,4 +668,324 @@ fn a_port_that_is_taken_is_said_in_one_line() {
     let said = String::from_utf8_lossy(&done.stderr);
     assert_eq!((done.status.code(), said.trim().lines().count()), (Some(2), 1), "{said}");
     assert!(said.contains(&port) && said.contains("--port"), "{said}");
+}
+
+/// A folder with a station that ten healthy motors have taught, a motor whose bearing begins to rub after 3 s, and a
+/// healthy one.
+fn lot() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let made = |seed: u32, more: &[&str], out: &str| {
+        let seed = seed.to_string();
+        let run =
+            ["simulate", "--profile", "steady", "--seconds", "6", "--spread", "0.02", "--seed", &seed, "--out", out];
+        printed(path, &[&run[..], more].concat());
+    };
+    let healthy: Vec<String> = (1..=10).map(|k| format!("healthy-{k}.csv")).collect();
+    for (k, out) in healthy.iter().enumerate() {
+        made(k as u32 + 1, &[], out);
+    }
+    made(31, &["--fault", "bearing_friction=1@3"], "rubs.csv");
+    made(32, &[], "sound.csv");
+    printed(path, &["simulate", "--profile", "staircase", "--seconds", "8", "--seed", "1", "--out", "type.csv"]);
+    printed(path, &["identify", "type.csv", "--out", "type.toml"]);
+    let names: Vec<&str> = healthy.iter().map(String::as_str).collect();
+    printed(path, &[&["calibrate"], &names[..], &["--model", "type.toml", "--out", "station.toml"]].concat());
+    folder
+}
+
+#[tokio::test]
+async fn motors_are_judged_as_the_command_judges_them() {
+    let folder = lot();
+    let server = Server::start(folder.path(), &["line.greyrig", "rubs.csv", "sound.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelectorAll('#recordings li').length === 2").await;
+    browser.click("#tab-judge").await;
+    assert_eq!(
+        browser.run("return document.querySelector('#judge-begin').disabled").await,
+        true,
+        "there are no limits"
+    );
+    let station = std::fs::read_to_string(folder.path().join("station.toml")).expect("the station");
+    give_to(&browser, "#station-file", "station.toml", &station).await;
+    wait_for(&browser, "return document.querySelector('#judge-begin').disabled === false").await;
+    assert!(browser.text(".station").await.starts_with("station.toml 10 healthy motors"));
+    browser.click("#judge-begin").await;
+    wait_for(&browser, "return document.querySelectorAll('#verdicts li').length === 2").await;
+    let shown = "return [...document.querySelectorAll('#verdicts li')].map(e => e.dataset.verdict)";
+    assert_eq!(browser.run(shown).await, json!(["fail", "pass"]));
+    let command = browser.text("#command").await;
+    assert!(command.starts_with("greyrig monitor rubs.csv sound.csv --model line.greyrig/station.toml"), "{command}");
+    let words: Vec<String> = command.split(' ').skip(1).map(str::to_owned).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).chain(["--json"]).collect();
+    let said: Value = serde_json::from_str(&printed(folder.path(), &words)).expect("JSON");
+    assert_eq!(said["runs"][0]["verdict"], "fail", "the command that is shown does the same");
+    let first = said["runs"][0]["findings"][0]["text"].as_str().expect("a fault");
+    assert!(first.contains("friction") && first.contains("since 3."), "what rubs takes torque: {first}");
+    assert!(browser.text("#hypotheses tbody th").await.starts_with(first));
+    // The bands of healthy motors over the time of the test, and the alarm.
+    let drawn = "return [...document.querySelectorAll('.bands .chart')].map(c => [c.querySelectorAll('.band').length, \
+                 c.querySelectorAll('path').length, c.querySelectorAll('.alarm').length])";
+    let drawn = browser.run(drawn).await;
+    assert_eq!(drawn[5], json!([1, 1, 1]), "the deviation of the current: {drawn}");
+    browser.screenshot("serve-judge.png").await;
+    // Each plot is a file: its values, and itself as a drawing that stands by itself.
+    browser.click("[data-chart=course-5] .saves button:last-child").await;
+    let (_, table) = browser.download("csv").await;
+    let table = String::from_utf8(table).expect("UTF-8");
+    assert_eq!(table.lines().next(), Some("s,deviation of the current"));
+    assert_eq!(table.lines().count() as u64, 1 + said["runs"][0]["periods"][0].as_u64().expect("a number"));
+    browser.click("[data-chart=course-5] .saves button").await;
+    let (_, drawing) = browser.download("svg").await;
+    let drawing = String::from_utf8(drawing).expect("UTF-8");
+    assert!(drawing.contains("xmlns=\"http://www.w3.org/2000/svg\"") && !drawing.contains("var("), "{drawing}");
+    assert!(drawing.contains("<path") && drawing.contains("stroke=\"rgb("));
+
+    browser.click("#verdicts li:nth-child(2) button").await;
+    wait_for(&browser, "return document.querySelector('.told h3').dataset.verdict === 'pass'").await;
+    assert_eq!(browser.run("return document.querySelectorAll('tr.beyond').length").await, 0, "within all bands");
+    browser.assert_no_complaint().await;
+    // A model without limits is refused, and says what makes some.
+    let model = std::fs::read_to_string(folder.path().join("type.toml")).expect("the model");
+    give_to(&browser, "#station-file", "type.toml", &model).await;
+    wait_for_error(&browser, "type.toml holds no limits of the detector").await;
+    assert!(browser.text(".station").await.starts_with("station.toml"), "the station is what it was");
+    // It is still there after a power cut.
+    let port = server.address().split(':').nth(1).expect("a port").to_owned();
+    server.kill();
+    let server = Server::start_on(folder.path(), &port, &["line.greyrig"]);
+    browser.client.goto(&format!("http://{}/", server.address())).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#tab-judge') !== null").await;
+    browser.click("#tab-judge").await;
+    wait_for(&browser, "return document.querySelectorAll('#verdicts li').length === 2").await;
+    assert_eq!(browser.run(shown).await, json!(["fail", "pass"]));
+    browser.close().await;
+}
+
+#[tokio::test]
+async fn the_next_recording_is_drawn_before_it_is_made() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["motor.greyrig", "staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    browser.click("#tab-plan").await;
+    type_into(&browser, "#plan .wishes input", "saturation, current_compression").await;
+    type_into(&browser, "#plan .wishes label:nth-of-type(2) input", "4").await;
+    type_into(&browser, "#plan .wishes label:nth-of-type(3) input", "150").await;
+    let command = browser.text("#command").await;
+    let told = "--rivals saturation,current_compression --seconds 4 --max-voltage 150 --max-current 10";
+    assert!(
+        command.starts_with("greyrig plan --model motor.greyrig/versions/") && command.ends_with(told),
+        "{command}"
+    );
+    browser.click("#plan-begin").await;
+    wait_for(&browser, "return document.querySelectorAll('#plan .take path').length > 0").await;
+    // The command says the same.
+    let words: Vec<&str> = command.split(' ').skip(1).chain(["--json"]).collect();
+    let said: Value = serde_json::from_str(&printed(folder.path(), &words)).expect("JSON");
+    let best = said["best"].as_array().expect("recordings");
+    let names: Vec<&str> = best.iter().map(|t| t["profile"].as_str().expect("a name")).collect();
+    assert_eq!(browser.run("return document.querySelector('.proposal').dataset.takes").await, names.join(" + "));
+    browser.screenshot("serve-plan.png").await;
+    browser.click("#plan .take a").await;
+    let (_, file) = browser.download("csv").await;
+    let file = String::from_utf8(file).expect("UTF-8");
+    let rows: Vec<(f64, f64)> = file
+        .lines()
+        .skip(1)
+        .map(|line| line.split_once(',').expect("two columns"))
+        .map(|(t, u)| (t.parse().expect("a time"), u.parse().expect("a voltage")))
+        .collect();
+    assert_eq!(file.lines().next(), Some("t_s,u_v"));
+    // 10 kHz, as the rig's.
+    assert_eq!(rows.len() as f64, 1e4 * best[0]["seconds"].as_f64().expect("a length"));
+    let peak = rows.iter().map(|(_, u)| u.abs()).fold(0.0, f64::max);
+    // Single precision.
+    assert!((peak - best[0]["peak_voltage_v"].as_f64().expect("a voltage")).abs() < 1e-4 && peak <= 150.0, "{peak} V");
+
+    browser.click("#tab-challenge").await;
+    type_into(&browser, "#challenge .wishes input", "brush_drop").await;
+    browser.click("#challenge-begin").await;
+    wait_for(&browser, "return document.querySelectorAll('#challenged tbody tr').length === 1").await;
+    let command = browser.text("#command").await;
+    let words: Vec<&str> = command.split(' ').skip(1).chain(["--json"]).collect();
+    assert!(words.contains(&"challenge") && words.contains(&"brush_drop"), "{command}");
+    let said: Value = serde_json::from_str(&printed(folder.path(), &words)).expect("JSON");
+    let row = browser.text("#challenged [data-effect=brush_drop]").await;
+    let name = said["effects"][0]["name"].as_str().expect("a name");
+    assert!(row.starts_with(name), "{row}");
+    let reveals = said["effects"][0]["revealed_from"].is_number();
+    assert_eq!(row.contains("from "), reveals, "{row}");
+    browser.screenshot("serve-challenge.png").await;
+
+    browser.click("#tab-correction").await;
+    type_into(&browser, "#correction .wishes input", "3").await;
+    let command = browser.text("#command").await;
+    assert!(command.starts_with("greyrig train staircase.csv ramp.csv --model motor.greyrig/versions/"), "{command}");
+    browser.click("#train").await;
+    wait_for(
+        &browser,
+        "return document.querySelector('#learnt') !== null && document.querySelector('#job').textContent === ''",
+    )
+    .await;
+    // The command says the same of data held out.
+    let words: Vec<&str> = command.split(' ').skip(1).chain(["--json"]).collect();
+    let said: Value = serde_json::from_str(&printed(folder.path(), &words)).expect("JSON");
+    let accepted = said["accepted"].as_bool().expect("a verdict");
+    assert_eq!(browser.text("#learnt").await.starts_with("Accepted: "), accepted);
+    let after = 100.0 * said["held_out_after"]["current"].as_f64().expect("an error");
+    assert!(browser.text("#learnt").await.contains(&format!("to {after:.2} %")), "{after} %");
+    // The version is judged as others are, with the begin.
+    let (before, learnt) = (browser.number(&percent(0, "current")).await, browser.number(&percent(1, "current")).await);
+    assert_eq!(learnt < before, accepted, "{before} % to {learnt} %");
+    let drawn =
+        "return [document.querySelectorAll('.surface rect').length, document.querySelectorAll('.bands .chart').length]";
+    assert_eq!(browser.run(drawn).await, json!([3 * 40 * 40, 3]), "three pairs of inputs, three inputs");
+    browser.screenshot("serve-correction.png").await;
+    browser.assert_no_complaint().await;
+    browser.close().await;
+}
+
+/// What the process has worked so far, in seconds of a processor.
+#[cfg(target_os = "linux")]
+fn worked(process: u32) -> f64 {
+    /// Of a second, by which Linux counts for programs whatever it counts by itself.
+    const TICK_S: f64 = 0.01;
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).expect("the process is there");
+    let fields: Vec<&str> = stat.rsplit(')').next().expect("fields").split_whitespace().collect();
+    // The fields behind the name begin with the third; user and system are the 14th and 15th.
+    let ticks: f64 = fields[11..=12].iter().map(|ticks| ticks.parse::<f64>().expect("a number")).sum();
+    TICK_S * ticks
+}
+
+/// Stop takes effect within half a second; counted in what the process still works, which other work on the machine
+/// does not lengthen.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_stopped_ends_within_half_a_second() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
+    let (host, bearer) = (format!("Host: {}", server.address()), format!("Authorization: Bearer {}", server.token()));
+    let state = || -> Value {
+        let answer = server.ask("GET /state", &[&host, &bearer]);
+        serde_json::from_str(answer.split("\r\n\r\n").nth(1).expect("a body")).expect("JSON")
+    };
+    let post = |path: &str| {
+        let answer = server.ask(&format!("POST {path}"), &[&host, &bearer, "If-Match: *", "Content-Length: 0"]);
+        assert!(answer.starts_with("HTTP/1.1 200"), "{path}: {answer}");
+    };
+    let wait = |done: &dyn Fn(&Value) -> bool| {
+        let end = Instant::now() + Duration::from_secs(120);
+        while !done(&state()) {
+            assert!(Instant::now() < end, "{}", state());
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    };
+    post("/identify");
+    wait(&|state| state["present"].is_number() && state["job"].is_null());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from) as f64;
+    for path in ["/diagnose", "/challenge?effects=", "/plan?rivals=&seconds=60&volts=325&amperes=10"] {
+        // At several points of the work.
+        for after in [0.05, 0.6, 1.7] {
+            let begin = worked(server.process.id());
+            post(path);
+            let has_worked = |_: &Value| worked(server.process.id()) > begin + after;
+            wait(&|state| has_worked(state) || state["job"].is_null());
+            if state()["job"].is_null() {
+                continue;
+            }
+            let stopped = worked(server.process.id());
+            post("/stop");
+            wait(&|state| state["job"].is_null());
+            let more = worked(server.process.id()) - stopped;
+            assert!(
+                more < 0.5 * cores,
+                "{path}, stopped after {after} s of work: {more:.2} s more on {cores} processors"
+            );
+        }
+    }
+}
+
+/// axe-core, that looks for what keeps people out: of the page's own tools, which are fetched where they are not there.
+fn axe() -> String {
+    let web = Path::new(env!("CARGO_MANIFEST_DIR")).join("web");
+    let file = web.join("node_modules/axe-core/axe.min.js");
+    if !file.exists() {
+        let done = Command::new("npm").arg("ci").current_dir(&web).output().expect("npm runs; install the package npm");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+    std::fs::read_to_string(file).expect("axe-core")
+}
+
+/// Fails on what keeps people out.
+async fn assert_open_to_all(browser: &Browser, place: &str) {
+    let look = "return axe.run(document, { resultTypes: ['violations'] }).then(found => found.violations\
+        .filter(v => ['serious', 'critical'].includes(v.impact)).map(v => [v.id, ...v.nodes.slice(0, 3).map(n => n.html)]))";
+    assert_eq!(browser.run(look).await, json!([]), "{place}");
+}
+
+#[tokio::test]
+async fn nothing_serious_keeps_people_out_and_each_mode_draws() {
+    let folder = recorded();
+    let server = Server::start(folder.path(), &["staircase.csv", "ramp.csv"]);
+    let browser = Browser::start().await;
+    browser.client.goto(&server.url).await.expect("the page opens");
+    wait_for(&browser, "return document.querySelector('#identify')?.disabled === false").await;
+    browser.click("#identify").await;
+    wait_for(&browser, &versions(1, 0)).await;
+    browser.click("#diagnose").await;
+    wait_for(&browser, "return document.querySelector('#odds') !== null").await;
+    wait_for(&browser, DRAWN).await;
+    browser.run(&format!("{}; return typeof axe", axe())).await;
+    let dark = |dark: bool| {
+        let scheme = if dark { "dark" } else { "light" };
+        json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] })
+    };
+    for is_dark in [false, true] {
+        browser.devtools("Emulation.setEmulatedMedia", dark(is_dark)).await;
+        for room in ["model", "plan", "challenge", "correction", "judge"] {
+            browser.click(&format!("#tab-{room}")).await;
+            assert_open_to_all(&browser, &format!("{room}, dark: {is_dark}")).await;
+        }
+        browser.click("#tab-model").await;
+        for (mode, charts, shape) in
+            [("spectrum", 5, "path"), ("order", 5, "path"), ("correlation", 4, "circle"), ("plane", 3, ".dots")]
+        {
+            browser.click(&format!("#{mode}")).await;
+            let all = format!(
+                "const all = [...document.querySelectorAll('.analyses .chart')]; \
+                 return all.length === {charts} && all.every(c => c.querySelector('svg {shape}'))"
+            );
+            wait_for(&browser, &all).await;
+            assert_open_to_all(&browser, &format!("{mode}, dark: {is_dark}")).await;
+            let sight = "return document.documentElement.scrollHeight <= innerHeight \
+                && [...document.querySelectorAll('.analyses .chart svg')].every(c => c.getBoundingClientRect().height > 30)";
+            assert_eq!(browser.run(sight).await, true, "{mode} fits");
+            browser.screenshot(&format!("serve-{mode}-{}.png", if is_dark { "dark" } else { "light" })).await;
+        }
+        browser.click("#panes .roles button").await;
+    }
+    // The mains stand out of the current where they are: 50 Hz, of the staircase and the ramp.
+    browser.click("#spectrum").await;
+    browser.click("[data-chart=i_a] .saves button:last-child").await;
+    let (_, table) = browser.download("csv").await;
+    let table = String::from_utf8(table).expect("UTF-8");
+    let rows = table
+        .lines()
+        .skip(1)
+        .map(|line| -> Vec<f64> { line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect() });
+    let peak = rows.max_by(|a, b| a[1].total_cmp(&b[1])).expect("rows");
+    // To a line of the spectrum of 6 s, of some 1.2 Hz.
+    assert!((peak[0] - 50.0).abs() < 2.0, "{} Hz", peak[0]);
+    // By the keyboard alone, from tab to tab.
+    browser.run("document.querySelector('#tab-model').focus(); return true").await;
+    browser.key('\u{e014}').await;
+    assert_eq!(browser.run("return document.activeElement.id").await, "tab-plan");
+    assert_eq!(browser.run("return document.querySelector('#plan') !== null").await, true);
+    browser.assert_no_complaint().await;
+    browser.close().await;
 }

@@ -120,7 +120,7 @@ pub const ALL: &[Check] = &[
     Check {
         name: TESTS,
         what: "all tests of the workspace, the emulated microcontroller, the virtual board and the browser included",
-        needs: &[Need::Target, Need::Qemu, Need::Browser, Need::BoardTools],
+        needs: &[Need::Target, Need::Qemu, Need::Browser, Need::Node, Need::BoardTools],
         run: tests,
     },
     Check {

@@ -25,6 +25,7 @@ mod given;
 pub mod identify;
 pub mod monitor;
 pub mod next;
+pub mod plan;
 pub mod predict;
 pub mod simulate;
 pub mod train;

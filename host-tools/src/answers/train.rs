@@ -186,7 +186,8 @@ impl Answer {
     }
 }
 
-fn learning_curve(trained: &Trained) -> Curves {
+/// The error over the epochs.
+pub fn learning_curve(trained: &Trained) -> Curves {
     let of = |get: &dyn Fn(&Epoch) -> Option<f64>| -> Vec<(f64, f64)> {
         trained.epochs.iter().enumerate().filter_map(|(k, e)| Some((k as f64 + 1.0, get(e)?))).collect()
     };

@@ -1,6 +1,6 @@
 //! `greyrig plan`: the recording that would best tell rival effects apart.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use greyrig::effects::EffectId;
@@ -9,7 +9,7 @@ use super::stdout;
 use super::table::{Cell, Column, Table};
 use super::terminal::Terminal;
 use super::words;
-use crate::answers::next::{CommandLine, unused};
+use crate::answers::plan::rehearsed;
 use crate::error::{Error, Result};
 use crate::model::{Kind, Model, catalogue};
 use crate::plan::{Contest, Limits, Plan, Proposal, Take, plan};
@@ -90,7 +90,7 @@ fn print(plan: &Plan, kind: Kind) -> Result<()> {
     for take in &plan.best {
         stdout::print_line(&format!("  {}", instruction(take)))?;
     }
-    let simulated = plan.best.iter().map(|take| simulated(take, kind)).reduce(CommandLine::then);
+    let simulated = rehearsed(&plan.best, kind);
     if simulated.is_some() {
         stdout::print_line("on the virtual rig:")?;
     }
@@ -137,14 +137,4 @@ fn instruction(take: &Take) -> String {
         words::quantity(take.peak_voltage_v, "V"),
         words::quantity(take.peak_current_a, "A")
     )
-}
-
-/// The recording, made by the virtual rig.
-fn simulated(take: &Take, kind: Kind) -> CommandLine {
-    CommandLine::new("simulate")
-        .option("--kind", [kind])
-        .option("--profile", [take.profile])
-        .option("--seconds", [take.seconds])
-        .option("--peak-voltage", [format!("{:.1}", take.peak_voltage_v)])
-        .option("--out", [unused(Path::new(&format!("{}.csv", take.profile))).display()])
 }

@@ -2,6 +2,7 @@
 //! from healthy motors, and what may be broken.
 
 pub mod air;
+pub mod bands;
 pub mod calibrate;
 pub mod drift;
 pub mod gauge;

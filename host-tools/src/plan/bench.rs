@@ -72,6 +72,17 @@ impl Bench {
         limits: Limits,
         ctx: &Context,
     ) -> Result<Self> {
+        let in_question: Vec<EffectId> = pairs.iter().flatten().map(|d| d.id).collect();
+        let mut bench = Self::without(model, &in_question, seconds, limits)?;
+        bench.size(model, pairs, seconds, ctx)?;
+        Ok(bench)
+    }
+
+    /// Prepares a model that lacks what is in question, with no effects at their sizes.
+    ///
+    /// # Errors
+    /// A model without a parameter that it takes.
+    pub fn without(model: &Model, in_question: &[EffectId], seconds: f64, limits: Limits) -> Result<Self> {
         let missing = BaseParameter::POSITIVE.into_iter().filter(|p| model.base_parameter(*p).is_none());
         let missing: Vec<&str> = missing.map(BaseParameter::name).collect();
         if !missing.is_empty() {
@@ -93,15 +104,12 @@ impl Bench {
         };
         take(&mut space, model, &scales);
         // A rival that the model has already is in question: it is no part of the base.
-        for d in pairs.iter().flatten() {
-            space = space.without_effect(d.id);
+        for id in in_question {
+            space = space.without_effect(*id);
         }
         let nominal = crate::rig::Motor::nominal(model.kind);
         let noise = ChainSetup::for_motor(&nominal, false).channels.map(|c| FILTERED * c.noise);
-        let mut bench =
-            Self { space, kind: model.kind, limits, filter: model.filter, noise, scales, effects: Vec::new() };
-        bench.size(model, pairs, seconds, ctx)?;
-        Ok(bench)
+        Ok(Self { space, kind: model.kind, limits, filter: model.filter, noise, scales, effects: Vec::new() })
     }
 
     /// Gives each effect the size at which it changes the current of the usual staircase by 1 %.
@@ -113,7 +121,7 @@ impl Bench {
             self.waveform(usual, seconds, ctx)?.ok_or_else(|| refused("it does not stay within the limits"))?;
         self.scales.speed = waveform.peak_speed.max(1e-9);
         take(&mut self.space, model, &self.scales);
-        let trial = self.trial(waveform, &self.space)?;
+        let trial = self.trial(waveform, &self.space, ctx)?;
         let plain = trial.at(&self.space, &self.space.coordinates());
         let mut all: Vec<&'static Description> = pairs.iter().flatten().copied().collect();
         all.sort_by_key(|d| d.id);
@@ -124,6 +132,7 @@ impl Bench {
             let changed = trial.at(&there, &there.coordinates()) - &plain;
             let [current, reference] = [&changed, &plain].map(|y| trial.currents(y).map(|i| i * i).sum::<f64>().sqrt());
             let factor = if current > 0.0 { ERROR * reference / current } else { 1.0 / SMALL };
+            ctx.check()?;
             let size = (SMALL * typical * factor).clamp(d.size().range.0, d.size().range.1);
             self.effects.push((d, size));
         }
@@ -155,7 +164,7 @@ impl Bench {
             peak_voltage_v: waveform.peak_voltage,
             peak_current_a: waveform.peak_current,
         };
-        let trial = self.trial(waveform, &self.space)?;
+        let trial = self.trial(waveform, &self.space, ctx)?;
         let theta = self.space.coordinates();
         let plain = trial.at(&self.space, &theta);
         let base = jacobian_at(&self.space, &trial, &theta, &plain, DIFFERENCE);
@@ -167,29 +176,35 @@ impl Bench {
             (d.id, all)
         });
         let effects = effects.collect();
+        // What was stopped is no piece.
+        ctx.check()?;
         Ok(Some(Piece { take, base, effects }))
     }
 
     /// How well each set of recordings tells two rivals apart.
-    pub fn contest(&self, pair: [&'static Description; 2], sets: &[Set<'_>]) -> Contest {
+    ///
+    /// # Errors
+    /// An interrupt.
+    pub fn contest(&self, pair: [&'static Description; 2], sets: &[Set<'_>], ctx: &Context) -> Result<Contest> {
         let mut proposals: Vec<Proposal> = sets
             .par_iter()
             .map(|set| {
+                ctx.check()?;
                 let each = [remains(&set.pieces, pair[0].id, pair[1].id), remains(&set.pieces, pair[1].id, pair[0].id)];
-                Proposal { recordings: set.takes.clone(), separation: each[0].min(each[1]), each }
+                Ok(Proposal { recordings: set.takes.clone(), separation: each[0].min(each[1]), each })
             })
-            .collect();
+            .collect::<Result<_>>()?;
         proposals.sort_by(|a, b| b.separation.total_cmp(&a.separation));
         let size = |d: &Description| self.effects.iter().find(|(e, _)| e.id == d.id).map_or(0.0, |e| e.1);
-        Contest {
+        Ok(Contest {
             rivals: pair.map(|d| d.id),
             sizes: pair.map(size),
             separated_by: InWords(pair[0].separated_by).to_string(),
             proposals,
-        }
+        })
     }
 
-    fn trial(&self, waveform: Drawn, space: &Space) -> Result<Trial> {
+    fn trial(&self, waveform: Drawn, space: &Space, ctx: &Context) -> Result<Trial> {
         let refused = |e: String| Error::usage(format!("the model cannot be run: {e}"), "check its parameters");
         let motor = space.motor().map_err(|e| refused(e.to_string()))?;
         let substeps = Stepper::build(motor, 1.0 / SAMPLE_RATE_HZ).map_err(|e| refused(e.to_string()))?.substeps();
@@ -201,11 +216,14 @@ impl Bench {
         let coefficients =
             settings.build().map_err(|e| refused(format!("its filter does not fit {SAMPLE_RATE_HZ} Hz: {e}")))?;
         let cutoff_hz = self.filter.cutoff_hz;
-        Ok(Trial::new(waveform, substeps, coefficients, cutoff_hz, self.noise))
+        Ok(Trial::new(waveform, substeps, coefficients, cutoff_hz, self.noise, ctx.cancel_flag().clone()))
     }
 
     /// The voltage of a profile, scaled down until the limits are kept.
-    fn waveform(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Drawn>> {
+    ///
+    /// # Errors
+    /// A model that cannot be run, an interrupt.
+    pub fn waveform(&self, profile: &'static Profile, seconds: f64, ctx: &Context) -> Result<Option<Drawn>> {
         let refused = |e: greyrig::motor::ParameterError| {
             Error::usage(format!("the model cannot be run: {e}"), "check its parameters")
         };

@@ -135,9 +135,28 @@ fn planned(model: &Model, rivals: &[EffectId], seconds: f64, limits: Limits, ctx
         })
         .collect::<Result<_>>()?;
     let sets = sets(&pieces, seconds);
-    let contests: Vec<Contest> = pairs.iter().map(|pair| bench.contest(*pair, &sets)).collect();
+    let contests: Vec<Contest> = pairs.iter().map(|pair| bench.contest(*pair, &sets, ctx)).collect::<Result<_>>()?;
     let best = overall(&contests, &sets);
     Ok(Plan { limits, contests, best })
+}
+
+/// The voltage of a recording that a plan proposes, V, at each sample of the rig's rate: what it was when it was
+/// weighed. `in_question` are the rivals of that plan.
+///
+/// # Errors
+/// A profile that there is not, or that does not keep the limits; a model that cannot be run; an interrupt.
+pub fn voltage(
+    model: &Model,
+    in_question: &[EffectId],
+    (profile, seconds): (&str, f64),
+    limits: Limits,
+    ctx: &Context,
+) -> Result<Vec<f64>> {
+    let bench = Bench::without(model, in_question, seconds, limits)?;
+    let drawn = bench.waveform(Profile::find(profile)?, seconds, ctx)?;
+    drawn.map(|drawn| drawn.voltage).ok_or_else(|| {
+        Error::usage(format!("{profile} does not stay within the limits"), "take another recording of the plan")
+    })
 }
 
 /// One or two pieces, and what they stand for.

@@ -5,6 +5,7 @@ use greyrig::effects::Passed;
 use greyrig::motor::{Constraints, Memories, Motor, OperatingPoint, State, Stepper};
 use nalgebra::DVector;
 
+use crate::context::CancelFlag;
 use crate::identify::minimise::Residuals;
 use crate::identify::space::Space;
 use crate::rig::SAMPLE_RATE_HZ;
@@ -81,21 +82,27 @@ pub struct Trial {
     stride: usize,
     noise: [f64; 3],
     groups: Vec<u8>,
+    cancel: CancelFlag,
 }
+
+/// Samples after which it is looked whether the work is to stop: a few milliseconds.
+const LOOK_EVERY: usize = 1 << 14;
 
 impl Trial {
     /// Of a waveform, with steps per sample that fit the motor, and the noise of voltage, current and speed. Four rows
-    /// for each period of the filter's cut-off.
+    /// for each period of the filter's cut-off. Once `cancel` is set no run is made any more: what it yields is of no
+    /// use, and whoever asked looks, too.
     pub fn new(
         waveform: Drawn,
         substeps: u8,
         coefficients: Coefficients<f64>,
         cutoff_hz: f64,
         noise: [f64; 3],
+        cancel: CancelFlag,
     ) -> Self {
         let stride = ((SAMPLE_RATE_HZ / (4.0 * cutoff_hz)) as usize).max(1);
         let rows = SIGNALS * waveform.voltage.len().div_ceil(stride);
-        Self { waveform, substeps, coefficients, stride, noise, groups: vec![0; rows] }
+        Self { waveform, substeps, coefficients, stride, noise, groups: vec![0; rows], cancel }
     }
 
     /// The rows of the current.
@@ -113,6 +120,9 @@ impl Trial {
         let mut filters = [Cascade::<f64>::default(), Cascade::default()];
         let mut rows = Vec::with_capacity(self.groups.len());
         for n in 0..voltage.len() {
+            if n % LOOK_EVERY == 0 && self.cancel.is_cancelled() {
+                return None;
+            }
             let constraints = Constraints { speed: locked[n].then_some(0.0), current: open[n].then_some(0.0) };
             let before = stepper.state();
             let after = stepper.step(voltage[n.saturating_sub(1)], voltage[n], constraints);

@@ -35,24 +35,31 @@ pub fn report(data: &Named, trained: &Trained, command: &str) -> Report<'static>
 
 /// Adds what the network has learnt: its membership functions before and after, and its response.
 pub fn network<'a>(mut report: Report<'a>, inputs: &[String], target: &str, trained: &Trained) -> Report<'a> {
-    let net = &trained.net;
-    for (i, name) in inputs.iter().enumerate() {
-        for (when, of) in [("before", &trained.initial), ("after", net)] {
-            report = report.curves(
-                format!("Membership functions of {name}, {when} training"),
-                functions(of, i, name, trained.inputs[i]),
-            );
+    for (name, both) in inputs.iter().zip(memberships(inputs, trained)) {
+        for (when, curves) in ["before", "after"].into_iter().zip(both) {
+            report = report.curves(format!("Membership functions of {name}, {when} training"), curves);
         }
     }
-    if net.inputs == 1 {
+    if trained.net.inputs == 1 {
         report = report.curves("Response", response(trained, &inputs[0], target));
     }
-    let pairs = (0..net.inputs).flat_map(|a| (a + 1..net.inputs).map(move |b| (a, b)));
-    for (a, b) in pairs.take(SURFACES) {
-        let heading = format!("Response over {} and {}", inputs[a], inputs[b]);
-        report = report.surface(heading, surface(inputs, target, trained, a, b));
+    for surface in surfaces(inputs, target, trained) {
+        report = report.surface(format!("Response over {} and {}", surface.x.0, surface.y.0), surface);
     }
     report
+}
+
+/// The membership functions of each input, before and after the training.
+pub fn memberships(inputs: &[String], trained: &Trained) -> Vec<[Curves; 2]> {
+    let of = |i: usize| [&trained.initial, &trained.net].map(|net| functions(net, i, &inputs[i], trained.inputs[i]));
+    (0..inputs.len()).map(of).collect()
+}
+
+/// The response over each pair of inputs, of six pairs at most.
+pub fn surfaces(inputs: &[String], target: &str, trained: &Trained) -> Vec<Surface> {
+    let count = trained.net.inputs;
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
+    pairs.take(SURFACES).map(|(a, b)| surface(inputs, target, trained, a, b)).collect()
 }
 
 fn why(stopped: Stopped) -> &'static str {

@@ -152,6 +152,8 @@ told! {
         pub classes: Vec<Vec<String>>,
         /// In a motor engineer's words.
         pub text: String,
+        /// What is left that no verdict names, in words: such as an acquittal far above the noise of the sensors.
+        pub remaining: Option<String>,
         /// The recording that would tell more.
         pub next_experiment: Option<String>,
         /// Best gain of a decoy: what is below it is chance.
@@ -162,6 +164,138 @@ told! {
         pub basis: String,
         /// The command that does the same.
         pub command: String,
+    }
+
+    /// A recording to be made.
+    struct Take {
+        /// Profile of the rig.
+        pub profile: String,
+        /// Length, s.
+        pub seconds: f64,
+        /// Peak voltage, V.
+        pub peak_voltage_v: f64,
+        /// Peak current of the model, A.
+        pub peak_current_a: f64,
+    }
+
+    /// Recordings, and how well they tell two rivals apart.
+    struct Proposal {
+        /// One or two.
+        pub takes: Vec<Take>,
+        /// What remains of the effect that is harder to tell, in multiples of the noise.
+        pub separation: f64,
+    }
+
+    /// Two rivals, and the proposals for them.
+    struct Contest {
+        /// The effects.
+        pub rivals: [String; 2],
+        /// What the catalogue says.
+        pub separated_by: String,
+        /// Best first.
+        pub proposals: Vec<Proposal>,
+    }
+
+    /// What recordings would tell rivals apart.
+    struct Plan {
+        /// Largest voltage, V.
+        pub voltage_v: f64,
+        /// Largest current, A.
+        pub current_a: f64,
+        /// Pair by pair.
+        pub contests: Vec<Contest>,
+        /// The recordings that tell most over all pairs.
+        pub best: Vec<Take>,
+        /// The command that does the same.
+        pub command: String,
+        /// The commands that make the best recordings on the virtual rig.
+        pub rehearsal: Option<String>,
+    }
+
+    /// What one effect would have done.
+    struct Challenged {
+        /// The effect.
+        pub effect: String,
+        /// The field's name of it.
+        pub name: String,
+        /// Unit of its size.
+        pub unit: String,
+        /// Smallest size at which diagnosis names it.
+        pub revealed_from: Option<f64>,
+        /// Largest size tried at which it does not.
+        pub hidden_up_to: Option<f64>,
+        /// What that adds to the error in free run.
+        pub esr: Figures,
+        /// What diagnosis names in its place at the largest hidden size.
+        pub mistaken_for: Option<String>,
+        /// Why diagnosis does not name it there.
+        pub objection: Option<String>,
+    }
+
+    /// An effect that these recordings cannot tell.
+    struct OutOfReach {
+        /// The effect.
+        pub effect: String,
+        /// The field's name of it.
+        pub name: String,
+        /// What it takes instead.
+        pub text: String,
+    }
+
+    /// From what size on the recordings would have revealed each effect.
+    struct Challenge {
+        /// What diagnosis finds without any challenge.
+        pub found: Vec<String>,
+        /// Whether structure is left that no effect explains, which hides small effects.
+        pub unexplained: bool,
+        /// Effect by effect.
+        pub effects: Vec<Challenged>,
+        /// The others.
+        pub out_of_reach: Vec<OutOfReach>,
+        /// The recordings that it rests on.
+        pub basis: String,
+        /// The command that does the same.
+        pub command: String,
+    }
+
+    /// Curves over one axis.
+    struct Lines {
+        /// Name and unit of the axis.
+        pub x: String,
+        /// Name and unit of the values.
+        pub y: String,
+        /// Each a path.
+        pub curves: Vec<Locus>,
+    }
+
+    /// What a network answers over two of its inputs.
+    struct Surface {
+        /// Input across, and its range.
+        pub x: String,
+        /// Range across.
+        pub x_range: [f64; 2],
+        /// Input up.
+        pub y: String,
+        /// Range up.
+        pub y_range: [f64; 2],
+        /// Cells in a row.
+        pub columns: u32,
+        /// Row by row, from the lower left.
+        pub values: Vec<f64>,
+    }
+
+    /// What was learnt of what the physics leaves over.
+    struct Correction {
+        /// What it does, in a sentence.
+        pub text: String,
+        /// Whether the error falls on data held out.
+        pub accepted: bool,
+        /// Error over the epochs.
+        pub learning: Lines,
+        /// Membership functions of each input, before and after.
+        pub memberships: Vec<[Lines; 2]>,
+        /// Its response.
+        pub surfaces: Vec<Surface>,
     }
 
     /// A version of the model.
@@ -182,6 +316,8 @@ told! {
         pub parameters: Vec<Parameter>,
         /// What the identification has to say.
         pub notes: Vec<String>,
+        /// What the user has to say.
+        pub note: Option<String>,
         /// Error-to-signal ratio on the data that a fit of the training data has seen.
         pub training: Figures,
         /// The same on the data held out from it.
@@ -194,6 +330,137 @@ told! {
         pub basis: String,
         /// The answer to what it lacks.
         pub diagnosis: Option<Diagnosis>,
+        /// Whether it has learnt a correction of what the physics leaves over.
+        pub corrected: Option<bool>,
+        /// What recordings would tell rivals apart.
+        pub plan: Option<Plan>,
+        /// What these recordings would have shown.
+        pub challenge: Option<Challenge>,
+    }
+
+    /// A model with limits, that motors are judged by.
+    struct Station {
+        /// As the user knows it.
+        pub name: String,
+        /// Its file.
+        pub path: String,
+        /// The motor type.
+        pub motor: Option<String>,
+        /// Healthy motors that taught it; 0 where its file does not tell.
+        pub motors: u32,
+        /// Their runs.
+        pub runs: u32,
+        /// Share of healthy motors that the limits are to hold, and the confidence in that.
+        pub holds: [f64; 2],
+        /// Whether it knows the balances of its lot, so that it names faults.
+        pub knows_lot: bool,
+    }
+
+    /// An alarm, from its first period to its last.
+    struct Alarm {
+        /// Begin, s.
+        pub from_s: f64,
+        /// End, s.
+        pub to_s: f64,
+        /// `electrical`, `mechanical` or `sensor`.
+        pub kind: String,
+        /// What called.
+        pub cause: String,
+        /// What may be broken.
+        pub suspect: String,
+        /// Largest ratio to the limit.
+        pub ratio: f64,
+    }
+
+    /// What may be wrong with a motor.
+    struct Hypothesis {
+        /// In words.
+        pub text: String,
+        /// `electrical`, `mechanical` or `sensor`.
+        pub kind: String,
+        /// By how much what it rests on exceeds its limit; none of a cause that is told by what it explains alone.
+        pub ratio: Option<f64>,
+        /// How many times likelier what explains most is, 1 of that itself.
+        pub odds: Option<f64>,
+        /// Share of what was seen that it explains.
+        pub explains: f64,
+        /// Whether it is about as likely as the first.
+        pub as_likely: bool,
+        /// What to look at on the bench.
+        pub look_at: String,
+    }
+
+    /// What healthy motors show.
+    #[derive(Copy)]
+    struct Band {
+        /// From, where there is a lower end.
+        pub low: Option<f64>,
+        /// To.
+        pub high: f64,
+    }
+
+    /// Something that is watched over the time of a test.
+    struct Course {
+        /// In words.
+        pub name: String,
+        /// Its unit; empty of a ratio.
+        pub unit: String,
+        /// Between what healthy motors are; none: it has no limit of its own.
+        pub band: Option<Band>,
+        /// Times, s.
+        pub t_s: Vec<f64>,
+        /// Its values.
+        pub values: Vec<f64>,
+    }
+
+    /// A figure of a motor among those of healthy ones.
+    struct Place {
+        /// In words.
+        pub name: String,
+        /// Its unit; empty of a ratio.
+        pub unit: String,
+        /// What the motor shows.
+        pub value: f64,
+        /// Between what healthy motors are.
+        pub band: Band,
+        /// How far it is from what is usual, as a share of the way to the limit.
+        pub ratio: f64,
+    }
+
+    /// A motor that has been judged.
+    struct Test {
+        /// Number of the recording.
+        pub recording: u32,
+        /// As the user knows it.
+        pub name: String,
+        /// Serial number, if the recording tells it.
+        pub serial: Option<String>,
+        /// `pass`, `fail` or `cannot judge`.
+        pub verdict: String,
+        /// Why it cannot be judged.
+        pub reasons: Vec<String>,
+        /// Alarms in time.
+        pub alarms: Vec<Alarm>,
+        /// What may be wrong, the likeliest first.
+        pub hypotheses: Vec<Hypothesis>,
+        /// Where it lies among healthy motors.
+        pub places: Vec<Place>,
+        /// What is watched, over time.
+        pub courses: Vec<Course>,
+        /// Periods that were judged, and all.
+        pub periods: [u32; 2],
+    }
+
+    /// Motors that have been judged.
+    struct Judged {
+        /// Goes up with each judgement.
+        pub number: u32,
+        /// The station that judged.
+        pub station: String,
+        /// In the order of the recordings.
+        pub tests: Vec<Test>,
+        /// The command that does the same.
+        pub command: String,
     }
 
     /// What is being done.
@@ -252,6 +519,14 @@ told! {
         pub identify: Option<String>,
         /// The built-in motor, if it is one.
         pub tour: Option<Tour>,
+        /// The kind of motor, by whose rig a plan is limited.
+        pub kind: String,
+        /// Peak voltage and peak current that a plan keeps to unless it is told otherwise, V and A.
+        pub usual_limits: [f64; 2],
+        /// What motors are judged by.
+        pub station: Option<Station>,
+        /// Number of the last judgement.
+        pub judged: Option<u32>,
     }
 
     /// What the stream of events tells.
@@ -288,6 +563,58 @@ told! {
         pub mean: Vec<f64>,
         /// RMS residual.
         pub rms: Vec<f64>,
+    }
+
+    /// What is in a signal at each frequency, or order.
+    struct Spectrum {
+        /// From one line to the next, Hz or orders.
+        pub step: f64,
+        /// Parts of the time that were averaged.
+        pub parts: u32,
+        /// Root of the power density at 0, step, 2 step …
+        pub amplitude: Vec<f64>,
+    }
+
+    /// A correlation at equal lags.
+    struct Correlation {
+        /// First lag, s.
+        pub first_s: f64,
+        /// From one lag to the next, s.
+        pub step_s: f64,
+        /// At this lag and those that follow.
+        pub values: Vec<f64>,
+        /// What it exceeds by chance at one lag in a hundred.
+        pub bound: f64,
+    }
+
+    /// What a residual has to do with its past and with the voltage.
+    struct Correlations {
+        /// With its own past.
+        pub own: Correlation,
+        /// With the voltage; positive lags: the residual comes later. None: there is none.
+        pub input: Option<Correlation>,
+    }
+
+    /// A path in a plane.
+    struct Locus {
+        /// What it is of.
+        pub name: String,
+        /// Across.
+        pub x: Vec<f64>,
+        /// Up.
+        pub y: Vec<f64>,
+    }
+
+    /// A plane in which a motor's laws are drawn.
+    struct LawPlane {
+        /// What it is, in words.
+        pub name: String,
+        /// Unit across.
+        pub x_unit: String,
+        /// Unit up.
+        pub y_unit: String,
+        /// Measured, and of the model.
+        pub loci: Vec<Locus>,
     }
 
     /// What a change has made.

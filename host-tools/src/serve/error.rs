@@ -21,6 +21,18 @@ pub enum Error {
     /// There is no model to work on.
     #[error("there is no model; identify one first")]
     NoModel,
+    /// There is nothing to judge motors by.
+    #[error("there are no limits to judge by; open a station file, or learn them from recordings of healthy motors")]
+    NoStation,
+    /// Nothing has been judged.
+    #[error("no motor has been judged yet")]
+    NotJudged,
+    /// The version has no plan.
+    #[error("there is no plan for version {0}; make one first")]
+    NoPlan(u32),
+    /// The version has learnt nothing.
+    #[error("version {0} has learnt nothing here; train one")]
+    NothingLearnt(u32),
     /// There is no recording of this number.
     #[error("there is no recording {0}; reload the page")]
     NoRecordingAt(u32),
@@ -66,6 +78,12 @@ pub enum Error {
     /// This recording does not hold the signal.
     #[error("this recording does not hold that signal")]
     NoSignal,
+    /// A stretch of time that holds too few samples for a spectrum.
+    #[error("too few samples, or none but gaps; show a longer stretch of time")]
+    TooShort,
+    /// A rotor that stands has no orders.
+    #[error("the rotor does not turn there; show another stretch of time")]
+    NeverTurns,
     /// The work has panicked.
     #[error("this has failed within greyrig; report it as a bug")]
     Panicked,
@@ -82,7 +100,13 @@ impl Error {
     pub fn status(&self) -> StatusCode {
         match self {
             Self::Busy(_) | Self::NothingToStop | Self::HasFollowers => StatusCode::CONFLICT,
-            Self::NoVersion(_) | Self::NoRecordingAt(_) | Self::NotYet(_) | Self::NoSignal => StatusCode::NOT_FOUND,
+            Self::NoVersion(_)
+            | Self::NoRecordingAt(_)
+            | Self::NotYet(_)
+            | Self::NoSignal
+            | Self::NotJudged
+            | Self::NoPlan(_)
+            | Self::NothingLearnt(_) => StatusCode::NOT_FOUND,
             Self::NoRevision => StatusCode::PRECONDITION_REQUIRED,
             Self::Behind => StatusCode::PRECONDITION_FAILED,
             Self::TooLarge(_) => StatusCode::PAYLOAD_TOO_LARGE,

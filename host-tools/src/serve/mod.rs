@@ -4,6 +4,7 @@
 //! server ─► gate, connections, page
 //!   └─► session ─► project, recordings      what is kept
 //!          ├─────► task, job, version       what is done
+//!          │         └─► correction, judge, planning
 //!          └─────► curves ─► simulated, plane ─► pyramid
 //! ```
 //! A [`Session`] holds a project: recordings, what is wrong with them, and the tree of versions of the model, saved as
@@ -12,12 +13,15 @@
 
 mod api;
 mod connections;
+mod correction;
 mod curves;
 mod error;
 mod gate;
 mod job;
+mod judge;
 mod page;
 mod plane;
+mod planning;
 mod project;
 mod pyramid;
 mod recordings;

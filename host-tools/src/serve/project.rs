@@ -5,6 +5,8 @@
 //!   project.json      recordings by path and hash, roles, versions with the command that makes each
 //!   versions/3.toml   the model files
 //!   recordings/       what was sent by the page
+//!   station.toml      the model with limits by which motors are judged
+//!   judged.json       the last judgement
 //!   token             who knows it may use the page
 //!   lock              held while the page is served
 //! ```
@@ -48,6 +50,9 @@ pub struct Content {
     pub next: u32,
     /// The built-in motor, if it is one.
     pub tour: Option<api::Tour>,
+    /// What the user knows the model by which motors are judged.
+    #[serde(default)]
+    pub station: Option<String>,
 }
 
 impl Content {
@@ -172,6 +177,62 @@ impl Project {
     pub fn save_model(&self, version: u32, model: &Model) -> Result<()> {
         let text = model.text()?;
         output::write_file(&self.model_file(version), true, |out| out.write_all(text.as_bytes()))
+    }
+
+    fn correction_file(&self, version: u32) -> PathBuf {
+        self.folder.join(format!("versions/{version}.correction.json"))
+    }
+
+    /// Saves what a version has learnt.
+    ///
+    /// # Errors
+    /// Whatever the system refuses.
+    pub fn save_correction(&self, version: u32, correction: &api::Correction) -> Result<()> {
+        output::write_file(&self.correction_file(version), true, |out| {
+            serde_json::to_writer(out, correction).map_err(std::io::Error::other)
+        })
+    }
+
+    /// What a version has learnt, as JSON, if it has here.
+    pub fn correction(&self, version: u32) -> Option<Vec<u8>> {
+        std::fs::read(self.correction_file(version)).ok()
+    }
+
+    /// The model by which motors are judged.
+    pub fn station_file(&self) -> PathBuf {
+        self.folder.join("station.toml")
+    }
+
+    /// Saves it; what another one has judged goes.
+    ///
+    /// # Errors
+    /// As [`save_model`](Self::save_model).
+    pub fn save_station(&self, model: &Model) -> Result<()> {
+        let (text, judged) = (model.text()?, self.judged_file());
+        match std::fs::remove_file(&judged) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(Error::io(&judged, e)),
+            _ => {}
+        }
+        output::write_file(&self.station_file(), true, |out| out.write_all(text.as_bytes()))
+    }
+
+    fn judged_file(&self) -> PathBuf {
+        self.folder.join("judged.json")
+    }
+
+    /// Saves a judgement in place of the one before.
+    ///
+    /// # Errors
+    /// Whatever the system refuses.
+    pub fn save_judged(&self, judged: &api::Judged) -> Result<()> {
+        output::write_file(&self.judged_file(), true, |out| {
+            serde_json::to_writer(out, judged).map_err(std::io::Error::other)
+        })
+    }
+
+    /// The judgement that was saved, if this greyrig can read it.
+    pub fn judged(&self) -> Option<api::Judged> {
+        serde_json::from_slice(&std::fs::read(self.judged_file()).ok()?).ok()
     }
 
     /// A file for what the page sends.

@@ -64,7 +64,7 @@ impl Entry {
 }
 
 /// An error with the name that the user knows a file by.
-fn named(error: error::Error, path: &Path, name: &Path) -> error::Error {
+pub fn named(error: error::Error, path: &Path, name: &Path) -> error::Error {
     use error::Error as E;
     match error {
         E::Input { mut place, what, remedy } if place.path == path => {

@@ -15,6 +15,7 @@ use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::{Stream, StreamExt, stream};
+use greyrig::effects::EffectId;
 use tempfile::NamedTempFile;
 
 use super::api::{Changed, Role};
@@ -24,13 +25,15 @@ use super::error::{Error, Result};
 use super::gate::{Gate, Pass};
 use super::page;
 use super::plane::Plane;
-use super::session::{Expected, Session, Stretch};
+use super::planning::Wanted;
+use super::session::{Expected, Over, Session, Stretch};
 use super::simulated::Kind;
-use super::task::{Added, Task};
+use super::task::{Added, Task, Training};
 use crate::compare::Signal;
 use crate::context::CancelFlag;
 use crate::error;
 use crate::model::Model;
+use crate::plan::Limits;
 use crate::recording::Channel;
 use crate::term::Formula;
 
@@ -85,6 +88,9 @@ fn router(session: Session, port: u16) -> Router {
         .route("/state", get(|session: State<Session>| async move { json(&session.told()) }))
         .route("/events", get(events))
         .route("/signal/{recording}/{channel}", get(signal))
+        .route("/spectrum/{recording}/{channel}", get(spectrum))
+        .route("/correlations/{recording}/{channel}", get(correlations))
+        .route("/planes/{recording}", get(planes))
         .route("/map/{version}/{plane}/{signal}", get(map))
         .route("/instants/{version}/{plane}/{recording}", get(instants))
         .route("/cells/{version}/{plane}/{recording}", get(cells))
@@ -95,10 +101,21 @@ fn router(session: Session, port: u16) -> Router {
         .route("/diagnose", post(|session, headers| begin(session, headers, Ok(Task::Diagnose))))
         .route("/add", post(add))
         .route("/models", post(open_model))
+        .route("/train", post(begin_training))
+        .route("/correction/{version}", get(correction))
+        .route("/plan", post(begin_plan))
+        .route("/challenge", post(begin_challenge))
+        .route("/station", post(set_station))
+        .route("/calibrate", post(begin_calibration))
+        .route("/judge", post(begin_to_judge))
+        .route("/judged", get(judged))
+        .route("/proposed/{version}/{profile}", get(proposed))
+        .route("/profile/{version}/{profile}", get(profile_file))
         .route("/stop", post(|session: State<Session>| async move { answer(session.stop()) }))
         .route("/tour", post(tour))
         .route("/go", post(go))
         .route("/forget", post(remove_version))
+        .route("/note", post(write_note))
         .route("/recordings", post(add_recording))
         .route("/remove", post(remove_recording))
         .route("/role", post(set_role))
@@ -231,6 +248,11 @@ async fn remove_version(State(session): State<Session>, query: Named, headers: H
     answer(expected(&headers).and_then(|expected| session.remove_version(expected, number(&query, "version")?)))
 }
 
+async fn write_note(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let write = || session.write_note(expected(&headers)?, number(&query, "version")?, value(&query, "text")?);
+    answer(write())
+}
+
 async fn remove_recording(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
     answer(aside(move || session.remove_recording(expected(&headers)?, number(&query, "recording")?)).await)
 }
@@ -287,6 +309,123 @@ async fn add_recording(State(session): State<Session>, query: Named, headers: He
     }
 }
 
+async fn begin_training(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let training = || {
+        let blanking_s: f64 = number(&query, "blanking")?;
+        match blanking_s >= 0.0 && blanking_s.is_finite() {
+            true => Ok(Task::Train(Training { epochs: number(&query, "epochs")?, blanking_s })),
+            false => Err(Error::Unknown("blanking".to_owned())),
+        }
+    };
+    let task = training();
+    begin(session, headers, task).await
+}
+
+async fn correction(State(session): State<Session>, Path(version): Path<u32>) -> Response {
+    match aside(move || session.correction(version)).await {
+        Ok(text) => as_file("application/json", text),
+        Err(error) => refusal(&error),
+    }
+}
+
+async fn begin_plan(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let wanted = || {
+        let positive = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
+        let limit = |name| positive(number(&query, name)?).ok_or_else(|| Error::Unknown(name.to_owned()));
+        let limits = Limits { voltage_v: limit("volts")?, current_a: limit("amperes")? };
+        let rivals = effects(value(&query, "rivals")?)?;
+        Ok(Task::Plan(Wanted { rivals, seconds: limit("seconds")?, limits }))
+    };
+    let task = wanted();
+    begin(session, headers, task).await
+}
+
+async fn begin_challenge(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let task = value(&query, "effects").and_then(effects).map(Task::Challenge);
+    begin(session, headers, task).await
+}
+
+/// Effects, with commas between them.
+fn effects(names: &str) -> Result<Vec<EffectId>> {
+    let names = names.split(',').map(str::trim).filter(|name| !name.is_empty());
+    names.map(|name| name.parse().map_err(|_| Error::NoEffect(name.to_owned()))).collect()
+}
+
+/// Numbers of recordings, with commas between them.
+fn numbers(query: &Named) -> Result<Vec<u32>> {
+    value(query, "recordings")?.split(',').filter(|text| !text.is_empty()).map(parsed).collect()
+}
+
+async fn begin_calibration(session: State<Session>, query: Named, headers: HeaderMap) -> Response {
+    let task = numbers(&query).map(Task::Calibrate);
+    begin(session, headers, task).await
+}
+
+async fn begin_to_judge(State(session): State<Session>, query: Named, headers: HeaderMap) -> Response {
+    answer(expected(&headers).and_then(|expected| session.begin_to_judge(expected, numbers(&query)?)))
+}
+
+async fn set_station(State(session): State<Session>, query: Named, headers: HeaderMap, body: Body) -> Response {
+    let ready = || Ok((expected(&headers)?, value(&query, "name")?.to_owned(), session.receive()?));
+    let (expected, name, file) = match ready() {
+        Ok(ready) => ready,
+        Err(error) => return refusal(&error),
+    };
+    match received(file, body, LARGEST_MODEL).await {
+        Ok(file) => answer(aside(move || session.set_station(expected, &name, &file)).await),
+        Err(error) => refusal(&error),
+    }
+}
+
+async fn judged(State(session): State<Session>) -> Response {
+    match session.judged() {
+        Ok(judged) => json(&*judged),
+        Err(error) => refusal(&error),
+    }
+}
+
+/// `seconds`: length; `from`, `to`, `px` as for a signal.
+async fn proposed(
+    State(session): State<Session>,
+    Path((version, profile)): Path<(u32, String)>,
+    query: Named,
+) -> Response {
+    let window = move || {
+        let [from_s, to_s] = times(&query)?;
+        let curve = session.proposed(version, &profile, number(&query, "seconds")?)?;
+        Ok(curve.window(from_s, to_s, number(&query, "px")?).bytes())
+    };
+    match aside(window).await {
+        Ok(bytes) => as_file("application/octet-stream", bytes),
+        Err(error) => refusal(&error),
+    }
+}
+
+/// The profile as a table of volts over seconds.
+async fn profile_file(
+    State(session): State<Session>,
+    Path((version, profile)): Path<(u32, String)>,
+    query: Named,
+) -> Response {
+    let table = move || {
+        use std::fmt::Write;
+        let curve = session.proposed(version, &profile, number(&query, "seconds")?)?;
+        let mut text = "t_s,u_v\n".to_owned();
+        for (n, u) in curve.pyramid.samples().iter().enumerate() {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{:.4},{u}", n as f64 * curve.step_s);
+        }
+        Ok(text)
+    };
+    match aside(table).await {
+        Ok(text) => {
+            let name = (header::CONTENT_DISPOSITION, "attachment; filename=\"profile.csv\"");
+            ([(header::CONTENT_TYPE, "text/csv"), name], text).into_response()
+        }
+        Err(error) => refusal(&error),
+    }
+}
+
 async fn open_model(session: State<Session>, query: Named, headers: HeaderMap, body: Body) -> Response {
     let name = match value(&query, "name") {
         Ok(name) => name.to_owned(),
@@ -326,6 +465,60 @@ async fn events(State(session): State<Session>) -> Response {
     Sse::new(told(session)).keep_alive(KeepAlive::default()).into_response()
 }
 
+fn channel(column: &str) -> Result<Channel> {
+    Channel::ALL.into_iter().find(|c| c.column() == column).ok_or(Error::NoSignal)
+}
+
+/// Which curve of a signal, and of which model.
+fn curve_of(query: &Named) -> Result<(Kind, Option<Of>)> {
+    let curve = match query.get("of").map(String::as_str) {
+        None | Some("raw") => Kind::Raw,
+        Some("measured") => Kind::Measured,
+        Some("modelled") => Kind::Modelled,
+        Some("residual") => Kind::Residual,
+        Some(other) => return Err(Error::Unknown(other.to_owned())),
+    };
+    let of = match (query.get("version"), query.get("candidate")) {
+        (None, _) => None,
+        (Some(version), None) => Some(Of::Version(parsed(version)?)),
+        (Some(version), Some(effect)) => Some(Of::Candidate(parsed(version)?, parsed(effect)?)),
+    };
+    Ok((curve, of))
+}
+
+/// `from`, `to`, `of`, `version`, `candidate` as for a signal; `over`: `frequency` or `order`.
+async fn spectrum(
+    State(session): State<Session>,
+    Path((recording, column)): Path<(u32, String)>,
+    query: Named,
+) -> Response {
+    as_json(move || {
+        let over = match value(&query, "over")? {
+            "frequency" => Over::Frequency,
+            "order" => Over::Order,
+            other => return Err(Error::Unknown(other.to_owned())),
+        };
+        let (curve, of) = curve_of(&query)?;
+        session.spectrum(recording, channel(&column)?, curve, of, over, times(&query)?)
+    })
+    .await
+}
+
+/// `from`, `to`, `version`.
+async fn planes(State(session): State<Session>, Path(recording): Path<u32>, query: Named) -> Response {
+    as_json(move || session.planes(recording, number(&query, "version")?, times(&query)?)).await
+}
+
+/// `from`, `to`, `version`.
+async fn correlations(
+    State(session): State<Session>,
+    Path((recording, column)): Path<(u32, String)>,
+    query: Named,
+) -> Response {
+    as_json(move || session.correlations(recording, channel(&column)?, number(&query, "version")?, times(&query)?))
+        .await
+}
+
 /// `from`, `to`: times, s; `px`: stretches at most; `of`: `raw`, `measured`, `modelled` or `residual`; `version`, and
 /// `candidate`: an effect that its diagnosis has tried; `rms`: a period, s, over which the RMS is wanted.
 async fn signal(
@@ -334,19 +527,7 @@ async fn signal(
     query: Named,
 ) -> Response {
     let window = move || {
-        let curve = match query.get("of").map(String::as_str) {
-            None | Some("raw") => Kind::Raw,
-            Some("measured") => Kind::Measured,
-            Some("modelled") => Kind::Modelled,
-            Some("residual") => Kind::Residual,
-            Some(other) => return Err(Error::Unknown(other.to_owned())),
-        };
-        let channel = Channel::ALL.into_iter().find(|c| c.column() == channel).ok_or(Error::NoSignal)?;
-        let of = match (query.get("version"), query.get("candidate")) {
-            (None, _) => None,
-            (Some(version), None) => Some(Of::Version(parsed(version)?)),
-            (Some(version), Some(effect)) => Some(Of::Candidate(parsed(version)?, parsed(effect)?)),
-        };
+        let (channel, (curve, of)) = (self::channel(&channel)?, curve_of(&query)?);
         let rms_s = query.get("rms").map(|text| parsed::<f64>(text)).transpose()?;
         let stretch = Stretch { range_s: times(&query)?, parts: number(&query, "px")?, rms_s };
         Ok(session.window(recording, channel, curve, of, stretch)?.bytes())

@@ -1,14 +1,21 @@
 //! What a page can ask for that takes its time: each what the command of the same name does.
 
+use std::sync::Arc;
+
 use greyrig::effects::EffectId;
 
 use super::api;
+use super::correction;
 use super::error::{Error, Result};
+use super::judge::{self, Station};
+use super::planning::{self, Wanted};
+use super::recordings::Recordings;
 use super::version::{Made, Version};
 use crate::addition::{Additions, add_to, held_of, stage};
+use crate::answers::{self, Given};
 use crate::compare::{PerSignal, compare};
 use crate::context::Context;
-use crate::diagnose::{Diagnosis, Options, diagnose};
+use crate::diagnose::Diagnosis;
 use crate::held_out::split;
 use crate::identify::{Settings, identify};
 use crate::model::{Kind, Model, catalogue};
@@ -26,6 +33,16 @@ pub enum Task {
     Diagnose,
     /// The present model with more.
     Add(Added),
+    /// Which recording would tell rivals of the present model apart.
+    Plan(Wanted),
+    /// From what size on the recordings would have revealed these effects, or all.
+    Challenge(Vec<EffectId>),
+    /// The present model with a learned correction.
+    Train(Training),
+    /// Limits of the present model, from recordings of healthy motors.
+    Calibrate(Vec<u32>),
+    /// Motors judged by their recordings.
+    Judge(Arc<Station>, Vec<u32>),
 }
 
 /// What is added to a model.
@@ -37,6 +54,22 @@ pub struct Added {
     pub terms: Vec<Formula>,
 }
 
+/// How a correction is learnt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Epochs at most.
+    pub epochs: usize,
+    /// Begin of each recording that is neither learnt nor judged, s.
+    pub blanking_s: f64,
+}
+
+impl Training {
+    /// As a command takes it.
+    pub fn arguments(self) -> Vec<String> {
+        ["--epochs".to_owned(), self.epochs.to_string(), "--blanking".to_owned(), self.blanking_s.to_string()].to_vec()
+    }
+}
+
 /// What comes of a task.
 pub enum Outcome {
     /// A model to begin with.
@@ -45,6 +78,16 @@ pub enum Outcome {
     Next(Box<Made>),
     /// The answer of a diagnosis.
     Diagnosis(Box<api::Diagnosis>),
+    /// A model that follows the present one, with what it has learnt.
+    Corrected(Box<Made>, Box<api::Correction>),
+    /// A plan.
+    Plan(Box<api::Plan>),
+    /// A challenge.
+    Challenge(Box<api::Challenge>),
+    /// A model with limits.
+    Station(Box<Model>),
+    /// Motors that have been judged.
+    Judged(Box<api::Judged>),
 }
 
 impl Added {
@@ -81,7 +124,22 @@ impl Task {
                 let all: Vec<String> = all.chain(added.terms.iter().map(|t| t.text().to_owned())).collect();
                 format!("adding {}", all.join(", "))
             }
+            Self::Train(_) => "training".to_owned(),
+            Self::Plan(_) => "plan".to_owned(),
+            Self::Challenge(_) => "challenge".to_owned(),
+            Self::Calibrate(_) => "calibration".to_owned(),
+            Self::Judge(..) => "judging".to_owned(),
         }
+    }
+
+    /// Whether it is about models of the recordings with a role, which have to be sound then.
+    pub fn rests_on_recordings(&self) -> bool {
+        !matches!(self, Self::Plan(_) | Self::Calibrate(_) | Self::Judge(..))
+    }
+
+    /// Whether it begins with the present version.
+    pub fn rests_on_version(&self) -> bool {
+        !matches!(self, Self::Identify | Self::Open(..) | Self::Judge(..))
     }
 
     /// Does it, from a version of the model.
@@ -90,24 +148,31 @@ impl Task {
     /// Recordings from which it cannot be done; an interrupt.
     pub fn run(
         &self,
-        recordings: &[Recording],
+        recordings: &Recordings,
         kind: Option<Kind>,
         before: Option<&Version>,
         ctx: &Context,
     ) -> Result<Outcome> {
-        match (self, before) {
-            (Self::Identify, _) => identified(recordings, kind, ctx).map(|made| Outcome::First(Box::new(made))),
-            (Self::Open(name, model), _) => {
-                opened(recordings, name, model, ctx).map(|made| Outcome::First(Box::new(made)))
+        let usable = &recordings.usable;
+        let model = || before.map(|version| &*version.model).ok_or(Error::NoModel);
+        Ok(match self {
+            Self::Identify => Outcome::First(Box::new(identified(usable, kind, ctx)?)),
+            Self::Open(name, model) => Outcome::First(Box::new(opened(usable, name, model, ctx)?)),
+            Self::Diagnose => Outcome::Diagnosis(Box::new(diagnosed(recordings, model()?, ctx)?)),
+            Self::Add(added) => Outcome::Next(Box::new(with(usable, model()?, added, ctx)?)),
+            Self::Train(Training { epochs, blanking_s }) => {
+                let request =
+                    answers::train::Request { epochs: *epochs, blanking_s: *blanking_s, ..Default::default() };
+                let (made, correction) = correction::learnt(model()?, given(recordings), &request, ctx)?;
+                Outcome::Corrected(Box::new(made), Box::new(correction))
             }
-            (Self::Diagnose, Some(before)) => {
-                diagnosed(recordings, &before.model, ctx).map(|answer| Outcome::Diagnosis(Box::new(answer)))
+            Self::Plan(wanted) => Outcome::Plan(Box::new(planning::planned(model()?, wanted, ctx)?)),
+            Self::Challenge(effects) => {
+                Outcome::Challenge(Box::new(planning::challenged(usable, model()?, effects, ctx)?))
             }
-            (Self::Add(added), Some(before)) => {
-                with(recordings, &before.model, added, ctx).map(|made| Outcome::Next(Box::new(made)))
-            }
-            (Self::Diagnose | Self::Add(_), None) => Err(Error::NoModel),
-        }
+            Self::Calibrate(ids) => Outcome::Station(Box::new(judge::learnt(model()?, recordings, ids, ctx)?)),
+            Self::Judge(station, ids) => Outcome::Judged(Box::new(judge::judged(station, recordings, ids, ctx)?)),
+        })
     }
 }
 
@@ -187,11 +252,16 @@ pub fn with(recordings: &[Recording], before: &Model, added: &Added, ctx: &Conte
     Ok(made.judged(&with))
 }
 
-fn diagnosed(recordings: &[Recording], before: &Model, ctx: &Context) -> Result<api::Diagnosis> {
-    let settings = Settings::of_model(before);
-    let options = Options { settings, exclude: Vec::new(), candidates_refined: true };
-    let d = diagnose(recordings, &options, ctx)?;
-    Ok(told(&d))
+/// The recordings with a role, as an answer takes them.
+fn given(recordings: &Recordings) -> Given {
+    Given { recordings: recordings.usable.clone(), findings: recordings.findings.clone() }
+}
+
+/// What the command of that name answers: an acquittal is held against the floor of the free run.
+fn diagnosed(recordings: &Recordings, before: &Model, ctx: &Context) -> Result<api::Diagnosis> {
+    let given = given(recordings);
+    let answer = ctx.install(|| answers::diagnose::Request::default().answer(Some(before), given, ctx, &|_| ()))?;
+    answer.diagnosis.as_ref().map(told).ok_or(Error::NoRecording)
 }
 
 fn told(d: &Diagnosis) -> api::Diagnosis {
@@ -215,6 +285,7 @@ fn told(d: &Diagnosis) -> api::Diagnosis {
         effects: names(&d.verdict.effects),
         classes: d.verdict.classes.iter().map(|class| names(class)).collect(),
         text: d.verdict.text.clone(),
+        remaining: d.verdict.remaining.as_ref().map(|remaining| remaining.text.clone()),
         next_experiment: d.verdict.next_experiment.clone(),
         decoy_gain: d.decoy_gain,
         candidates,

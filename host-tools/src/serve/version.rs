@@ -56,12 +56,16 @@ impl Made {
             terms: self.model.terms.iter().map(|t| t.formula.text().to_owned()).collect(),
             parameters: self.parameters.iter().map(Into::into).collect(),
             notes: self.notes,
+            note: None,
             training: self.training.into(),
             held_out: self.held_out.into(),
             floor: self.floor.into(),
             accepted: self.accepted,
             basis,
             diagnosis: None,
+            corrected: Some(self.model.correction.is_some()),
+            plan: None,
+            challenge: None,
         };
         Version { told, model: Arc::new(self.model) }
     }

@@ -192,6 +192,10 @@ classes: Array<Array<string>>,
  */
 text: string, 
 /**
+ * What is left that no verdict names, in words: such as an acquittal far above the noise of the sensors.
+ */
+remaining: string | null, 
+/**
  * The recording that would tell more.
  */
 next_experiment: string | null, 
@@ -211,6 +215,210 @@ basis: string,
  * The command that does the same.
  */
 command: string, };
+
+export type Take = { 
+/**
+ * Profile of the rig.
+ */
+profile: string, 
+/**
+ * Length, s.
+ */
+seconds: number, 
+/**
+ * Peak voltage, V.
+ */
+peak_voltage_v: number, 
+/**
+ * Peak current of the model, A.
+ */
+peak_current_a: number, };
+
+export type Proposal = { 
+/**
+ * One or two.
+ */
+takes: Array<Take>, 
+/**
+ * What remains of the effect that is harder to tell, in multiples of the noise.
+ */
+separation: number, };
+
+export type Contest = { 
+/**
+ * The effects.
+ */
+rivals: [string, string], 
+/**
+ * What the catalogue says.
+ */
+separated_by: string, 
+/**
+ * Best first.
+ */
+proposals: Array<Proposal>, };
+
+export type Plan = { 
+/**
+ * Largest voltage, V.
+ */
+voltage_v: number, 
+/**
+ * Largest current, A.
+ */
+current_a: number, 
+/**
+ * Pair by pair.
+ */
+contests: Array<Contest>, 
+/**
+ * The recordings that tell most over all pairs.
+ */
+best: Array<Take>, 
+/**
+ * The command that does the same.
+ */
+command: string, 
+/**
+ * The commands that make the best recordings on the virtual rig.
+ */
+rehearsal: string | null, };
+
+export type Challenged = { 
+/**
+ * The effect.
+ */
+effect: string, 
+/**
+ * The field's name of it.
+ */
+name: string, 
+/**
+ * Unit of its size.
+ */
+unit: string, 
+/**
+ * Smallest size at which diagnosis names it.
+ */
+revealed_from: number | null, 
+/**
+ * Largest size tried at which it does not.
+ */
+hidden_up_to: number | null, 
+/**
+ * What that adds to the error in free run.
+ */
+esr: Figures, 
+/**
+ * What diagnosis names in its place at the largest hidden size.
+ */
+mistaken_for: string | null, 
+/**
+ * Why diagnosis does not name it there.
+ */
+objection: string | null, };
+
+export type OutOfReach = { 
+/**
+ * The effect.
+ */
+effect: string, 
+/**
+ * The field's name of it.
+ */
+name: string, 
+/**
+ * What it takes instead.
+ */
+text: string, };
+
+export type Challenge = { 
+/**
+ * What diagnosis finds without any challenge.
+ */
+found: Array<string>, 
+/**
+ * Whether structure is left that no effect explains, which hides small effects.
+ */
+unexplained: boolean, 
+/**
+ * Effect by effect.
+ */
+effects: Array<Challenged>, 
+/**
+ * The others.
+ */
+out_of_reach: Array<OutOfReach>, 
+/**
+ * The recordings that it rests on.
+ */
+basis: string, 
+/**
+ * The command that does the same.
+ */
+command: string, };
+
+export type Lines = { 
+/**
+ * Name and unit of the axis.
+ */
+x: string, 
+/**
+ * Name and unit of the values.
+ */
+y: string, 
+/**
+ * Each a path.
+ */
+curves: Array<Locus>, };
+
+export type Surface = { 
+/**
+ * Input across, and its range.
+ */
+x: string, 
+/**
+ * Range across.
+ */
+x_range: [number, number], 
+/**
+ * Input up.
+ */
+y: string, 
+/**
+ * Range up.
+ */
+y_range: [number, number], 
+/**
+ * Cells in a row.
+ */
+columns: number, 
+/**
+ * Row by row, from the lower left.
+ */
+values: Array<number>, };
+
+export type Correction = { 
+/**
+ * What it does, in a sentence.
+ */
+text: string, 
+/**
+ * Whether the error falls on data held out.
+ */
+accepted: boolean, 
+/**
+ * Error over the epochs.
+ */
+learning: Lines, 
+/**
+ * Membership functions of each input, before and after.
+ */
+memberships: Array<[Lines, Lines]>, 
+/**
+ * Its response.
+ */
+surfaces: Array<Surface>, };
 
 export type Version = { 
 /**
@@ -246,6 +454,10 @@ parameters: Array<Parameter>,
  */
 notes: Array<string>, 
 /**
+ * What the user has to say.
+ */
+note: string | null, 
+/**
  * Error-to-signal ratio on the data that a fit of the training data has seen.
  */
 training: Figures, 
@@ -268,7 +480,219 @@ basis: string,
 /**
  * The answer to what it lacks.
  */
-diagnosis: Diagnosis | null, };
+diagnosis: Diagnosis | null, 
+/**
+ * Whether it has learnt a correction of what the physics leaves over.
+ */
+corrected: boolean | null, 
+/**
+ * What recordings would tell rivals apart.
+ */
+plan: Plan | null, 
+/**
+ * What these recordings would have shown.
+ */
+challenge: Challenge | null, };
+
+export type Station = { 
+/**
+ * As the user knows it.
+ */
+name: string, 
+/**
+ * Its file.
+ */
+path: string, 
+/**
+ * The motor type.
+ */
+motor: string | null, 
+/**
+ * Healthy motors that taught it; 0 where its file does not tell.
+ */
+motors: number, 
+/**
+ * Their runs.
+ */
+runs: number, 
+/**
+ * Share of healthy motors that the limits are to hold, and the confidence in that.
+ */
+holds: [number, number], 
+/**
+ * Whether it knows the balances of its lot, so that it names faults.
+ */
+knows_lot: boolean, };
+
+export type Alarm = { 
+/**
+ * Begin, s.
+ */
+from_s: number, 
+/**
+ * End, s.
+ */
+to_s: number, 
+/**
+ * `electrical`, `mechanical` or `sensor`.
+ */
+kind: string, 
+/**
+ * What called.
+ */
+cause: string, 
+/**
+ * What may be broken.
+ */
+suspect: string, 
+/**
+ * Largest ratio to the limit.
+ */
+ratio: number, };
+
+export type Hypothesis = { 
+/**
+ * In words.
+ */
+text: string, 
+/**
+ * `electrical`, `mechanical` or `sensor`.
+ */
+kind: string, 
+/**
+ * By how much what it rests on exceeds its limit; none of a cause that is told by what it explains alone.
+ */
+ratio: number | null, 
+/**
+ * How many times likelier what explains most is, 1 of that itself.
+ */
+odds: number | null, 
+/**
+ * Share of what was seen that it explains.
+ */
+explains: number, 
+/**
+ * Whether it is about as likely as the first.
+ */
+as_likely: boolean, 
+/**
+ * What to look at on the bench.
+ */
+look_at: string, };
+
+export type Band = { 
+/**
+ * From, where there is a lower end.
+ */
+low: number | null, 
+/**
+ * To.
+ */
+high: number, };
+
+export type Course = { 
+/**
+ * In words.
+ */
+name: string, 
+/**
+ * Its unit; empty of a ratio.
+ */
+unit: string, 
+/**
+ * Between what healthy motors are; none: it has no limit of its own.
+ */
+band: Band | null, 
+/**
+ * Times, s.
+ */
+t_s: Array<number>, 
+/**
+ * Its values.
+ */
+values: Array<number>, };
+
+export type Place = { 
+/**
+ * In words.
+ */
+name: string, 
+/**
+ * Its unit; empty of a ratio.
+ */
+unit: string, 
+/**
+ * What the motor shows.
+ */
+value: number, 
+/**
+ * Between what healthy motors are.
+ */
+band: Band, 
+/**
+ * How far it is from what is usual, as a share of the way to the limit.
+ */
+ratio: number, };
+
+export type Test = { 
+/**
+ * Number of the recording.
+ */
+recording: number, 
+/**
+ * As the user knows it.
+ */
+name: string, 
+/**
+ * Serial number, if the recording tells it.
+ */
+serial: string | null, 
+/**
+ * `pass`, `fail` or `cannot judge`.
+ */
+verdict: string, 
+/**
+ * Why it cannot be judged.
+ */
+reasons: Array<string>, 
+/**
+ * Alarms in time.
+ */
+alarms: Array<Alarm>, 
+/**
+ * What may be wrong, the likeliest first.
+ */
+hypotheses: Array<Hypothesis>, 
+/**
+ * Where it lies among healthy motors.
+ */
+places: Array<Place>, 
+/**
+ * What is watched, over time.
+ */
+courses: Array<Course>, 
+/**
+ * Periods that were judged, and all.
+ */
+periods: [number, number], };
+
+export type Judged = { 
+/**
+ * Goes up with each judgement.
+ */
+number: number, 
+/**
+ * The station that judged.
+ */
+station: string, 
+/**
+ * In the order of the recordings.
+ */
+tests: Array<Test>, 
+/**
+ * The command that does the same.
+ */
+command: string, };
 
 export type Job = { 
 /**
@@ -366,7 +790,23 @@ identify: string | null,
 /**
  * The built-in motor, if it is one.
  */
-tour: Tour | null, };
+tour: Tour | null, 
+/**
+ * The kind of motor, by whose rig a plan is limited.
+ */
+kind: string, 
+/**
+ * Peak voltage and peak current that a plan keeps to unless it is told otherwise, V and A.
+ */
+usual_limits: [number, number], 
+/**
+ * What motors are judged by.
+ */
+station: Station | null, 
+/**
+ * Number of the last judgement.
+ */
+judged: number | null, };
 
 export type Tick = { 
 /**
@@ -421,6 +861,80 @@ mean: Array<number>,
  * RMS residual.
  */
 rms: Array<number>, };
+
+export type Spectrum = { 
+/**
+ * From one line to the next, Hz or orders.
+ */
+step: number, 
+/**
+ * Parts of the time that were averaged.
+ */
+parts: number, 
+/**
+ * Root of the power density at 0, step, 2 step …
+ */
+amplitude: Array<number>, };
+
+export type Correlation = { 
+/**
+ * First lag, s.
+ */
+first_s: number, 
+/**
+ * From one lag to the next, s.
+ */
+step_s: number, 
+/**
+ * At this lag and those that follow.
+ */
+values: Array<number>, 
+/**
+ * What it exceeds by chance at one lag in a hundred.
+ */
+bound: number, };
+
+export type Correlations = { 
+/**
+ * With its own past.
+ */
+own: Correlation, 
+/**
+ * With the voltage; positive lags: the residual comes later. None: there is none.
+ */
+input: Correlation | null, };
+
+export type Locus = { 
+/**
+ * What it is of.
+ */
+name: string, 
+/**
+ * Across.
+ */
+x: Array<number>, 
+/**
+ * Up.
+ */
+y: Array<number>, };
+
+export type LawPlane = { 
+/**
+ * What it is, in words.
+ */
+name: string, 
+/**
+ * Unit across.
+ */
+x_unit: string, 
+/**
+ * Unit up.
+ */
+y_unit: string, 
+/**
+ * Measured, and of the model.
+ */
+loci: Array<Locus>, };
 
 export type Changed = { 
 /**

@@ -1,7 +1,7 @@
 // Numbers as an engineer reads them.
 
 export const percent = (x: number | null | undefined): string =>
-  x == null ? "–" : x >= 0.1 ? `${(100 * x).toFixed(1)} %` : x >= 0.001 ? `${(100 * x).toFixed(2)} %` : `${Number((100 * x).toPrecision(2))} %`;
+  x == null ? "–" : x >= 10 ? `${Number((100 * x).toPrecision(3)).toLocaleString()} %` : x >= 0.1 ? `${(100 * x).toFixed(1)} %` : x >= 0.001 ? `${(100 * x).toFixed(2)} %` : `${Number((100 * x).toPrecision(2))} %`;
 
 const PREFIXES: [number, string][] = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 

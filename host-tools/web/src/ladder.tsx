@@ -1,6 +1,7 @@
 // The error from the base model to the present version, on a logarithmic scale, with the noise floor.
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Figures, Version } from "./api";
+import { columns as asTable, save, saveDrawing } from "./exports";
 import { percent } from "./format";
 import { state } from "./server";
 import { hovered, present } from "./view";
@@ -10,7 +11,7 @@ import { go } from "./work";
 type Of = (typeof SIGNALS)[number][0];
 
 export function Ladder() {
-  const box = useRef<HTMLDivElement>(null);
+  const box = useRef<HTMLDivElement>(null), svg = useRef<SVGSVGElement>(null);
   const [[width, height], set] = useState([300, 150]);
   useEffect(() => {
     const watch = new ResizeObserver(([entry]) => { if (entry) set([entry.contentRect.width, entry.contentRect.height]); });
@@ -33,12 +34,15 @@ export function Ladder() {
   const each = inner / columns.length;
   const x = (k: number) => left + each * (k + 0.5);
   const path = (of: Of) => columns.map((c, k) => [k, c.error[of]] as const).filter(([, e]) => e != null && e > 0).map(([k, e], n) => `${n ? "L" : "M"}${x(k)} ${y(e!)}`).join("");
+  const places = columns.map((_, k) => k + 1);
   const decades = Array.from({ length: high - low + 1 }, (_, k) => 10 ** (low + k));
   return (
     <section id="ladder" aria-label="Error of the versions on data held out">
-      <div class="switch"><b title="Error-to-signal ratio in free run, on data that the fit of the training data has not seen">Held-out error</b> {signals.map((of) => <span class="key"><i class={of} />{of}</span>)}<span class="key"><i class="floor" />floor</span></div>
+      <div class="switch"><b title="Error-to-signal ratio in free run, on data that the fit of the training data has not seen">Held-out error</b> {signals.map((of) => <span class="key" title={of}><i class={of} />{SIGNALS.find(([name]) => name === of)?.[1] ?? of}</span>)}<span class="key"><i class="floor" />floor</span><span class="grow" />
+        <span class="saves">{["svg", "png"].map((ending) => <button class="small bare" title={`Save the ladder as ${ending.toUpperCase()}`} onClick={() => svg.current && saveDrawing(svg.current, `ladder.${ending}`)}>{ending.toUpperCase()}</button>)}
+          <button class="small bare" title="Save the errors as CSV" onClick={() => save("ladder.csv", new Blob([asTable("version", signals.map((of) => ({ name: `${of} (${columns.map((c) => c.label).join("; ")})`, xs: places, ys: columns.map((c) => c.error[of]) })))], { type: "text/csv" }))}>CSV</button></span></div>
       <div class="box" ref={box}>
-        <svg width={width} height={height} role="img" aria-label={columns.map((c) => `${c.label}: ${signals.map((of) => `${of} ${percent(c.error[of])}`).join(", ")}`).join("; ")}>
+        <svg ref={svg} width={width} height={height} role="img" aria-label={columns.map((c) => `${c.label}: ${signals.map((of) => `${of} ${percent(c.error[of])}`).join(", ")}`).join("; ")}>
           {decades.map((d) => <g><line class="grid" x1={left} x2={width - right} y1={y(d)} y2={y(d)} /><text x={left - 4} y={y(d) + 3} text-anchor="end">{Number((100 * d).toPrecision(2))} %</text></g>)}
           {signals.map((of) => <g class={of}>
             {v.floor[of] ? <line class="floor" x1={left} x2={width - right} y1={y(v.floor[of]!)} y2={y(v.floor[of]!)} /> : null}

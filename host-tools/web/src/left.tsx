@@ -79,6 +79,8 @@ function VersionView({ v, depth }: { v: Version; depth: number }) {
   const is = v.id === present.value?.id, busy = Boolean(state.value?.job), other = v.basis !== state.value?.basis;
   const shadow = beside.value === v.id || (beside.value === "parent" && v.id === present.value?.parent);
   const judged = v.accepted == null ? "" : v.accepted ? "accepted: the error falls on data held out" : "not accepted: the error does not fall on data held out";
+  const [writing, write] = useState(false);
+  const note = (text: string) => { write(false); if (text.trim() !== (v.note ?? "")) void change("note", { version: v.id, text }); };
   const leaf = !state.value?.versions.some((w) => w.parent === v.id);
   return (
     <li class={is ? "chosen" : ""} style={{ paddingLeft: `${0.4 + 0.8 * depth}rem` }} data-version={v.id}>
@@ -86,6 +88,7 @@ function VersionView({ v, depth }: { v: Version; depth: number }) {
         <button class="name" aria-pressed={is} disabled={busy} title={is ? "The present version" : "Make this the present version: what is added next branches off here"} onClick={() => !is && go(v)}>{v.label}</button>
         {v.accepted === false ? <span class="mark warning" title={judged} aria-label={judged}>!</span> : null}
         {is ? null : <button class="small bare" title="Draw it beside the present version" aria-label={`Compare with ${v.label}`} aria-pressed={shadow} onClick={() => { beside.value = beside.value === v.id ? "parent" : v.id; }}>◐</button>}
+        <button class="small bare" title="A note to this version" aria-label={`Note to ${v.label}`} aria-expanded={writing} disabled={busy} onClick={() => write(!writing)}>✎</button>
         {leaf ? <button class="small bare remove" title="Remove this version; its model file stays" aria-label={`Remove ${v.label}`} disabled={busy} onClick={() => change("forget", { version: v.id })}>✕</button> : null}
       </div>
       <div class="line second figures" title={`Error in free run on data held out${other ? ", of other recordings than now" : ""}. ${judged}`}>
@@ -95,6 +98,8 @@ function VersionView({ v, depth }: { v: Version; depth: number }) {
         {other ? <span class="mark warning" title="It rests on other recordings, or other roles, than there are now">≠</span> : null}
       </div>
       {v.accepted === false ? <p class="note warning">{judged}</p> : null}
+      {writing ? <input class="writing" aria-label={`Note to ${v.label}`} defaultValue={v.note ?? ""} ref={(at) => at?.focus()} onKeyDown={(event) => { if (event.key === "Escape") write(false); if (event.key === "Enter") event.currentTarget.blur(); }} onBlur={(event) => note(event.currentTarget.value)} />
+        : v.note ? <p class="note own">{v.note}</p> : null}
     </li>
   );
 }

@@ -11,7 +11,8 @@ import { Panes } from "./panes";
 import { change, failure, follow, gone, pending, refresh, state } from "./server";
 import { Tour, Welcome } from "./tour";
 import { Verdict } from "./verdict";
-import { command, present, recording } from "./view";
+import { Rooms, RoomView } from "./rooms";
+import { command, present, recording, room } from "./view";
 import { addFiles, diagnose, identify, next, projectName, redo, undo } from "./work";
 
 const at = document.querySelector<HTMLElement>("#page")!;
@@ -70,11 +71,12 @@ function Page() {
     <Top />
     <Messages />
     <Tour />
-    <main>
-      <nav aria-label="Project"><Recordings /><Versions /></nav>
-      <div id="centre">{empty ? <Welcome choose={choose} /> : recording.value ? <Panes /> : <p class="muted">No recording can be shown.</p>}</div>
+    <main class={room.value === "model" ? "" : "in-room"}>
+      <nav aria-label="Project"><Rooms /><Recordings /><Versions /></nav>
+      {room.value === "model" ? null : <RoomView />}
+      {room.value !== "model" ? null : <><div id="centre" role="tabpanel" aria-labelledby="tab-model">{empty ? <Welcome choose={choose} /> : recording.value ? <Panes /> : <p class="muted">No recording can be shown.</p>}</div>
       <aside id="right"><Verdict /></aside>
-      {present.value ? <div id="below"><Maps /><Ladder /></div> : null}
+      {present.value ? <div id="below"><Maps /><Ladder /></div> : null}</>}
     </main>
     <Command />
   </>;

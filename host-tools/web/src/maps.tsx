@@ -1,6 +1,9 @@
 // Maps of the residual; a cell that is chosen lights up its instants in the panes.
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Map as Residual } from "./api";
+import { cellFill, css } from "./colours";
+import { cells, cellTable } from "./drawings";
+import { save, saveText } from "./exports";
 import { rounded } from "./format";
 import { map, state } from "./server";
 import { brush, dark, planes, present, quantity, visited } from "./view";
@@ -13,13 +16,6 @@ const most = (m: Residual): number => {
   const least = Math.max(...m.counts) > 200 ? 3 : 1;
   return Math.max(...m.mean.map((x, k) => ((m.counts[k] ?? 0) >= least ? Math.abs(x) : 0)), 1e-30);
 };
-const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-
-function mixed(low: string, high: string, share: number): string {
-  const parts = (colour: string) => [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
-  const [a, b] = [parts(low), parts(high)];
-  return `rgb(${a.map((x, k) => Math.round(x + ((b[k] ?? 0) - x) * share)).join(" ")})`;
-}
 
 /** Draws cells: hue by sign, lightness by size, and a stroke through those in which the model is too low. */
 function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen: Set<number>, focus: number): void {
@@ -27,8 +23,7 @@ function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen:
   const width = (canvas.width = canvas.clientWidth * devicePixelRatio), height = (canvas.height = canvas.clientHeight * devicePixelRatio);
   const ctx = canvas.getContext("2d");
   if (!ctx) return;
-  const strongest = most(m);
-  const [low, middle, high, text, empty] = ["--low", "--middle", "--high", "--text", "--panel"].map(css) as [string, string, string, string, string];
+  const [text, empty] = ["--text", "--panel"].map(css) as [string, string];
   ctx.fillStyle = empty;
   ctx.fillRect(0, 0, width, height);
   const place = (cell: number) => {
@@ -37,13 +32,14 @@ function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen:
     const [y, bottom] = [((up - row - 1) / up) * height, ((up - row) / up) * height].map(Math.round) as [number, number];
     return { x, y, w: end - x, h: bottom - y };
   };
-  m.mean.forEach((mean, cell) => {
-    if (!m.counts[cell]) return;
-    const { x, y, w, h } = place(cell), share = Math.min(1, Math.abs(mean) / strongest);
-    ctx.fillStyle = mixed(middle, mean < 0 ? low : high, share ** 0.7);
+  const of = coloured(m);
+  m.mean.forEach((_, cell) => {
+    const colour = of(cell), { x, y, w, h } = place(cell);
+    if (!colour) return;
+    ctx.fillStyle = colour.fill;
     ctx.fillRect(x, y, w, h);
-    if (mean < 0 && share > 0.12) {
-      ctx.strokeStyle = share > 0.5 ? middle : low; ctx.lineWidth = devicePixelRatio * 0.7;
+    if (colour.stroke) {
+      ctx.strokeStyle = colour.stroke; ctx.lineWidth = devicePixelRatio * 0.7;
       ctx.beginPath(); ctx.moveTo(x, y + h); ctx.lineTo(x + w, y); ctx.stroke();
     }
   });
@@ -54,6 +50,20 @@ function draw(canvas: HTMLCanvasElement, m: Residual, chosen: Set<number>, seen:
   outline(seen, css("--seen"), 0.8);
   outline(chosen, text, 2);
   if (focus >= 0 && document.activeElement === canvas) outline([focus], css("--accent"), 2);
+}
+
+/** Colour of a cell, and of the stroke through it. */
+function coloured(m: Residual): (cell: number) => { fill: string; stroke: string | null } | null {
+  const of = cellFill(most(m));
+  return (cell) => (m.counts[cell] ? of(m.mean[cell] ?? 0) : null);
+}
+
+async function saveMap(m: Residual, of: "current" | "speed", plane: string, ending: "svg" | "png" | "csv"): Promise<void> {
+  const name = `map_${of}_${plane}.${ending}`;
+  if (ending === "csv") { save(name, new Blob([cellTable(m)], { type: "text/csv" })); return; }
+  const text = cells(`${SYMBOLS[of]} over ${TITLES[plane]}, ± ${rounded(most(m), 2)} ${m.unit}`, m, coloured(m), { ground: css("--ground"), text: css("--text"), muted: css("--muted"), grid: css("--grid") });
+  const [, width, height] = /width="(\d+)" height="(\d+)"/.exec(text)?.map(Number) ?? [0, 0, 0];
+  await saveText(text, width ?? 0, height ?? 0, name);
 }
 
 function MapView({ plane }: { plane: string }) {
@@ -118,10 +128,10 @@ function MapView({ plane }: { plane: string }) {
         <canvas ref={at} tabIndex={0} role="application" aria-label={`Map of the ${of}'s error over ${WORDS[plane]}; arrow keys move, Enter chooses a cell`} title={tip}
           onMouseMove={(event) => { const cell = cellAt(event); say(told(cell)); if (dragging.current && event.buttons === 1 && !chosen.has(cell)) choose(cell, true); }}
           onMouseDown={(event) => { dragging.current = true; move(cellAt(event)); choose(cellAt(event), event.shiftKey); }} onMouseUp={() => { dragging.current = false; }}
-          onKeyDown={key} onFocus={() => move(focus < 0 ? Math.floor(up / 2) * across + Math.floor(across / 2) : focus)} />
+          onKeyDown={key} onMouseLeave={() => { if (document.activeElement !== at.current) say(""); }} onBlur={() => say("")} onFocus={() => move(focus < 0 ? Math.floor(up / 2) * across + Math.floor(across / 2) : focus)} />
         <span class="left">{rounded(m.x.edges[0], 3)}</span><span class="x">{m.x.name}, {m.x.unit}</span><span class="right">{rounded(m.x.edges[across], 3)}</span>
       </div>
-      <output>{tip}</output>
+      {tip ? <output>{tip}</output> : <div class="saves">{(["svg", "png", "csv"] as const).map((ending) => <button class="small bare" title={`Save this map as ${ending.toUpperCase()}`} onClick={() => saveMap(m, of, plane, ending)}>{ending.toUpperCase()}</button>)}</div>}
     </figure>
   );
 }

@@ -2,42 +2,15 @@
 import { effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
-import type { Recording } from "./api";
-import { picture, save, table } from "./exports";
+import { Analyses } from "./analyses";
+import { css } from "./colours";
+import { stacked, type Stacked } from "./drawings";
+import { picture, save, saveText, table } from "./exports";
 import { frequency, rounded, withPrefix } from "./format";
 import { points } from "./points";
-import { changing, curve, type CurveOf, type Wanted } from "./server";
-import { cursors, dark, ghost, hovered, lit, mode, present, range, recording, shown, simulated, whole, zoom } from "./view";
-
-interface Pane { key: string; label: string; unit: string; channel: string; residual: boolean }
-interface Line { name: string; colour: string; dash?: number[]; width?: number; wanted: Wanted }
-
-const NAMES: Record<string, string> = { u_v: "u", i_a: "i", omega_rad_s: "ω", torque_n_m: "T", angle_rad: "φ" };
-/** Of linear drives, by their units. */
-const LINEAR: Record<string, string> = { m: "x", "m/s": "v", N: "F" };
-const COMPARED = ["i_a", "omega_rad_s", "torque_n_m"];
-
-function panes(): Pane[] {
-  const r = recording.value;
-  if (!r) return [];
-  // The speed of a recording with positions is their rate of change.
-  const angle = r.channels.find((c) => c.column === "angle_rad"), hasSpeed = r.channels.some((c) => c.column === "omega_rad_s");
-  const derived = simulated.value && angle && !hasSpeed ? [{ column: "omega_rad_s", unit: `${angle.unit}/s` }] : [];
-  return [...r.channels, ...derived].flatMap(({ column, unit }) => {
-    const name = LINEAR[unit] ?? NAMES[column] ?? column;
-    const pane = { key: column, label: name, unit, channel: column, residual: false };
-    const left = { key: `${column}-residual`, label: `Δ${name}`, unit, channel: column, residual: true };
-    return simulated.value && COMPARED.includes(column) ? [pane, left] : [pane];
-  });
-}
-
-function asked(r: Recording, channel: string, of: CurveOf, version?: number, candidate?: string): Wanted {
-  const all: Wanted = { recording: r.id, channel, of };
-  if (version != null) all.version = version;
-  if (candidate != null) all.candidate = candidate;
-  if (mode.value === "rms" && r.mains_s != null) all.rms = r.mains_s;
-  return all;
-}
+import { changing, curve } from "./server";
+import { asked, COMPARED, lines, panes, type Line, type Pane } from "./signals";
+import { cursors, dark, ghost, hovered, lit, mode, present, type Mode, range, recording, shown, simulated, whole, zoom } from "./view";
 
 /** Stretches that a pane of a width has room for. */
 const room = (width: number) => Math.max(100, Math.ceil(width - 60));
@@ -61,26 +34,6 @@ effect(() => {
     }
   }, REST);
 });
-
-function lines(pane: Pane): Line[] {
-  const r = recording.value;
-  if (!r) return [];
-  const v = present.value;
-  const wanted = (of: CurveOf, version?: number, candidate?: string) => asked(r, pane.channel, of, version, candidate);
-  const comparable = v && simulated.value && COMPARED.includes(pane.channel);
-  if (!comparable) return [{ name: "measured", colour: "--measured", wanted: wanted("raw") }];
-  const of = pane.residual ? "residual" : "modelled";
-  const all: Line[] = [];
-  const before = ghost.value;
-  if (before) all.push({ name: `before: ${before.label}`, colour: "--ghost", dash: [3, 3], wanted: wanted(of, before.id) });
-  if (!pane.residual) all.push({ name: "measured", colour: "--measured", width: 1.4, wanted: wanted("measured", v.id) });
-  all.push({ name: pane.residual ? "model − measured" : "model", colour: pane.residual ? "--residual" : "--modelled", wanted: wanted(of, v.id) });
-  const tried = hovered.value;
-  if (tried) all.push({ name: `with ${tried}`, colour: "--tried", dash: [8, 3], width: 1.6, wanted: wanted(of, v.id, tried) });
-  return all;
-}
-
-const css = (name: string) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 /** Milliseconds in which curves come without a sign that they are on their way. */
 const SOON = 150;
@@ -273,7 +226,7 @@ function PaneView({ pane, last }: { pane: Pane; last: boolean }) {
 function Legend() {
   const all = panes().flatMap((pane) => lines(pane));
   const unique = [...new Map(all.map((line) => [line.name, line])).values()];
-  return <>{unique.map((line) => <span class="key" key={line.name}><i style={{ borderTopColor: `var(${line.colour})`, borderTopStyle: line.dash ? "dashed" : "solid" }} />{line.name}</span>)}</>;
+  return <>{unique.map((line) => <span class={`key${/^(before|with)/.test(line.name) ? " long" : ""}`} title={line.name} key={line.name}><i style={{ borderTopColor: `var(${line.colour})`, borderTopStyle: line.dash ? "dashed" : "solid" }} />{line.name}</span>)}</>;
 }
 
 /** The most stretches that a file holds. */
@@ -292,6 +245,21 @@ async function asPng(): Promise<void> {
   if (made) save(`${r?.name.replace(/\.\w+$/, "") ?? "signals"}.png`, made);
 }
 
+/** Height of a pane in a drawing, and the width of all. */
+const DRAWN: [number, number] = [1000, 160];
+
+async function asSvg(): Promise<void> {
+  const r = recording.value, time = shown.value;
+  if (!r) return;
+  const all: Stacked[] = await Promise.all(panes().map(async (pane) => {
+    const curves = lines(pane), windows = await Promise.all(curves.map((line) => curve(line.wanted, time, room(DRAWN[0]))));
+    const [xs, ...ys] = points(windows) as unknown as [number[], ...(number | null)[][]];
+    return { caption: `${pane.label}, ${pane.unit}`, xs, curves: curves.map((line, k) => ({ ys: ys[k] ?? [], colour: css(line.colour), name: line.name, ...(line.dash ? { dash: line.dash } : {}), ...(line.width ? { width: line.width } : {}) })) };
+  }));
+  const text = stacked(`${r.name}: ${present.value?.label ?? "recorded"}`, all, time, ...DRAWN, { ground: css("--ground"), text: css("--text"), muted: css("--muted"), grid: css("--grid") });
+  await saveText(text, DRAWN[0], 0, `${r.name.replace(/\.\w+$/, "")}.svg`);
+}
+
 /** Arrow keys pan, plus and minus zoom, Home shows all. */
 function keys(event: KeyboardEvent): void {
   const [from, to] = shown.value, span = to - from, middle = (from + to) / 2;
@@ -305,19 +273,34 @@ function keys(event: KeyboardEvent): void {
   if (act && !event.ctrlKey && !event.metaKey && !event.altKey) { act(); event.preventDefault(); }
 }
 
+const MODES: [Mode, string, string][] = [
+  ["raw", "raw", "The signals themselves; least and largest value where there are more samples than pixels"], ["rms", "RMS", "RMS over each mains period"],
+  ["spectrum", "spectrum", "Root of the power density over frequency, of the time shown"], ["order", "orders", "The same over orders of the rotor: what turns with it stands still"],
+  ["correlation", "residual", "The residual's correlation with its past and with the voltage, with bounds"], ["plane", "planes", "Voltage and flux over current, torque over speed"],
+];
+
+function Modes() {
+  const is = (of: Mode) => (mode.value === of);
+  const can = (of: Mode) => (of === "rms" ? recording.value?.mains_s != null : of === "correlation" || of === "plane" ? simulated.value : true);
+  return (
+    <span class="roles" role="group" aria-label="What the panes show">
+      {MODES.filter(([of]) => can(of)).map(([of, name, title]) => <button class="small" id={of === "raw" ? undefined : of} key={of} aria-pressed={is(of)} title={title} onClick={() => { mode.value = of; }}>{name}</button>)}
+    </span>
+  );
+}
+
 export function Panes() {
-  const all = panes();
+  const all = panes(), overTime = mode.value === "raw" || mode.value === "rms";
   const [from, to] = shown.value, [low, high] = whole.value;
   return (
-    <section id="panes" aria-label="Signals over time" tabIndex={0} onKeyDown={keys} data-from={from} data-to={to} data-drawn={drawn.value}>
-      <div class="legend"><b>{recording.value?.name}</b><Legend /><span class="grow" />{recording.value?.mains_s != null ? <span class="roles" role="group" aria-label="What the panes show">
-        <button class="small" aria-pressed={mode.value === "raw"} title="The signals themselves; least and largest value where there are more samples than pixels" onClick={() => { mode.value = "raw"; }}>raw</button>
-        <button class="small" id="rms" aria-pressed={mode.value === "rms"} title="RMS over each mains period" onClick={() => { mode.value = "rms"; }}>RMS</button></span> : null}</div>
-      {all.map((pane, k) => <PaneView key={pane.key} pane={pane} last={k === all.length - 1} />)}
-      <div class="cursors"><Between /><span class="grow" />{from > low || to < high
+    <section id="panes" aria-label="Signals" tabIndex={0} onKeyDown={keys} data-from={from} data-to={to} data-drawn={drawn.value}>
+      <div class="legend"><b>{recording.value?.name}</b><Legend /><span class="grow" /><Modes /></div>
+      {overTime ? all.map((pane, k) => <PaneView key={pane.key} pane={pane} last={k === all.length - 1} />) : <Analyses />}
+      <div class="cursors">{overTime ? <Between /> : <span class="muted">Of {rounded(from, 4)} to {rounded(to, 4)} s: what the panes over time show.</span>}<span class="grow" />{from > low || to < high
         ? <button class="small" id="all" onClick={() => { range.value = null; }}>Show all</button> : null}
-        <button class="small bare" id="csv" title="What is shown as a CSV file; every sample where there are at most 16,000" onClick={asCsv}>CSV</button>
-        <button class="small bare" id="png" title="What is shown as a picture" onClick={asPng}>PNG</button></div>
+        {overTime ? <><button class="small bare" id="csv" title="What is shown as a CSV file; every sample where there are at most 16,000" onClick={asCsv}>CSV</button>
+        <button class="small bare" id="png" title="What is shown as a picture" onClick={asPng}>PNG</button>
+        <button class="small bare" id="svg" title="What is shown as a drawing" onClick={asSvg}>SVG</button></> : null}</div>
     </section>
   );
 }

@@ -1,6 +1,6 @@
 // What is asked of the server.
 import { batch, signal } from "@preact/signals";
-import type { Changed, Map, State, Tick } from "./api";
+import type { Changed, Correction, Correlations, Judged, LawPlane, Map, Spectrum, State, Tick } from "./api";
 
 export const state = signal<State | null>(null);
 /** What went wrong last with a wish of this page. */
@@ -12,7 +12,7 @@ export const changing = signal(false);
 export const pending = signal<string | null>(null);
 const WORDS: Record<string, string> = {
   recordings: "reading the file", models: "reading the model", tour: "recording the built-in motor", remap: "reading the file again", role: "questioning the recordings",
-  remove: "questioning the recordings",
+  remove: "questioning the recordings", station: "reading the station",
 };
 
 async function said(answer: Response): Promise<string> {
@@ -122,6 +122,21 @@ export function curve(wanted: Wanted, [from, to]: [number, number], px: number):
   if (kept.size > MOST) kept.delete(kept.keys().next().value as string);
   return asked;
 }
+
+/** A stretch of the voltage that a plan proposes. */
+export const proposed = (version: number, profile: string, seconds: number, px: number) =>
+  brought(`proposed/${version}/${profile}?${query({ seconds, from: 0, to: seconds, px })}`).catch(() => null);
+export const profileFile = (version: number, profile: string, seconds: number) => `profile/${version}/${profile}?${query({ seconds })}`;
+export const correction = (version: number) => got<Correction>(`correction/${version}`);
+export const judged = () => got<Judged>("judged");
+export const spectrum = (wanted: Wanted, over: "frequency" | "order", [from, to]: [number, number]) => {
+  const { recording, channel, of, version, candidate } = wanted;
+  return got<Spectrum>(`spectrum/${recording}/${channel}?${query({ of, over, from, to, ...(version == null ? {} : { version }), ...(candidate == null ? {} : { candidate }) })}`);
+};
+export const lawPlanes = (recording: number, version: number, [from, to]: [number, number]) =>
+  got<LawPlane[]>(`planes/${recording}?${query({ version, from, to })}`);
+export const correlations = (recording: number, channel: string, version: number, [from, to]: [number, number]) =>
+  got<Correlations>(`correlations/${recording}/${channel}?${query({ version, from, to })}`);
 
 export const map = (version: number, plane: string, of: string) => got<Map>(`map/${version}/${plane}/${of}`);
 export const instants = (version: number, plane: string, recording: number, cells: number[]) =>

@@ -5,7 +5,7 @@ import { percent, rounded } from "./format";
 import { state, term } from "./server";
 import { command, hovered, present } from "./view";
 import { SIGNALS, tried } from "./versions";
-import { add, adding, addTerm, diagnose } from "./work";
+import { add, adding, addTerm, diagnose, tellApart } from "./work";
 
 function Bar({ c, best, named }: { c: Candidate; best: number; named: boolean }) {
   const busy = Boolean(state.value?.job), error = c.predicted ?? c.esr_after;
@@ -84,6 +84,7 @@ export function Verdict() {
   const stale = d && d.basis !== state.value?.basis;
   const [first, ...rest] = d?.text.split("\n") ?? [];
   const all = tried(v);
+  const rivals = d?.classes.find((c) => c.length > 1) ?? d?.effects ?? [];
   return (
     <section id="verdict" aria-labelledby="verdict-title" aria-live="polite">
       {d ? <>
@@ -97,7 +98,8 @@ export function Verdict() {
           <Candidates d={d} all={all} />
           {state.value?.ahead ? <p class="muted" id="ahead">Computing the curves of {state.value.ahead} more…</p> : null}
         </> : null}
-        {d.next_experiment ? <p class="note"><b>The recording that would tell:</b> {d.next_experiment}</p> : null}
+        {d.remaining ? <p class="note warning" id="remaining">{d.remaining}</p> : null}
+        {d.next_experiment ? <p class="note"><b>The recording that would tell:</b> {d.next_experiment} {rivals.length > 1 ? <button class="small" onClick={() => tellApart(rivals)}>Plan it…</button> : null}</p> : null}
         <details><summary>Why</summary><p>{first}</p>{rest.map((line) => <p>{line.trim()}</p>)}</details>
       </> : <>
         <h2 id="verdict-title">What is missing?</h2>

@@ -11,8 +11,15 @@ export const beside = signal<number | "parent">("parent");
 /** The candidate under the pointer. */
 export const hovered = signal<string | null>(null);
 export const cursors = signal<{ a: number | null; b: number | null }>({ a: null, b: null });
-/** Whether the panes show the signals themselves or their RMS over each mains period. */
-export const mode = signal<"raw" | "rms">("raw");
+/** What the screen is for; the rooms beside the model's. */
+export const ROOMS = ["model", "plan", "challenge", "correction", "judge"] as const;
+export type Room = (typeof ROOMS)[number];
+export const room = signal<Room>("model");
+/** Effects that a plan is to tell apart. */
+export const rivals = signal<string[]>([]);
+/** What the panes show: signals or their RMS over time, by frequency or by order; residuals by lag; a motor's laws. */
+export type Mode = "raw" | "rms" | "spectrum" | "order" | "correlation" | "plane";
+export const mode = signal<Mode>("raw");
 export const quantity = signal<"current" | "speed">("current");
 /** Cells of a map that were chosen, and when the recording was in them. */
 export const brush = signal<{ plane: string; cells: number[] } | null>(null);

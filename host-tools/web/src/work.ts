@@ -1,7 +1,7 @@
 // What the user wants done; each leaves the command that does the same.
 import type { Version } from "./api";
 import { change, failure, state } from "./server";
-import { beside, brush, command, hovered, present, range } from "./view";
+import { beside, brush, command, hovered, present, range, rivals, room } from "./view";
 
 const base = (path: string) => path.split("/").pop() ?? path;
 const quoted = (text: string) => (/^[\w./=:,+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`);
@@ -39,6 +39,56 @@ export async function addTerm(term: string): Promise<boolean> {
 export async function go(version: Version): Promise<void> {
   command.value = version.command;
   await change("go", { version: version.id });
+}
+
+/** What a plan keeps to. */
+export interface Limits { seconds: number; volts: number; amperes: number }
+
+export const planning = ({ seconds, volts, amperes }: Limits): string => (present.value
+  ? `greyrig plan --model ${model(present.value)}${rivals.value.length ? ` --rivals ${rivals.value.join(",")}` : ""} --seconds ${seconds} --max-voltage ${volts} --max-current ${amperes}` : "");
+
+export async function plan(limits: Limits): Promise<void> {
+  command.value = planning(limits);
+  await change("plan", { rivals: rivals.value.join(","), ...limits });
+}
+
+/** To the recording that would tell rivals apart. */
+export function tellApart(effects: string[]): void {
+  rivals.value = effects;
+  room.value = "plan";
+}
+
+export async function challenge(effects: string[]): Promise<void> {
+  const named = effects.map((e) => ` --effect ${e}`).join("");
+  command.value = present.value ? `greyrig challenge ${files()} --model ${model(present.value)}${named}` : "";
+  await change("challenge", { effects: effects.join(",") });
+}
+
+export const training = ({ epochs, blanking }: { epochs: number; blanking: number }): string =>
+  (present.value ? `greyrig train ${files()} --model ${model(present.value)} --epochs ${epochs} --blanking ${blanking}` : "");
+
+export async function train(wish: { epochs: number; blanking: number }): Promise<void> {
+  beside.value = "parent";
+  command.value = training(wish);
+  await change("train", wish);
+}
+
+const station = () => quoted(state.value?.station?.path ?? "station.toml");
+const named = (ids: number[]) => ids.map((id) => quoted(state.value?.recordings.find((r) => r.id === id)?.name ?? "")).join(" ");
+
+export async function judge(ids: number[]): Promise<void> {
+  command.value = `greyrig monitor ${named(ids)} --model ${station()}`;
+  await change("judge", { recordings: ids.join(",") });
+}
+
+export async function calibrate(ids: number[]): Promise<void> {
+  command.value = present.value ? `greyrig calibrate ${named(ids)} --model ${model(present.value)} --out station.toml` : "";
+  await change("calibrate", { recordings: ids.join(",") });
+}
+
+export async function openStation(file: File): Promise<void> {
+  command.value = `greyrig monitor RUN --model ${quoted(file.name)}`;
+  await change("station", { name: file.name }, file);
 }
 
 /** The version that was made last from one. */

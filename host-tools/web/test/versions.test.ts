@@ -5,8 +5,8 @@ import { ladder, tree, tried } from "../src/versions";
 
 const figures = { current: null, speed: null, torque: null };
 const version = (id: number, parent: number | null, basis = "a"): Version => ({
-  id, parent, label: String(id), command: "", effects: [], terms: [], parameters: [], notes: [], training: figures, held_out: figures,
-  floor: figures, accepted: null, basis, diagnosis: null,
+  id, parent, label: String(id), command: "", effects: [], terms: [], parameters: [], notes: [], note: null, training: figures, held_out: figures,
+  floor: figures, accepted: null, basis, diagnosis: null, corrected: null, plan: null, challenge: null,
 });
 const candidate = (effect: string, gain: number, step = 1): Candidate =>
   ({ effect, step, gain, probability: null, esr_after: figures, objection: null, predicted: null });

@@ -1,8 +1,8 @@
 //! The report on tested motors.
 
 use crate::model::{DetectorEntry, Origin};
+use crate::monitor::bands::{Course, courses};
 use crate::monitor::lot::{Beside, Finding};
-use crate::monitor::replay::Row;
 use crate::monitor::test::Test;
 use crate::report::{Curves, Report, Table};
 
@@ -97,27 +97,15 @@ fn arcing(test: &Test) -> Curves {
 
 /// What is watched, over its limit, in time.
 fn ratios(test: &Test, detector: &DetectorEntry) -> Curves {
-    let of = |get: &dyn Fn(&Row) -> f64| test.replay.judged().map(|r| (r.t_s, get(r))).collect::<Vec<_>>();
-    let over = |x: f32, limit: f64| if limit > 0.0 { f64::from(x) / limit } else { 0.0 };
-    let beyond = |x: f32, [centre, half]: [f64; 2]| if half > 0.0 { (f64::from(x) - centre).abs() / half } else { 0.0 };
+    let curve = |course: Course| {
+        let ratio = |[t_s, value]: [f64; 2]| (t_s, course.band.ratio(value));
+        (course.name.to_owned(), course.points.iter().copied().map(ratio).collect())
+    };
     Curves {
         caption: "What is watched, as a share of its limit; above 1 it calls".to_owned(),
         x: "time, s".to_owned(),
         y: "ratio to the limit".to_owned(),
         logarithmic: true,
-        curves: vec![
-            ("error of the current".to_owned(), of(&|r| over(r.features.current, detector.current))),
-            ("error of the speed".to_owned(), of(&|r| over(r.features.speed, detector.speed))),
-            ("current above 1 kHz".to_owned(), of(&|r| over(r.features.sparking, detector.sparking))),
-            ("abrupt change of the current".to_owned(), of(&|r| over(r.jumps[0].abs(), detector.current_jump))),
-            (
-                "deviation of the current".to_owned(),
-                of(&|r| beyond(r.features.current_deviation, detector.current_deviation)),
-            ),
-            (
-                "deviation of the speed".to_owned(),
-                of(&|r| beyond(r.features.speed_deviation, detector.speed_deviation)),
-            ),
-        ],
+        curves: courses(test, detector).into_iter().map(curve).collect(),
     }
 }

@@ -63,6 +63,9 @@ pub struct Finding {
     pub explains: f64,
     /// Whether it explains what is seen about as well as the first does.
     pub as_likely: bool,
+    /// How many times likelier what explains most is than this, 1 of that itself; none where it is too large for what
+    /// a small one would do, by which it is told.
+    pub odds: Option<f64>,
     /// In words.
     pub text: String,
     /// What to look at on the bench.
@@ -206,7 +209,7 @@ pub fn learn(
         Some(Outsider {
             motor,
             recording: recordings[run].path().display().to_string(),
-            finding: finding(&limit, &h, true, &runs[run]),
+            finding: finding(&limit, &h, (true, Some(1.0)), &runs[run]),
         })
     };
     let outsiders = all.iter().filter_map(|motor| outsider(*motor)).collect();
@@ -299,19 +302,21 @@ pub fn judge(model: &Model, population: &Population, recording: &Recording) -> R
     found.sort_by(|(_, a), (_, b)| ordered(a, b));
     let best = found.first().copied();
     let of_white = of_white(population.false_alarms);
-    let is_as_likely = |h: &Hypothesis| {
-        best.is_some_and(|(limit, best)| {
-            let more = explains(&best).powi(2) - explains(h).powi(2);
-            h.fault.holds(h.size) && more / (2.0 * (limit.z / of_white).powi(2)) < AS_LIKELY.ln()
-        })
+    // The ratio of likelihoods is e to half of what one explains more, in squares of deviations.
+    let logarithm_of_odds = |h: &Hypothesis| {
+        let (limit, best) = best.filter(|_| h.fault.holds(h.size))?;
+        let more = explains(&best).powi(2) - explains(h).powi(2);
+        Some(more / (2.0 * (limit.z / of_white).powi(2)))
     };
+    let is_as_likely = |h: &Hypothesis| logarithm_of_odds(h).is_some_and(|odds| odds < AS_LIKELY.ln());
+    let odds = |h: &Hypothesis| logarithm_of_odds(h).map(|odds| odds.exp().min(f64::MAX));
     // Of what is as likely the frequent ones first, and behind them what hardly ever changes that way.
     found.sort_by_key(|(_, h)| match is_as_likely(h) {
         true => (h.fault.is_unlikely_by_sign(h.size), h.fault as usize),
         false => (true, Fault::ALL.len()),
     });
     let beside = beside(&population.whitened(&run), &run, found.first().map(|(_, h)| h));
-    let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, is_as_likely(&h), &run);
+    let finding = |(limit, h): (&Limit, Hypothesis)| finding(limit, &h, (is_as_likely(&h), odds(&h)), &run);
     Ok(Judged::Found(found.into_iter().map(finding).collect(), beside))
 }
 
@@ -348,7 +353,7 @@ impl Population {
     }
 }
 
-fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding {
+fn finding(limit: &Limit, h: &Hypothesis, (as_likely, odds): (bool, Option<f64>), run: &Run) -> Finding {
     let t_s = (h.onset == Onset::During).then(|| run.blocks[0].t_s + (h.begin - 0.5) * run.block_s);
     let when = t_s.map_or_else(|| "from the start".to_owned(), |t| format!("since {t:.2} s"));
     Finding {
@@ -361,6 +366,7 @@ fn finding(limit: &Limit, h: &Hypothesis, as_likely: bool, run: &Run) -> Finding
         z: h.z,
         explains: h.explains,
         as_likely,
+        odds,
         text: format!("{} {} {when}", h.fault.words(), h.fault.told(h.size)),
         look_at: h.fault.look_at(),
     }

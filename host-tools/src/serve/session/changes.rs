@@ -149,6 +149,17 @@ impl Session {
         self.changed(&mut state)
     }
 
+    /// Writes a note to a version; an empty one takes it away.
+    ///
+    /// # Errors
+    /// As [`go_to`](Self::go_to).
+    pub fn write_note(&self, expected: Expected, version: u32, text: &str) -> Result<u32> {
+        let mut state = self.free(expected)?;
+        let of = state.versions.iter_mut().find(|v| v.told.id == version).ok_or(Error::NoVersion(version))?;
+        of.told.note = Some(text.trim().to_owned()).filter(|text| !text.is_empty());
+        self.changed(&mut state)
+    }
+
     /// Takes out a version from which no other was made; its model file stays.
     ///
     /// # Errors

@@ -3,7 +3,11 @@
 
 mod ahead;
 mod changes;
+mod judging;
+mod planes;
+mod proposals;
 mod signals;
+mod spectra;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,6 +21,7 @@ use super::api::{self, Role};
 use super::curves::{Curves, Of};
 use super::error::{Error, Result};
 use super::job::Job;
+use super::judge::Station;
 use super::project::{Content, Project};
 use super::recordings::{Entry, Kept, Recordings};
 use super::task::{Outcome, Task};
@@ -25,8 +30,10 @@ use crate::check;
 use crate::context::Context;
 use crate::error;
 use crate::model::{Kind, Model};
+use crate::plan::Limits;
 
 pub use signals::Stretch;
+pub use spectra::Over;
 
 /// The revision that a change rests on; none: any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +48,8 @@ struct State {
     present: Option<u32>,
     next: u32,
     tour: Option<api::Tour>,
+    station: Option<Arc<Station>>,
+    judged: Option<Arc<api::Judged>>,
     job: Option<Job>,
     message: Option<String>,
     ahead: Ahead,
@@ -99,6 +108,13 @@ impl Session {
             Ok(Version { told, model: Arc::new(model) })
         };
         let versions = content.versions.into_iter().map(version).collect::<error::Result<_>>()?;
+        let station = |name: String| -> error::Result<Arc<Station>> {
+            let path = project.station_file();
+            let model = Model::load(&path)?;
+            model.limits(&path)?;
+            Ok(Arc::new(Station { name, path, model }))
+        };
+        let station = content.station.map(station).transpose()?;
         let mut next = content.next;
         let judges = files.len().checked_sub(1).filter(|last| *last > 0 && recordings.entries.is_empty());
         let is_new = |path: &&PathBuf| !recordings.entries.iter().any(|e| e.kept.path == **path);
@@ -123,6 +139,8 @@ impl Session {
             present: content.present,
             next,
             tour: content.tour,
+            judged: station.as_ref().and_then(|_| project.judged()).map(Arc::new),
+            station,
             job: None,
             message: None,
             ahead: Ahead::default(),
@@ -182,6 +200,7 @@ impl Session {
             present: state.present,
             next: state.next,
             tour: state.tour.clone(),
+            station: state.station.as_ref().map(|station| station.name.clone()),
             ..Content::begun()
         };
         // What is computed ahead is computed anew.
@@ -222,14 +241,16 @@ impl Session {
     /// Another task that has not ended, or something that the task needs and that is missing.
     pub fn begin(&self, expected: Expected, task: Task) -> Result<u32> {
         let mut state = self.free(expected)?;
-        if state.recordings.usable.is_empty() {
-            return Err(Error::NoRecording);
-        }
-        if let Some(stop) = check::stop(&state.recordings.findings) {
-            return Err(Error::Stopped(stop.recording.display().to_string(), stop.sentence()));
+        if task.rests_on_recordings() {
+            if state.recordings.usable.is_empty() {
+                return Err(Error::NoRecording);
+            }
+            if let Some(stop) = check::stop(&state.recordings.findings) {
+                return Err(Error::Stopped(stop.recording.display().to_string(), stop.sentence()));
+            }
         }
         let before = state.at_present().cloned();
-        if before.is_none() && matches!(task, Task::Diagnose | Task::Add(_)) {
+        if before.is_none() && task.rests_on_version() {
             return Err(Error::NoModel);
         }
         state.message = None;
@@ -251,7 +272,7 @@ impl Session {
         let revision = state.revision;
         let (recordings, session) = (Arc::clone(&state.recordings), self.clone());
         std::thread::spawn(move || {
-            let run = || task.run(&recordings.usable, session.kind, before.as_ref(), &ctx);
+            let run = || task.run(&recordings, session.kind, before.as_ref(), &ctx);
             let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).unwrap_or(Err(Error::Panicked));
             session.end(&task, before.map(|v| v.told.id), outcome);
         });
@@ -279,6 +300,17 @@ impl Session {
             Ok(Outcome::First(made)) => self.come_to(&mut state, task, None, *made).map(drop),
             Ok(Outcome::Next(made)) => self.come_to(&mut state, task, before, *made).map(drop),
             Ok(Outcome::Diagnosis(answer)) => self.answered(&mut state, before, *answer),
+            Ok(Outcome::Corrected(made, correction)) => self
+                .project
+                .save_correction(state.next + 1, &correction)
+                .map_err(Error::Work)
+                .and_then(|()| self.come_to(&mut state, task, before, *made).map(drop)),
+            Ok(Outcome::Plan(plan)) => self.planned(&mut state, task, before, *plan),
+            Ok(Outcome::Challenge(challenge)) => self.challenged(&mut state, task, before, *challenge),
+            Ok(Outcome::Station(model)) => {
+                self.take_station(&mut state, "learnt from recordings".to_owned(), *model).map(drop)
+            }
+            Ok(Outcome::Judged(judged)) => self.have_judged(&mut state, task, *judged),
             Err(error) => Err(error),
         };
         if let Err(error) = done {
@@ -313,11 +345,19 @@ impl Session {
                 let model = self.project.model_file(parent).display().to_string();
                 [words(&["add"]), added.arguments(), words(&["--model", &model]), files, words(&["--out", &out])]
             }
+            (Task::Train(training), Some(parent)) => {
+                let model = self.project.model_file(parent).display().to_string();
+                [words(&["train"]), files, words(&["--model", &model]), training.arguments(), words(&["--out", &out])]
+            }
             (Task::Open(..), _) => [words(&["compare"]), files, words(&["--model", &out]), vec![], vec![]],
             _ => [words(&["identify"]), files, words(&["--out", &out]), vec![], vec![]],
         };
         self.project.save_model(id, &made.model)?;
-        let version = made.version(id, parent, line(&command.concat()), state.recordings.basis());
+        let mut version = made.version(id, parent, line(&command.concat()), state.recordings.basis());
+        if let (Task::Train(_), Some(parent)) = (task, parent) {
+            // The physics stays as it was.
+            version.told.parameters.clone_from(&state.version(parent)?.told.parameters);
+        }
         if let (Task::Add(added), Some(parent)) = (task, parent)
             && let ([effect], []) = (&added.effects[..], &added.terms[..])
         {
@@ -349,6 +389,8 @@ impl Session {
         }
         let out = self.project.model_file(state.next + 1).display().to_string();
         let identify = || line(&[words(&["identify"]), state.recordings.arguments(), words(&["--out", &out])].concat());
+        let kind = state.at_present().map_or_else(|| Kind::of(self.kind, &state.recordings.usable), |v| v.model.kind);
+        let usual = Limits::usual(kind);
         api::State {
             schema: 1,
             revision: state.revision,
@@ -364,6 +406,10 @@ impl Session {
             catalogue: EffectId::ALL.iter().map(ToString::to_string).collect(),
             identify: (!state.recordings.usable.is_empty()).then(identify),
             tour: state.tour.clone(),
+            kind: kind.to_string(),
+            usual_limits: [usual.voltage_v, usual.current_a],
+            station: state.station.as_ref().map(|station| station.told()),
+            judged: state.judged.as_ref().map(|judged| judged.number),
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::serve::error::{Error, Result};
 use crate::serve::plane::{Grid, Plane};
 use crate::serve::pyramid::{Curve, Window};
 use crate::serve::recordings::Recordings;
-use crate::serve::simulated::{self, Kind, Simulated};
+use crate::serve::simulated::{Kind, Simulated};
 
 /// Free runs by the numbers of their recordings.
 type All = Vec<(u32, Arc<Simulated>)>;
@@ -49,6 +49,15 @@ impl Session {
         Ok(self.state().version(version)?.model.text()?)
     }
 
+    /// What a version has learnt, as JSON.
+    ///
+    /// # Errors
+    /// No such version, or one that has learnt nothing here.
+    pub fn correction(&self, version: u32) -> Result<Vec<u8>> {
+        self.state().version(version)?;
+        self.project.correction(version).ok_or(Error::NothingLearnt(version))
+    }
+
     /// The report on a version: the model against all recordings.
     ///
     /// # Errors
@@ -80,7 +89,7 @@ impl Session {
         }
     }
 
-    fn simulated(&self, of: Of, recording: u32) -> Result<Arc<Simulated>> {
+    pub(super) fn simulated(&self, of: Of, recording: u32) -> Result<Arc<Simulated>> {
         let (model, recordings) = self.model(of)?;
         let r = recordings.usable(recording).ok_or(Error::NoRecordingAt(recording))?;
         let make = || Simulated::new(&model, r, &Context::quiet());
@@ -100,17 +109,10 @@ impl Session {
         stretch: Stretch,
     ) -> Result<Window> {
         let Some(of) = of.filter(|_| curve != Kind::Raw) else {
-            let read = self.state().recordings.entry(recording).and_then(|e| e.read.clone().ok());
-            let read = read.ok_or(Error::NoRecordingAt(recording))?;
-            let raw = self.curves.raw(recording, channel, || simulated::raw(&read, channel)).ok_or(Error::NoSignal)?;
+            let raw = self.raw(recording, channel)?;
             return Ok(stretch.of(&raw));
         };
-        let signal = match channel {
-            Channel::Current => Signal::Current,
-            Channel::Speed => Signal::Speed,
-            Channel::Torque => Signal::Torque,
-            Channel::Voltage | Channel::Angle => return Err(Error::NoSignal),
-        };
+        let signal = super::spectra::signal(channel).ok_or(Error::NoSignal)?;
         let simulated = self.simulated(of, recording)?;
         let curves = simulated.signal(signal).ok_or(Error::NoSignal)?;
         Ok(stretch.of(curves.curve(curve)))
