@@ -184,3 +184,123 @@ pub fn of_repeats(own: (&Experiment, &Traces), others: &[(&Experiment, &Traces)]
     let rms = PerSignal { current, speed, torque: None };
     Some(Floor { rms, source: Some("repeated runs with the same voltage") })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filtering::Filter;
+    use crate::model::Kind;
+    use crate::rig::Setup;
+
+    /// A permanent-magnet motor's recording without noise.
+    fn experiment() -> Experiment {
+        let setup = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(4.0).seed(1).ideal();
+        Experiment::new(&setup.run().unwrap().recording, &Filter::default()).unwrap()
+    }
+
+    /// White noise of unit variance.
+    fn noise(values: usize, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        (0..values).map(|_| StandardNormal.sample(&mut random)).collect()
+    }
+
+    /// A filter of the fourth order passes 1.026 times its cut-off of the band, ∫ 1/(1 + x⁸) dx = (π/8)/sin(π/8), as a
+    /// share of 5 kHz at 10 kHz. A value that is held ten times has the spectrum of one that comes once a millisecond.
+    #[test]
+    fn the_filter_passes_its_share_of_white_noise() {
+        let mut e = experiment();
+        e.interval_s = 1e-4;
+        e.filter = greyrig::butterworth::Settings { order: 4, cutoff_hz: 50.0, sample_rate_hz: 10_000.0 };
+        let share = (1.026_2 * 50.0 / 5000.0f64).sqrt();
+        // The bilinear transform's warping is of the order of a thousandth here.
+        assert!((passed(&e, 1) / share - 1.0).abs() < 5e-3, "{} {share}", passed(&e, 1));
+        assert!((passed(&e, 10) / (share * 10f64.sqrt()) - 1.0).abs() < 1e-2, "{}", passed(&e, 10));
+    }
+
+    /// Noise of 0.5 V, 0.1 A and 2 rad/s while the voltage is off for a second; what moves elsewhere does not count.
+    #[test]
+    fn idle_stretches_tell_the_noise_of_each_channel() {
+        let mut e = experiment();
+        let rate = (1.0 / e.interval_s).round() as usize;
+        let n = e.len();
+        e.counted = vec![true; n];
+        e.open = Vec::new();
+        let off = rate..2 * rate;
+        let with = |level: f64, sigma: f64, seed: u64| -> Vec<f64> {
+            let white = noise(n, seed);
+            (0..n).map(|k| sigma * white[k] + if off.contains(&k) { 0.0 } else { level * (k as f64).sin() }).collect()
+        };
+        (e.current, e.speed) = (Some(with(50.0, 0.1, 2)), Some(with(500.0, 2.0, 3)));
+        e.input = with(0.0, 0.05, 1);
+        (0..n).filter(|k| !off.contains(k)).for_each(|k| e.input[k] = 100.0);
+        let [voltage, current, speed] = idle(&e).unwrap().map(|sigma| sigma.unwrap());
+        // Of some thousand differences, of which neighbours share a value, 3 % at most.
+        assert!((voltage / 0.05 - 1.0).abs() < 0.05, "{voltage}");
+        assert!((current / 0.1 - 1.0).abs() < 0.05 && (speed / 2.0 - 1.0).abs() < 0.05, "{current} {speed}");
+        // Where the supply is open nothing holds the current, and what does not count tells nothing.
+        let open = Experiment { open: (0..n).map(|k| off.contains(&k)).collect(), ..e.clone() };
+        assert_eq!(idle(&open), None);
+        let masked = Experiment { counted: (0..n).map(|k| !off.contains(&k)).collect(), ..e.clone() };
+        assert_eq!(idle(&masked), None);
+        // A fifth of a second, less what lies within 10 ms of the voltage, is too short.
+        let mut brief = e.clone();
+        (0..n).filter(|k| !(rate..rate + rate / 5).contains(k)).for_each(|k| brief.input[k] = 100.0);
+        assert_eq!(idle(&brief), None);
+    }
+
+    /// Two runs with the same voltage, whose models are off by constants 3 and 1 A, and by 5 and −1 rad/s: half of the
+    /// squares of 2 and 6.
+    #[test]
+    fn repeated_runs_tell_half_of_what_their_errors_differ_by() {
+        let e = experiment();
+        let n = e.len();
+        let traces = |current: f64, speed: f64| Traces {
+            start_s: 0.0,
+            sample_time_s: e.interval_s,
+            mains_period_s: None,
+            voltage: e.input.clone(),
+            measured_current: vec![1.0; n],
+            modelled_current: vec![1.0 + current; n],
+            measured_speed: vec![10.0; n],
+            modelled_speed: vec![10.0 + speed; n],
+            measured_torque: Vec::new(),
+            modelled_torque: Vec::new(),
+            counted: vec![true; n],
+            diverges: false,
+        };
+        let (own, mut twin) = (traces(3.0, 5.0), traces(1.0, -1.0));
+        let floor = |twin: &Traces, other: &Experiment| of_repeats((&e, &own), &[(other, twin)]);
+        let found = floor(&twin, &e).unwrap();
+        let [current, speed] = [found.rms.current, found.rms.speed].map(|rms| rms.unwrap());
+        assert!((current - 2f64.sqrt()).abs() < 1e-12 && (speed - 18f64.sqrt()).abs() < 1e-12, "{found:?}");
+        assert_eq!((found.rms.torque, found.source), (None, Some("repeated runs with the same voltage")));
+        // What does not count in the other one, and what it has not recorded.
+        twin.modelled_current[7] = 1e9;
+        twin.counted[7] = false;
+        twin.measured_speed.clear();
+        let found = floor(&twin, &e).unwrap();
+        assert!((found.rms.current.unwrap() - 2f64.sqrt()).abs() < 1e-12 && found.rms.speed.is_none(), "{found:?}");
+        let mut another = e.clone();
+        another.input.iter_mut().for_each(|u| *u *= 0.5);
+        assert_eq!(floor(&twin, &another), None, "another excitation");
+    }
+
+    #[test]
+    fn a_part_that_shows_no_floor_has_that_of_the_longest_of_its_file() {
+        let of = |file: Option<&str>, samples: usize| {
+            let mut e = experiment();
+            e.part_of = file.map(Into::into);
+            e.input.truncate(samples);
+            e
+        };
+        let known = |current: f64| Floor {
+            rms: PerSignal { current: Some(current), ..PerSignal::default() },
+            source: Some("somewhere"),
+        };
+        let parts = [of(Some("a"), 10), of(Some("a"), 100), of(Some("a"), 200), of(Some("b"), 10), of(None, 10), of(None, 300)];
+        let floors = vec![Floor::default(), known(1.0), known(2.0), Floor::default(), Floor::default(), known(3.0)];
+        let found = of_files(&parts, floors);
+        let currents: Vec<Option<f64>> = found.iter().map(|floor| floor.rms.current).collect();
+        assert_eq!(currents, [Some(2.0), Some(1.0), Some(2.0), None, None, Some(3.0)]);
+    }
+}
