@@ -170,11 +170,15 @@ mod tests {
 
     #[test]
     fn the_median_is_the_upper_one_of_two() {
-        assert_eq!((median(vec![3.0, 1.0, 2.0]), median(vec![4.0, 1.0, 3.0, 2.0]), median(Vec::new())), (2.0, 3.0, 0.0));
+        assert_eq!(
+            (median(vec![3.0, 1.0, 2.0]), median(vec![4.0, 1.0, 3.0, 2.0]), median(Vec::new())),
+            (2.0, 3.0, 0.0)
+        );
     }
 
-    /// The median of 153 powers, each a mean of 20 pieces: by Gaussian statistics it is 1/(3 · 20) below the mean, 0.8 % of
-    /// the standard deviation, and scatters by 1 %. A loud signal below the band, and a piece with a jump, change nothing.
+    /// The median of 153 powers, each a mean of 20 pieces: by Gaussian statistics it is 1/(3 · 20) below the mean, 0.8
+    /// % of the standard deviation, and scatters by 1 %. A loud signal below the band, and a piece with a jump, change
+    /// nothing.
     #[test]
     fn the_top_of_the_spectrum_tells_white_noise_alone() {
         let white = noise(20 * 1024, 3);
@@ -192,8 +196,8 @@ mod tests {
         assert!(white_noise(&white[..4 * 1024]).is_some() && white_noise(&white[..4 * 1024 - 1]).is_none());
     }
 
-    /// A line of the spectrum within the band: the power in Hann's window of amplitude a is a²/4 Σw² at its middle, N/6 a²
-    /// over Σw² = 3N/8, in one of 153 bins, of which the median sees nothing.
+    /// A line of the spectrum within the band: the power in Hann's window of amplitude a is a²/4 Σw² at its middle, N/6
+    /// a² over Σw² = 3N/8, in one of 153 bins, of which the median sees nothing.
     #[test]
     fn a_line_in_the_band_is_no_noise() {
         let white = noise(20 * 1024, 4);

@@ -297,7 +297,8 @@ mod tests {
             rms: PerSignal { current: Some(current), ..PerSignal::default() },
             source: Some("somewhere"),
         };
-        let parts = [of(Some("a"), 10), of(Some("a"), 100), of(Some("a"), 200), of(Some("b"), 10), of(None, 10), of(None, 300)];
+        let parts =
+            [of(Some("a"), 10), of(Some("a"), 100), of(Some("a"), 200), of(Some("b"), 10), of(None, 10), of(None, 300)];
         let floors = vec![Floor::default(), known(1.0), known(2.0), Floor::default(), Floor::default(), known(3.0)];
         let found = of_files(&parts, floors);
         let currents: Vec<Option<f64>> = found.iter().map(|floor| floor.rms.current).collect();

@@ -100,8 +100,8 @@ impl Baseline {
 mod tests {
     use super::*;
 
-    /// By numpy and scipy.stats: six checks teach 10.1 ± 0.236 643, t of 5 degrees of freedom, 99.5 %, is 4.032 143 as in
-    /// any table, and the formulas of the module's page give the shares of the limits.
+    /// By numpy and scipy.stats: six checks teach 10.1 ± 0.236 643, t of 5 degrees of freedom, 99.5 %, is 4.032 143 as
+    /// in any table, and the formulas of the module's page give the shares of the limits.
     #[test]
     fn checks_are_compared_with_both_limits() {
         let baseline = Baseline::new(&[10.0, 10.4, 9.8, 10.2, 9.9, 10.3], 0.01).unwrap();

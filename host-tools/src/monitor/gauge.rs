@@ -184,8 +184,8 @@ mod tests {
         assert_eq!(g.categories(), 0);
     }
 
-    /// By hand, one part and two appraisers of two trials: means 2 and 5, MS_a = 4 (1.5)² = 9, MS_ε = (1 + 1 + 1 + 1)/2,
-    /// σ²_a = (9 − 2)/2.
+    /// By hand, one part and two appraisers of two trials: means 2 and 5, MS_a = 4 (1.5)² = 9, MS_ε = (1 + 1 + 1 +
+    /// 1)/2, σ²_a = (9 − 2)/2.
     #[test]
     fn a_single_part_has_no_scatter_of_parts() {
         let g = crossed(&[vec![vec![1.0, 3.0], vec![4.0, 6.0]]]).unwrap();

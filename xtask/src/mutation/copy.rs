@@ -36,7 +36,8 @@ pub fn build(part: &Part, changes: &[Change], root: &Path, tree: &Path) -> Resul
             put(&tree.join(&file), &std::fs::read(root.join(&file)).map_err(|e| format!("{file}: {e}"))?)?;
         }
     }
-    let text = std::fs::read_to_string(root.join(library)).map_err(|error| format!("{}: {error}", library.display()))?;
+    let text =
+        std::fs::read_to_string(root.join(library)).map_err(|error| format!("{}: {error}", library.display()))?;
     put(&tree.join(library), switch::library(&text).as_bytes())?;
 
     let mut left_out: BTreeSet<usize> = BTreeSet::new();
@@ -85,7 +86,8 @@ enum Attempt {
 
 /// Builds the tests: what they stand on as for releases, our own code with checks of overflow and quickly.
 fn attempt(part: &Part, tree: &Path) -> Result<Attempt, String> {
-    let mut command = cargo_command(&["test", "--no-run", "--release", "--locked", "--message-format", "json", "--quiet"]);
+    let mut command =
+        cargo_command(&["test", "--no-run", "--release", "--locked", "--message-format", "json", "--quiet"]);
     command.args(["--package", part.package]).args(part.tests);
     for package in ["greyrig", "greyrig-host"] {
         for setting in ["opt-level=1", "overflow-checks=true", "debug-assertions=true"] {

@@ -104,7 +104,8 @@ fn examine(part: &Part, wanted: &Wanted) -> Result<usize, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let output = wanted.output.clone().unwrap_or_else(|| root.join("target/mutants"));
     let changes = changes::list(part.package)?;
-    let tree = output.join("tree");
+    // Of each package one, so that neither is built anew for the other.
+    let tree = output.join(part.package);
     let built = copy::build(part, &changes, &root, &tree)?;
     let placed = built.places.iter().filter(|place| place.is_some()).count();
     println!("{}: {} changes, {placed} of them built behind a switch", part.package, changes.len());

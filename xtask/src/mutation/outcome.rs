@@ -47,7 +47,8 @@ impl Counts {
 
     fn row(&self, name: &str) -> String {
         let viable = self.noticed + self.missed;
-        let share = if viable > 0 { format!("{:.1} %", 100.0 * self.noticed as f64 / viable as f64) } else { "–".into() };
+        let share =
+            if viable > 0 { format!("{:.1} %", 100.0 * self.noticed as f64 / viable as f64) } else { "–".into() };
         let Self { noticed, missed, listed, not_built } = self;
         format!("{name:52} {noticed:8} {missed:8} {listed:8} {not_built:10} {share:>9}\n")
     }
@@ -55,7 +56,10 @@ impl Counts {
 
 /// A row for each file, and their sum.
 pub fn table(counts: &BTreeMap<&str, Counts>) -> String {
-    let mut text = format!("{:52} {:>8} {:>8} {:>8} {:>10} {:>9}\n", "file", "noticed", "missed", "listed", "not built", "noticed");
+    let mut text = format!(
+        "{:52} {:>8} {:>8} {:>8} {:>10} {:>9}\n",
+        "file", "noticed", "missed", "listed", "not built", "noticed"
+    );
     let mut sum = Counts::default();
     for (file, of) in counts {
         text += &of.row(file);
@@ -67,7 +71,8 @@ pub fn table(counts: &BTreeMap<&str, Counts>) -> String {
     text + &sum.row("all")
 }
 
-/// The changes that `docs/mutants.md` lists: what stands between backticks in the first column of the table of survivors.
+/// The changes that `docs/mutants.md` lists: what stands between backticks in the first column of the table of
+/// survivors.
 pub fn listed(root: &Path) -> Result<BTreeSet<String>, String> {
     let path = root.join("docs/mutants.md");
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;

@@ -10,7 +10,8 @@ use super::outcome::Outcome;
 use super::switch::{REACHED, VARIABLE};
 use crate::cargo::not_started;
 
-/// Tests run in up to three lots, the quickest ones first: those that take up to so many seconds together, and the rest.
+/// Tests run in up to three lots, the quickest ones first: those that take up to so many seconds together, and the
+/// rest.
 const LOTS_S: [f64; 3] = [0.5, 5.0, f64::INFINITY];
 /// A lot that takes so many times as long as without a change does not end.
 const PATIENCE: f64 = 10.0;
@@ -71,7 +72,13 @@ impl Reach {
         let mut rest = &tests[..];
         for lot_s in LOTS_S {
             let mut sum = 0.0;
-            let count = rest.iter().take_while(|test| { sum += test.1; sum <= lot_s }).count();
+            let count = rest
+                .iter()
+                .take_while(|test| {
+                    sum += test.1;
+                    sum <= lot_s
+                })
+                .count();
             let (lot, others) = rest.split_at(count);
             rest = others;
             if lot.is_empty() {
@@ -90,7 +97,10 @@ impl Reach {
 
     /// `None` after too long a time.
     fn run<'a>(
-        &self, number: usize, names: impl Iterator<Item = &'a str>, limit_s: f64,
+        &self,
+        number: usize,
+        names: impl Iterator<Item = &'a str>,
+        limit_s: f64,
     ) -> Result<Option<ExitStatus>, String> {
         // A shell, since only it can tell the system what a process may take.
         let mut command = Command::new("sh");

@@ -114,7 +114,8 @@ pub fn file(source: &str, changes: Vec<(usize, &Change)>) -> Result<Switched, St
         let column = source[line..].char_indices().nth(position.column - 1);
         column.map_or(source.len(), |(at, _)| line + at)
     };
-    let mut finder = Finder { source, changes: BTreeMap::new(), places: BTreeMap::new(), constants: 0, statement: None };
+    let mut finder =
+        Finder { source, changes: BTreeMap::new(), places: BTreeMap::new(), constants: 0, statement: None };
     for (number, change) in changes {
         let range = offset(change.span.start)..offset(change.span.end);
         finder.changes.entry(range.start).or_default().push((number, range, change));
@@ -361,10 +362,8 @@ mod tests {
     #[test]
     fn conditions_that_bind_names_stay_as_they_are() {
         let source = "fn f(a: Option<u8>) -> bool {\n    if let Some(x) = a && x < 3 { true } else { false }\n}\n";
-        let changes = [
-            change("BinaryOperator", (2, 24), (2, 26), "||"),
-            change("BinaryOperator", (2, 29), (2, 30), ">"),
-        ];
+        let changes =
+            [change("BinaryOperator", (2, 24), (2, 26), "||"), change("BinaryOperator", (2, 29), (2, 30), ">")];
         let result = file(source, changes.iter().enumerate().collect()).unwrap();
         assert_eq!(result.placed.iter().map(|p| p.change).collect::<Vec<_>>(), [1]);
         syn::parse_file(&result.text).unwrap();
