@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 20;
 
 /// The tests, and where each change went: the number of the switch that it stands behind, if it could be built.
 pub struct Built {
-    pub program: PathBuf,
+    pub programs: Vec<PathBuf>,
     pub places: Vec<Option<usize>>,
 }
 
@@ -51,16 +51,21 @@ pub fn build(part: &Part, changes: &[Change], root: &Path, tree: &Path) -> Resul
             switched.insert(file, result);
         }
         match attempt(part, tree)? {
-            Attempt::Built(program) => {
+            Attempt::Built(programs) => {
                 let mut places = vec![None; changes.len()];
                 switched.values().flat_map(|s| &s.placed).for_each(|placed| places[placed.change] = Some(placed.place));
-                return Ok(Built { program, places });
+                return Ok(Built { programs, places });
             }
             Attempt::Errors(errors) => {
                 let before = left_out.len();
                 for error in &errors {
                     let file = switched.get(error.file.as_str());
                     left_out.extend(file.map(|s| s.at(error.byte)).unwrap_or_default());
+                }
+                if left_out.len() == before {
+                    // What a change breaks elsewhere in its file.
+                    let of_files = errors.iter().filter_map(|error| files.get(error.file.as_str())).flatten();
+                    left_out.extend(of_files.copied());
                 }
                 if left_out.len() == before {
                     let first = errors.first().map_or("no reason", |error| &error.text);
@@ -80,7 +85,7 @@ struct BuildError {
 }
 
 enum Attempt {
-    Built(PathBuf),
+    Built(Vec<PathBuf>),
     Errors(Vec<BuildError>),
 }
 
@@ -99,11 +104,11 @@ fn attempt(part: &Part, tree: &Path) -> Result<Attempt, String> {
     command.current_dir(tree).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().map_err(|error| not_started(&command, &error))?;
     let output = BufReader::new(child.stdout.take().ok_or("cargo without its output")?);
-    let (mut program, mut errors) = (None, Vec::new());
+    let (mut programs, mut errors) = (Vec::new(), Vec::new());
     for message in Message::parse_stream(output) {
         match message.map_err(|error| error.to_string())? {
             Message::CompilerArtifact(artifact) if artifact.profile.test => {
-                program = artifact.executable.map(PathBuf::from).or(program);
+                programs.extend(artifact.executable.map(PathBuf::from));
             }
             Message::CompilerMessage(of) if of.message.level == DiagnosticLevel::Error => {
                 let spans = of.message.spans.iter().filter(|span| span.is_primary);
@@ -118,10 +123,12 @@ fn attempt(part: &Part, tree: &Path) -> Result<Attempt, String> {
         }
     }
     let status = child.wait().map_err(|error| error.to_string())?;
-    match program {
-        Some(program) if status.success() => Ok(Attempt::Built(program)),
-        _ if errors.is_empty() => Err(format!("{} ended with {status}", shown(&command))),
-        _ => Ok(Attempt::Errors(errors)),
+    if status.success() {
+        Ok(Attempt::Built(programs))
+    } else if errors.is_empty() {
+        Err(format!("{} ended with {status}", shown(&command)))
+    } else {
+        Ok(Attempt::Errors(errors))
     }
 }
 

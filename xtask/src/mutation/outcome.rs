@@ -1,7 +1,6 @@
 //! What became of the changes: counts, the list of before, and those of which it is known that nothing can notice them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// What became of a change.
@@ -95,18 +94,13 @@ pub fn read(file: &Path) -> BTreeMap<String, Outcome> {
     text.lines().filter_map(entry).collect()
 }
 
-/// Writes the outcomes, and those of before of changes that were not tried again.
+/// Writes the outcomes.
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub fn write(file: &Path, before: BTreeMap<String, Outcome>, now: BTreeMap<String, Outcome>) -> Result<(), String> {
-    let mut all = before;
-    all.extend(now);
-    let mut text = String::new();
-    for (name, outcome) in &all {
-        let word = WORDS.iter().find(|(known, _)| known == outcome).map_or("", |(_, word)| word);
-        writeln!(text, "{word}\t{name}").map_err(|error| error.to_string())?;
-    }
+pub fn write(file: &Path, outcomes: &BTreeMap<String, Outcome>) -> Result<(), String> {
+    let word = |outcome: &Outcome| WORDS.iter().find(|(known, _)| known == outcome).map_or("", |(_, word)| word);
+    let text: String = outcomes.iter().map(|(name, outcome)| format!("{}\t{name}\n", word(outcome))).collect();
     std::fs::write(file, text).map_err(|error| format!("{}: {error}", file.display()))
 }
 

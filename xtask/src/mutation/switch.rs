@@ -194,9 +194,10 @@ impl Finder<'_> {
     }
 
     fn function(&mut self, signature: &Signature, block: &Block) {
-        let Some(first) = block.stmts.first().filter(|_| signature.constness.is_none() && self.constants == 0) else {
-            return;
-        };
+        // A type that is told by the body alone cannot be another one ahead of it.
+        let of_body = self.source[signature.output.span().byte_range()].contains("impl ");
+        let may_be = !of_body && signature.constness.is_none() && self.constants == 0;
+        let Some(first) = block.stmts.first().filter(|_| may_be) else { return };
         let (begin, end) = (block.brace_token.span.open().byte_range().end, first.span().byte_range().start);
         let of = self.changes.range(begin..=end).flat_map(|(_, changes)| changes);
         let of = of.filter(|(_, _, change)| change.genre == "FnValue");
