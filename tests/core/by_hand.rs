@@ -5,7 +5,7 @@ use greyrig::detector::{Features, PeriodClock};
 use greyrig::effects::{Effect, EffectId};
 use greyrig::exchange::Variable;
 use greyrig::motor::{
-    BaseParameter, Constraints, FluxLaw, Gradient, Motor, ParameterError, Parameters, State, Stepper,
+    BaseParameter, Constraints, FluxLaw, Gradient, Motor, OperatingPoint, ParameterError, Parameters, State, Stepper,
 };
 use greyrig::parameters::Settings;
 use greyrig::scalar::Scalar;
@@ -71,6 +71,18 @@ fn what_acts_at_rest_turns_a_rotor_round() {
     let with_term = after_a_step(motor, -0.01, 0.004);
     assert!((with_term - expected).abs() < 1e-9, "{with_term}");
     assert_eq!(after_a_step(Motor::build(slowing(5e-4), &[brushes]).unwrap(), -0.01, 0.004), 0.0);
+}
+
+/// Flux that lags by T = 0.1 ms makes of 20 mH at 1000 rad/s, x = T K ω/L = 0.047 25 of it, L/(1 + x), and where it turns
+/// the other way, L (1 + x).
+#[test]
+fn flux_that_lags_changes_the_inductance() {
+    let motor = Motor::build(UNIVERSAL, &[Effect::new(EffectId::EddyCurrent, &[1e-4, 0.0])]).unwrap();
+    let memories = std::array::from_fn(|_| Default::default());
+    let inductance = |speed: f64| motor.slopes(&OperatingPoint::unsupplied(5.0, speed), None, &memories).inductance;
+    close(inductance(1000.0), 0.02 / 1.047_25);
+    close(inductance(-1000.0), 0.02 * 1.047_25);
+    close(inductance(0.0), 0.02);
 }
 
 /// The tables of derivatives, at 0.7 and at −0.7.
