@@ -154,9 +154,9 @@ fn features_of_periods_have_a_mean() {
 fn a_period_begins_after_a_twentieth_of_the_voltage() {
     let ends = |lowest: f32| {
         let mut clock = PeriodClock::new(10_000.0, 100.0);
-        // A period of 20 ms, from one rise to the next.
-        let wave = |n: u32| if n % 200 < 100 { 50.0 } else { lowest };
-        (0..1000).filter_map(|n| clock.process(wave(n)).map(|_| n)).any(|n| n == 400)
+        // A period of 17 ms, from one rise to the next; direct voltage has one of 20 ms.
+        let wave = |n: u32| if n % 170 < 85 { 50.0 } else { lowest };
+        (0..1000).filter_map(|n| clock.process(wave(n)).map(|_| n)).any(|n| n == 340)
     };
     assert!(ends(-5.01) && !ends(-5.0));
 }

@@ -238,9 +238,10 @@ mod tests {
         assert!((voltage / 0.05 - 1.0).abs() < 0.05, "{voltage}");
         assert!((current / 0.1 - 1.0).abs() < 0.05 && (speed / 2.0 - 1.0).abs() < 0.05, "{current} {speed}");
         // Where the supply is open nothing holds the current, and what does not count tells nothing.
-        let open = Experiment { open: (0..n).map(|k| off.contains(&k)).collect(), ..e.clone() };
+        let (mut open, mut masked) = (e.clone(), e.clone());
+        open.open = (0..n).map(|k| off.contains(&k)).collect();
         assert_eq!(idle(&open), None);
-        let masked = Experiment { counted: (0..n).map(|k| !off.contains(&k)).collect(), ..e.clone() };
+        masked.counted = (0..n).map(|k| !off.contains(&k)).collect();
         assert_eq!(idle(&masked), None);
         // A fifth of a second, less what lies within 10 ms of the voltage, is too short.
         let mut brief = e.clone();
