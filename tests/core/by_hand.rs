@@ -1,9 +1,11 @@
 //! Single figures by hand, of parts that the other tests reach only in the middle of a run.
 
+use greyrig::anfis::{Firing, Premise, Settings3x3, Shape};
 use greyrig::app::Window;
 use greyrig::detector::{Features, PeriodClock};
 use greyrig::effects::{Effect, EffectId};
 use greyrig::exchange::Variable;
+use greyrig::link::message::{Greeting, PROTOCOL};
 use greyrig::motor::{
     BaseParameter, Constraints, FluxLaw, Gradient, Motor, OperatingPoint, ParameterError, Parameters, State, Stepper,
 };
@@ -73,8 +75,8 @@ fn what_acts_at_rest_turns_a_rotor_round() {
     assert_eq!(after_a_step(Motor::build(slowing(5e-4), &[brushes]).unwrap(), -0.01, 0.004), 0.0);
 }
 
-/// Flux that lags by T = 0.1 ms makes of 20 mH at 1000 rad/s, x = T K ω/L = 0.047 25 of it, L/(1 + x), and where it turns
-/// the other way, L (1 + x).
+/// Flux that lags by T = 0.1 ms makes of 20 mH at 1000 rad/s, x = T K ω/L = 0.047 25 of it, L/(1 + x), and where it
+/// turns the other way, L (1 + x).
 #[test]
 fn flux_that_lags_changes_the_inductance() {
     let motor = Motor::build(UNIVERSAL, &[Effect::new(EffectId::EddyCurrent, &[1e-4, 0.0])]).unwrap();
@@ -83,6 +85,51 @@ fn flux_that_lags_changes_the_inductance() {
     close(inductance(1000.0), 0.02 / 1.047_25);
     close(inductance(-1000.0), 0.02 * 1.047_25);
     close(inductance(0.0), 0.02);
+}
+
+/// Half a volt second times a quarter of an ampere is an eighth of a newton metre, all of them exact in binary.
+#[test]
+fn a_rotor_begins_to_turn_beyond_its_friction() {
+    let parameters = Parameters::from_values(FluxLaw::PermanentMagnet, [2.0, 1e-3, 0.5, 1e-3, 0.125, 0.0, 0.0]);
+    let motor = Motor::build(parameters, &[]).unwrap();
+    let memories = std::array::from_fn(|_| Default::default());
+    let direction = |current| motor.slopes(&OperatingPoint::unsupplied(current, 0.0), None, &memories).direction;
+    assert_eq!([0.25, -0.25, 0.26, -0.26].map(direction), [0.0, 0.0, 1.0, -1.0]);
+}
+
+/// At 100 A and 10,000 rad/s, of h/J = r: h K² i²/J h/L is 0.5 r with K = 0.1 V s/A and 20 mH; h K i/(J ω) is 0.01 r
+/// with 1 V s; 2 h μ2 ω/J is 0.02 r with 1e-6. Each may be 1.
+#[test]
+fn a_motor_is_slower_than_the_sampling() {
+    let refused = |law: FluxLaw, [k, mu2]: [f64; 2], rate: f64| {
+        let parameters = Parameters::from_values(law, [2.0, 0.02, k, 1e-4 / rate, 0.0, 0.0, mu2]);
+        match Stepper::build(Motor::build(parameters, &[]).unwrap(), 1e-4) {
+            Ok(_) => false,
+            Err(error) => {
+                assert_eq!(error, ParameterError::FasterThanSampling);
+                true
+            }
+        }
+    };
+    for (law, values, most) in [
+        (FluxLaw::Series, [0.1, 0.0], 2.0),
+        (FluxLaw::PermanentMagnet, [1.0, 0.0], 100.0),
+        (FluxLaw::PermanentMagnet, [0.01, 1e-6], 50.0),
+        (FluxLaw::PermanentMagnet, [0.01, -1e-6], 50.0),
+    ] {
+        assert!(!refused(law, values, 0.95 * most) && refused(law, values, 1.05 * most), "{law:?} {values:?}");
+    }
+}
+
+/// h R/L of three quarters, exact in binary, takes one step; a little more takes two, and a little more than 1.5 three.
+#[test]
+fn a_quick_circuit_is_stepped_more_often() {
+    let substeps = |resistance: f64| {
+        let values = [resistance, 1.0 / 256.0, 0.01, 0.01, 0.0, 0.0, 0.0];
+        let motor = Motor::build(Parameters::from_values(FluxLaw::PermanentMagnet, values), &[]).unwrap();
+        Stepper::build(motor, 1.0 / 1024.0).unwrap().substeps()
+    };
+    assert_eq!([2.9, 3.0, 3.1, 6.0, 6.1, 40.0, 1000.0].map(substeps), [1, 1, 2, 2, 3, 14, 16]);
 }
 
 /// The tables of derivatives, at 0.7 and at −0.7.
@@ -192,8 +239,56 @@ fn a_variable_of_another_program_is_the_settings_parameter() {
     assert_eq!(Variable::Base(BaseParameter::J).value(&settings), Some(1.8e-4));
     assert_eq!(Variable::Speed.value(&settings), None, "no parameter");
     assert_eq!(Variable::Effect { place: 0, parameter: 0 }.value(&settings), None, "no effect");
+    let ops = [Op::Unknown(0), Op::Unknown(1), Op::Mul];
+    settings.terms.push(Term::build(Target::Torque, &ops, [3.0, 5.0, 0.0, 0.0]).unwrap()).unwrap();
+    assert_eq!(Variable::Term { place: 0, unknown: 1 }.value(&settings), Some(5.0));
+    assert_eq!(Variable::Term { place: 1, unknown: 0 }.value(&settings), None, "no second term");
+    // What is set is that and nothing else.
+    settings.effects.push(Effect::new(EffectId::BrushDrop, &[2.0, 0.1])).unwrap();
+    let (own, of_effect) = (Variable::Base(BaseParameter::R), Variable::Effect { place: 0, parameter: 1 });
+    let of_term = Variable::Term { place: 0, unknown: 0 };
+    for (variable, number) in [(own, 2.5), (of_effect, 0.2), (of_term, 7.0)] {
+        assert_eq!(variable.set(&mut settings, number), Some(()));
+    }
+    assert_eq!([own, of_effect, of_term].map(|v| v.value(&settings).unwrap()), [2.5, 0.2, 7.0]);
+    assert_eq!(settings.motor.values()[1..], [0.02, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8]);
+    assert_eq!(settings.effects[0].values()[0], 2.0);
+    assert_eq!(settings.terms[0].unknowns()[..2], [7.0, 5.0]);
+    assert_eq!(Variable::Torque.set(&mut settings, 1.0), None);
     for number in [6, 7] {
         assert_eq!(Variable::with_number(number), None);
     }
     assert_eq!(Variable::with_number(5), Some(Variable::Torque));
+}
+
+/// Each number with a digit beyond the seventh becomes that of `f32`.
+#[test]
+fn a_network_in_single_precision_has_every_number_rounded() {
+    let long = 0.123_456_789_012_345;
+    let short = f64::from(0.123_456_79_f32);
+    let of = |x: f64| Settings3x3 {
+        shape: Shape::Bell,
+        firing: Firing::Product,
+        premise: [[Premise { a: x, b: 2.0 + x, c: x }; 3]; 3],
+        slopes: [[x; 3]; 27],
+        constants: [x; 27],
+        inputs: [(-x, x); 3],
+        output: (-x, x),
+        margin: x,
+    };
+    let mut expected = of(short);
+    expected.premise.as_flattened_mut().iter_mut().for_each(|p| p.b = f64::from(2.123_456_8_f32));
+    assert_eq!(of(long).in_single_precision(), expected);
+}
+
+/// Reply 7 with an identity; then in postcard's form, small numbers as they are, protocol, fingerprint, and a text of
+/// one letter behind its length.
+#[test]
+fn a_partner_of_another_version_greets() {
+    let body = |protocol: u8| [0, 7, 0, protocol, 9, 1, b'x', 200, 200];
+    let other = body(PROTOCOL as u8 + 1);
+    let greeting = Greeting::of_another_version(&other).unwrap();
+    assert_eq!((greeting.protocol, greeting.fingerprint, greeting.firmware), (PROTOCOL + 1, 9, "x"));
+    assert_eq!(Greeting::of_another_version(&body(PROTOCOL as u8)), None, "this version");
+    assert_eq!(Greeting::of_another_version(&[1, 7, 0, 4, 9, 1, b'x']), None, "no reply");
 }
