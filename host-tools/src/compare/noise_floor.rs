@@ -187,6 +187,8 @@ pub fn of_repeats(own: (&Experiment, &Traces), others: &[(&Experiment, &Traces)]
 
 #[cfg(test)]
 mod tests {
+    use greyrig::motor::{FluxLaw, Parameters};
+
     use super::*;
     use crate::filtering::Filter;
     use crate::model::Kind;
@@ -304,5 +306,97 @@ mod tests {
         let found = of_files(&parts, floors);
         let currents: Vec<Option<f64>> = found.iter().map(|floor| floor.rms.current).collect();
         assert_eq!(currents, [Some(2.0), Some(1.0), Some(2.0), None, None, Some(3.0)]);
+    }
+
+    /// 2 Ω, and so little inductance and so much inertia that below 50 Hz the current is the voltage over the
+    /// resistance.
+    fn slow_motor() -> Motor<f32> {
+        let values = [2.0, 4e-4, 0.02, 1e-2, 0.0, 1e-4, 0.0];
+        Motor::build(Parameters::from_values(FluxLaw::PermanentMagnet, values), &[]).unwrap()
+    }
+
+    /// 100 V, and nothing else measured; 50 Hz at 10 kHz.
+    fn steady() -> Experiment {
+        let mut e = experiment();
+        e.filter = greyrig::butterworth::Settings { order: 4, cutoff_hz: 50.0, sample_rate_hz: 10_000.0 };
+        e.interval_s = 1e-4;
+        e.input.fill(100.0);
+        (e.open, e.locked) = (Vec::new(), Vec::new());
+        (e.edges, e.instants, e.stretches, e.window) = (Vec::new(), Vec::new(), Vec::new(), None);
+        e.counted = (0..e.len()).map(|n| n > 1000).collect();
+        e
+    }
+
+    /// Through the model noise of 0.4 V is 0.2 A, as far as the filter lets it pass; the inertia keeps the speed. Some
+    /// 300 independent values tell it to 4 %.
+    #[test]
+    fn noise_of_the_voltage_passes_the_model() {
+        let e = steady();
+        let [current, speed] = through_model(&slow_motor(), &e, 0.4).unwrap();
+        assert!((current / (0.2 * passed(&e, 1)) - 1.0).abs() < 0.15, "{current}");
+        // ∫ K i/J of what is white: 0.02 · 0.2 A/1e-2 √(t h) is 0.008 rad/s after 4 s; no more than some of that.
+        assert!(speed > 0.0 && speed < 0.03, "{speed}");
+        let twice = through_model(&slow_motor(), &e, 0.8).unwrap();
+        assert!((twice[0] / current - 2.0).abs() < 1e-2, "{twice:?}");
+    }
+
+    /// White noise of 0.4 V, 0.1 A and 2 rad/s: of the current what passes of √(0.1² + 0.2²), of the speed what passes
+    /// of its own.
+    #[test]
+    fn without_rest_and_repeats_the_spectrum_tells() {
+        let mut e = steady();
+        let n = e.len();
+        let white = |sigma: f64, seed: u64| noise(n, seed).into_iter().map(|z| sigma * z).collect::<Vec<f64>>();
+        e.input.iter_mut().zip(white(0.4, 5)).for_each(|(u, z)| *u += z);
+        (e.current, e.speed) = (Some(white(0.1, 6)), Some(white(2.0, 7)));
+        let floor = of_one(&slow_motor(), &e, PerSignal::default());
+        let share = passed(&e, 1);
+        let [current, speed] = [floor.rms.current, floor.rms.speed].map(|rms| rms.unwrap() / share);
+        assert!((current / 0.05f64.sqrt() - 1.0).abs() < 0.12, "{current}");
+        assert!((speed / 2.0 - 1.0).abs() < 0.05, "{speed}");
+        assert!(floor.source.unwrap().starts_with("noise above the signal's band"), "{floor:?}");
+        // With a second of rest that tells it; where a torque drives the model nothing does, nor without a free band.
+        e.input[5000..20_000].fill(0.0);
+        let floor = of_one(&slow_motor(), &e, PerSignal::default());
+        assert!(floor.source.unwrap().starts_with("idle"), "{floor:?}");
+        let mut driven = e.clone();
+        driven.drive = Drive::Torque;
+        assert_eq!(of_one(&slow_motor(), &driven, PerSignal::default()), Floor::default());
+        // Twice 1300 Hz are more than a quarter of 10 kHz, and twice 1200 Hz are not.
+        for (cutoff_hz, known) in [(1300.0, false), (1200.0, true)] {
+            e.filter.cutoff_hz = cutoff_hz;
+            assert_eq!(of_one(&slow_motor(), &e, PerSignal::default()).source.is_some(), known, "{cutoff_hz}");
+        }
+    }
+
+    #[test]
+    fn what_the_model_leaves_is_measured_less_modelled() {
+        let mut e = steady();
+        let n = e.len();
+        (e.current, e.speed) = (Some(vec![0.0; n]), Some(vec![0.0; n]));
+        let [current, speed] = left_by(&slow_motor(), &e).map(|left| left.unwrap());
+        // 50 A less what the slow rotor takes; and a rotor that 1 N m accelerates, 100 rad/s².
+        assert!(
+            (-50.0..-40.0).contains(&current[n / 10]) && speed[n / 10] < -1.0,
+            "{} {}",
+            current[n / 10],
+            speed[n / 10]
+        );
+        let off = |left: &[f64], by: f64| left.iter().map(|x| by - x).collect::<Vec<f64>>();
+        (e.current, e.speed) = (Some(off(&current, 3.0)), Some(off(&speed, -5.0)));
+        let [current, speed] = left_by(&slow_motor(), &e).map(|left| left.unwrap());
+        assert!(current.iter().all(|x| (x - 3.0).abs() < 1e-9) && speed.iter().all(|x| (x + 5.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_held_speed_shows_fewer_values() {
+        let mut e = steady();
+        e.speed = Some((0..e.len()).map(|n| n as f64).collect());
+        assert_eq!((values_shown(&e).0.map(|v| v.len()), values_shown(&e).1), (Some(e.len()), 1));
+        e.stretches = (1..=e.len() / 8).map(|k| [8 * (k - 1), 8 * k - 1]).collect();
+        let (values, held) = values_shown(&e);
+        assert_eq!((&values.unwrap()[..3], held), (&[7.0, 15.0, 23.0][..], 8));
+        e.speed = None;
+        assert_eq!(values_shown(&e), (None, 8));
     }
 }
