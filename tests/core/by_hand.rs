@@ -234,8 +234,8 @@ fn a_report_has_root_mean_squares_and_means() {
 
 #[test]
 fn a_variable_of_another_program_is_the_settings_parameter() {
-    let mut settings = Settings::default();
-    settings.motor = Parameters::from_values(FluxLaw::Series, [2.2, 0.02, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8]);
+    let motor = Parameters::from_values(FluxLaw::Series, [2.2, 0.02, 9.45e-3, 1.8e-4, 0.015, 8e-6, 2.98e-8]);
+    let mut settings = Settings { motor, ..Settings::default() };
     assert_eq!(Variable::Base(BaseParameter::J).value(&settings), Some(1.8e-4));
     assert_eq!(Variable::Speed.value(&settings), None, "no parameter");
     assert_eq!(Variable::Effect { place: 0, parameter: 0 }.value(&settings), None, "no effect");

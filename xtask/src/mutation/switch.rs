@@ -165,9 +165,13 @@ fn render(source: &str, range: Range<usize>, places: &[Place], to: &mut Switched
     to.text.push_str(&source[at..range.end]);
 }
 
+/// A change, its number, and the bytes that it is of.
+type Numbered<'a> = (usize, Range<usize>, &'a Change);
+
 struct Finder<'a> {
     source: &'a str,
-    changes: BTreeMap<usize, Vec<(usize, Range<usize>, &'a Change)>>,
+    /// By the byte that they begin with.
+    changes: BTreeMap<usize, Vec<Numbered<'a>>>,
     places: BTreeMap<(usize, usize), Place>,
     /// Constants around.
     constants: usize,
