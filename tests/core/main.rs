@@ -4,6 +4,7 @@ mod anfis;
 mod app;
 mod butterworth;
 mod butterworth_arithmetic;
+mod by_hand;
 mod detector;
 mod effects;
 mod examples;

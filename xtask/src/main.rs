@@ -73,7 +73,7 @@ fn usage() -> String {
     format!(
         "Usage: cargo xtask exam [OPTION]…   (--help shows them)\n       cargo xtask lot [OPTION]…\n       cargo xtask size\n       \
          cargo xtask book   (the documentation, into the folder book)\n       cargo xtask new-effect NAME   (the beginning of an effect: file, line, test, page)\n       cargo xtask python [OPTION]…   (the Python package; options are pytest's)\n       \
-         cargo xtask mutants [PACKAGE] [OPTION]…   (cargo-mutants: its options)\n       cargo xtask semver REVISION\n       \
+         cargo xtask mutants [PACKAGE] [--file PART-OF-PATH]… [--shard K/N] [--again] [--output DIR]\n       cargo xtask semver REVISION\n       \
          cargo xtask fuzz [--seconds N] [--seed N] [TARGET]…   (N seconds for each target)\n       \
          cargo xtask test [{long}] [STEP]…\n\nWithout a step, all of them in this order:\n\n{steps}\n\
          {long}: tests that have a long version run it: a minute of sampling on the virtual board instead of ten seconds.\n",

@@ -28,7 +28,7 @@ pub enum Need {
     BoardTools,
     /// What the Python package is tested with; what else it takes comes from Python's registry.
     Python,
-    /// Changes the code and looks which tests notice.
+    /// Finds what can be changed in the code.
     Mutants,
     /// Compares the public interface with that of an earlier version.
     SemverChecks,
@@ -66,7 +66,7 @@ impl Need {
         match self {
             // Without what serves, watches and searches.
             Self::Book => &["mdbook@0.5.4", "--no-default-features"],
-            Self::Mutants => &["cargo-mutants"],
+            Self::Mutants => &["cargo-mutants@27.1.0"],
             Self::SemverChecks => &["cargo-semver-checks"],
             _ => &[],
         }

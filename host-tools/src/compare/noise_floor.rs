@@ -184,3 +184,219 @@ pub fn of_repeats(own: (&Experiment, &Traces), others: &[(&Experiment, &Traces)]
     let rms = PerSignal { current, speed, torque: None };
     Some(Floor { rms, source: Some("repeated runs with the same voltage") })
 }
+
+#[cfg(test)]
+mod tests {
+    use greyrig::motor::{FluxLaw, Parameters};
+
+    use super::*;
+    use crate::filtering::Filter;
+    use crate::model::Kind;
+    use crate::rig::Setup;
+
+    /// A permanent-magnet motor's recording without noise.
+    fn experiment() -> Experiment {
+        let setup = Setup::new(Kind::PmDc).profile("dc-steps").unwrap().seconds(4.0).seed(1).ideal();
+        Experiment::new(&setup.run().unwrap().recording, &Filter::default()).unwrap()
+    }
+
+    /// White noise of unit variance.
+    fn noise(values: usize, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        (0..values).map(|_| StandardNormal.sample(&mut random)).collect()
+    }
+
+    /// A filter of the fourth order passes 1.026 times its cut-off of the band, ∫ 1/(1 + x⁸) dx = (π/8)/sin(π/8), as a
+    /// share of 5 kHz at 10 kHz. A value that is held ten times has the spectrum of one that comes once a millisecond.
+    #[test]
+    fn the_filter_passes_its_share_of_white_noise() {
+        let mut e = experiment();
+        e.interval_s = 1e-4;
+        e.filter = greyrig::butterworth::Settings { order: 4, cutoff_hz: 50.0, sample_rate_hz: 10_000.0 };
+        let share = (1.026_2 * 50.0 / 5000.0f64).sqrt();
+        // The bilinear transform's warping is of the order of a thousandth here.
+        assert!((passed(&e, 1) / share - 1.0).abs() < 5e-3, "{} {share}", passed(&e, 1));
+        assert!((passed(&e, 10) / (share * 10f64.sqrt()) - 1.0).abs() < 1e-2, "{}", passed(&e, 10));
+    }
+
+    /// Noise of 0.5 V, 0.1 A and 2 rad/s while the voltage is off for a second; what moves elsewhere does not count.
+    #[test]
+    fn idle_stretches_tell_the_noise_of_each_channel() {
+        let mut e = experiment();
+        let rate = (1.0 / e.interval_s).round() as usize;
+        let n = e.len();
+        e.counted = vec![true; n];
+        e.open = Vec::new();
+        let off = rate..2 * rate;
+        let with = |level: f64, sigma: f64, seed: u64| -> Vec<f64> {
+            let white = noise(n, seed);
+            (0..n).map(|k| sigma * white[k] + if off.contains(&k) { 0.0 } else { level * (k as f64).sin() }).collect()
+        };
+        (e.current, e.speed) = (Some(with(50.0, 0.1, 2)), Some(with(500.0, 2.0, 3)));
+        e.input = with(0.0, 0.05, 1);
+        (0..n).filter(|k| !off.contains(k)).for_each(|k| e.input[k] = 100.0);
+        let [voltage, current, speed] = idle(&e).unwrap().map(|sigma| sigma.unwrap());
+        // Of some thousand differences, of which neighbours share a value, 3 % at most.
+        assert!((voltage / 0.05 - 1.0).abs() < 0.05, "{voltage}");
+        assert!((current / 0.1 - 1.0).abs() < 0.05 && (speed / 2.0 - 1.0).abs() < 0.05, "{current} {speed}");
+        // Where the supply is open nothing holds the current, and what does not count tells nothing.
+        let (mut open, mut masked) = (e.clone(), e.clone());
+        open.open = (0..n).map(|k| off.contains(&k)).collect();
+        assert_eq!(idle(&open), None);
+        masked.counted = (0..n).map(|k| !off.contains(&k)).collect();
+        assert_eq!(idle(&masked), None);
+        // A fifth of a second, less what lies within 10 ms of the voltage, is too short.
+        let mut brief = e.clone();
+        (0..n).filter(|k| !(rate..rate + rate / 5).contains(k)).for_each(|k| brief.input[k] = 100.0);
+        assert_eq!(idle(&brief), None);
+    }
+
+    /// Two runs with the same voltage, whose models are off by constants 3 and 1 A, and by 5 and −1 rad/s: half of the
+    /// squares of 2 and 6.
+    #[test]
+    fn repeated_runs_tell_half_of_what_their_errors_differ_by() {
+        let e = experiment();
+        let n = e.len();
+        let traces = |current: f64, speed: f64| Traces {
+            start_s: 0.0,
+            sample_time_s: e.interval_s,
+            mains_period_s: None,
+            voltage: e.input.clone(),
+            measured_current: vec![1.0; n],
+            modelled_current: vec![1.0 + current; n],
+            measured_speed: vec![10.0; n],
+            modelled_speed: vec![10.0 + speed; n],
+            measured_torque: Vec::new(),
+            modelled_torque: Vec::new(),
+            counted: vec![true; n],
+            diverges: false,
+        };
+        let (own, mut twin) = (traces(3.0, 5.0), traces(1.0, -1.0));
+        let floor = |twin: &Traces, other: &Experiment| of_repeats((&e, &own), &[(other, twin)]);
+        let found = floor(&twin, &e).unwrap();
+        let [current, speed] = [found.rms.current, found.rms.speed].map(|rms| rms.unwrap());
+        assert!((current - 2f64.sqrt()).abs() < 1e-12 && (speed - 18f64.sqrt()).abs() < 1e-12, "{found:?}");
+        assert_eq!((found.rms.torque, found.source), (None, Some("repeated runs with the same voltage")));
+        // What does not count in the other one, and what it has not recorded.
+        twin.modelled_current[7] = 1e9;
+        twin.counted[7] = false;
+        twin.measured_speed.clear();
+        let found = floor(&twin, &e).unwrap();
+        assert!((found.rms.current.unwrap() - 2f64.sqrt()).abs() < 1e-12 && found.rms.speed.is_none(), "{found:?}");
+        let mut another = e.clone();
+        another.input.iter_mut().for_each(|u| *u *= 0.5);
+        assert_eq!(floor(&twin, &another), None, "another excitation");
+    }
+
+    #[test]
+    fn a_part_that_shows_no_floor_has_that_of_the_longest_of_its_file() {
+        let of = |file: Option<&str>, samples: usize| {
+            let mut e = experiment();
+            e.part_of = file.map(Into::into);
+            e.input.truncate(samples);
+            e
+        };
+        let known = |current: f64| Floor {
+            rms: PerSignal { current: Some(current), ..PerSignal::default() },
+            source: Some("somewhere"),
+        };
+        let parts =
+            [of(Some("a"), 10), of(Some("a"), 100), of(Some("a"), 200), of(Some("b"), 10), of(None, 10), of(None, 300)];
+        let floors = vec![Floor::default(), known(1.0), known(2.0), Floor::default(), Floor::default(), known(3.0)];
+        let found = of_files(&parts, floors);
+        let currents: Vec<Option<f64>> = found.iter().map(|floor| floor.rms.current).collect();
+        assert_eq!(currents, [Some(2.0), Some(1.0), Some(2.0), None, None, Some(3.0)]);
+    }
+
+    /// 2 Ω, and so little inductance and so much inertia that below 50 Hz the current is the voltage over the
+    /// resistance.
+    fn slow_motor() -> Motor<f32> {
+        let values = [2.0, 4e-4, 0.02, 1e-2, 0.0, 1e-4, 0.0];
+        Motor::build(Parameters::from_values(FluxLaw::PermanentMagnet, values), &[]).unwrap()
+    }
+
+    /// 100 V, and nothing else measured; 50 Hz at 10 kHz.
+    fn steady() -> Experiment {
+        let mut e = experiment();
+        e.filter = greyrig::butterworth::Settings { order: 4, cutoff_hz: 50.0, sample_rate_hz: 10_000.0 };
+        e.interval_s = 1e-4;
+        e.input.fill(100.0);
+        (e.open, e.locked) = (Vec::new(), Vec::new());
+        (e.edges, e.instants, e.stretches, e.window) = (Vec::new(), Vec::new(), Vec::new(), None);
+        e.counted = (0..e.len()).map(|n| n > 1000).collect();
+        e
+    }
+
+    /// Through the model noise of 0.4 V is 0.2 A, as far as the filter lets it pass; the inertia keeps the speed. Some
+    /// 300 independent values tell it to 4 %.
+    #[test]
+    fn noise_of_the_voltage_passes_the_model() {
+        let e = steady();
+        let [current, speed] = through_model(&slow_motor(), &e, 0.4).unwrap();
+        assert!((current / (0.2 * passed(&e, 1)) - 1.0).abs() < 0.15, "{current}");
+        // ∫ K i/J of what is white: 0.02 · 0.2 A/1e-2 √(t h) is 0.008 rad/s after 4 s; no more than some of that.
+        assert!(speed > 0.0 && speed < 0.03, "{speed}");
+        let twice = through_model(&slow_motor(), &e, 0.8).unwrap();
+        assert!((twice[0] / current - 2.0).abs() < 1e-2, "{twice:?}");
+    }
+
+    /// White noise of 0.4 V, 0.1 A and 2 rad/s: of the current what passes of √(0.1² + 0.2²), of the speed what passes
+    /// of its own.
+    #[test]
+    fn without_rest_and_repeats_the_spectrum_tells() {
+        let mut e = steady();
+        let n = e.len();
+        let white = |sigma: f64, seed: u64| noise(n, seed).into_iter().map(|z| sigma * z).collect::<Vec<f64>>();
+        e.input.iter_mut().zip(white(0.4, 5)).for_each(|(u, z)| *u += z);
+        (e.current, e.speed) = (Some(white(0.1, 6)), Some(white(2.0, 7)));
+        let floor = of_one(&slow_motor(), &e, PerSignal::default());
+        let share = passed(&e, 1);
+        let [current, speed] = [floor.rms.current, floor.rms.speed].map(|rms| rms.unwrap() / share);
+        assert!((current / 0.05f64.sqrt() - 1.0).abs() < 0.12, "{current}");
+        assert!((speed / 2.0 - 1.0).abs() < 0.05, "{speed}");
+        assert!(floor.source.unwrap().starts_with("noise above the signal's band"), "{floor:?}");
+        // With a second of rest that tells it; where a torque drives the model nothing does, nor without a free band.
+        e.input[5000..20_000].fill(0.0);
+        let floor = of_one(&slow_motor(), &e, PerSignal::default());
+        assert!(floor.source.unwrap().starts_with("idle"), "{floor:?}");
+        let mut driven = e.clone();
+        driven.drive = Drive::Torque;
+        assert_eq!(of_one(&slow_motor(), &driven, PerSignal::default()), Floor::default());
+        // Twice 1300 Hz are more than a quarter of 10 kHz, and twice 1200 Hz are not.
+        for (cutoff_hz, known) in [(1300.0, false), (1200.0, true)] {
+            e.filter.cutoff_hz = cutoff_hz;
+            assert_eq!(of_one(&slow_motor(), &e, PerSignal::default()).source.is_some(), known, "{cutoff_hz}");
+        }
+    }
+
+    #[test]
+    fn what_the_model_leaves_is_measured_less_modelled() {
+        let mut e = steady();
+        let n = e.len();
+        (e.current, e.speed) = (Some(vec![0.0; n]), Some(vec![0.0; n]));
+        let [current, speed] = left_by(&slow_motor(), &e).map(|left| left.unwrap());
+        // 50 A less what the slow rotor takes; and a rotor that 1 N m accelerates, 100 rad/s².
+        assert!(
+            (-50.0..-40.0).contains(&current[n / 10]) && speed[n / 10] < -1.0,
+            "{} {}",
+            current[n / 10],
+            speed[n / 10]
+        );
+        let off = |left: &[f64], by: f64| left.iter().map(|x| by - x).collect::<Vec<f64>>();
+        (e.current, e.speed) = (Some(off(&current, 3.0)), Some(off(&speed, -5.0)));
+        let [current, speed] = left_by(&slow_motor(), &e).map(|left| left.unwrap());
+        assert!(current.iter().all(|x| (x - 3.0).abs() < 1e-9) && speed.iter().all(|x| (x + 5.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_held_speed_shows_fewer_values() {
+        let mut e = steady();
+        e.speed = Some((0..e.len()).map(|n| n as f64).collect());
+        assert_eq!((values_shown(&e).0.map(|v| v.len()), values_shown(&e).1), (Some(e.len()), 1));
+        e.stretches = (1..=e.len() / 8).map(|k| [8 * (k - 1), 8 * k - 1]).collect();
+        let (values, held) = values_shown(&e);
+        assert_eq!((&values.unwrap()[..3], held), (&[7.0, 15.0, 23.0][..], 8));
+        e.speed = None;
+        assert_eq!(values_shown(&e), (None, 8));
+    }
+}

@@ -372,6 +372,8 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::identify::space::Space;
+    use crate::model::{Base, Kind};
 
     const PERIOD_S: f64 = 0.02;
     const ROTOR_S: f64 = 0.4;
@@ -558,5 +560,106 @@ mod tests {
         assert!(of(1.0, 3.5).leaves_most(&of(1.0, 4.2)));
         assert!(!of(0.9, 1.9).leaves_most(&of(36.0, 5.0)));
         assert!(!of(0.9, 1.4).leaves_most(&of(36.0, 1.5)));
+    }
+
+    /// Groups of rows, of which nothing else is asked.
+    struct Groups(Vec<u8>);
+
+    impl Residuals for Groups {
+        fn at(&self, _: &Space, _: &[f64]) -> DVector<f64> {
+            DVector::zeros(self.0.len())
+        }
+        fn groups(&self) -> &[u8] {
+            &self.0
+        }
+        fn sizes(&self) -> [f64; 2] {
+            [1.0; 2]
+        }
+    }
+
+    fn fit(residuals: Vec<f64>, rms: [f64; 2]) -> Fit {
+        let rows = residuals.len();
+        Fit {
+            space: Space::new(Kind::PmDc, Base::Full, &[]),
+            residuals: residuals.into(),
+            jacobian: DMatrix::zeros(rows, 0),
+            rms,
+            ended: true,
+            known_held_out: std::sync::OnceLock::new(),
+        }
+    }
+
+    /// Three recordings of thirty rows, one a period, at 1, at −1, and at 1 and −1 in turn.
+    fn three() -> (Vec<f64>, Vec<(usize, f64)>) {
+        let row = |k: usize| match k / 30 {
+            0 => 1.0,
+            1 => -1.0,
+            _ => [1.0, -1.0][k % 2],
+        };
+        (0..90).map(|k| (row(k), (k / 30, (k % 30) as f64 * PERIOD_S))).unzip()
+    }
+
+    /// By hand. The voltage: 29 differences of each recording, those of the third one 2 apart, half of whose squares is
+    /// 2; the mean is 2/3. The torque: second differences of 4, whose square over six is 8/3 of a third of the rows,
+    /// 8/9; what lies two rows apart is not bent.
+    #[test]
+    fn floors_of_balances_are_what_does_not_repeat() {
+        let (rows, times) = three();
+        let course = |repeats| Course { times: &times, period_s: PERIOD_S, repeats };
+        let floor = |group: u8, repeats| {
+            Floor::of_balances(&fit(rows.clone(), [3.0, 5.0]), &Groups(vec![group; 90]), &course(repeats))
+        };
+        let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} against {expected}");
+        close(floor(0, &[]).0[0], 3.0 * (2.0f64 / 3.0).sqrt());
+        close(floor(1, &[]).0[1], 5.0 * (8.0f64 / 9.0).sqrt());
+        // The first two are of the same excitation and opposite: nothing comes back, of 60 squares of 90 twice; the
+        // third of the rows that is not theirs has what is bent.
+        close(floor(1, &[[0, 1]]).0[1], 5.0 * (2.0 * 60.0 / 90.0 + 8.0 / 27.0f64).sqrt());
+        assert!(floor(0, &[]).is_known() && !Floor::UNKNOWN.is_known());
+        let problem = Groups(vec![1; 90]);
+        close(wandering(&fit(rows.clone(), [1.0; 2]), &problem, &course(&[])), 1.5f64.sqrt());
+        let still = fit(vec![1.0; 90], [1.0; 2]);
+        assert_eq!(wandering(&still, &problem, &course(&[])), 1.0, "nothing differs");
+        close(comes_back(&fit(rows.clone(), [1.0; 2]), &problem, &course(&[[0, 1]])).unwrap(), -1.0);
+        assert_eq!(comes_back(&still, &problem, &course(&[])), None);
+    }
+
+    /// By hand: 2 A of a current that is all slow, by the quarter that turbulence is of the speed's square, is 1 A²
+    /// more.
+    #[test]
+    fn turbulence_is_passed_on_unless_that_is_more_than_all() {
+        let (_, times) = three();
+        let course = Course { times: &times, period_s: PERIOD_S, repeats: &[] };
+        let through = DVector::from_element(90, 2.0);
+        let passed = |floor: [f64; 2], rms: [f64; 2]| {
+            let fit = fit(vec![0.0; 90], rms);
+            Floor(floor).with_turbulence_passed_on(&fit, &Groups(vec![0; 90]), &through, &course).0
+        };
+        let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-12, "{found} against {expected}");
+        close(passed([3.0, 2.0], [10.0, 4.0])[0], 10f64.sqrt());
+        // No more than all of the speed's error is turbulence.
+        close(passed([3.0, 8.0], [10.0, 4.0])[0], 13f64.sqrt());
+        assert_eq!(passed([3.0, 2.0], [0.9, 4.0]), [3.0, 2.0], "more than all of the current's");
+        assert_eq!(passed([0.0, 2.0], [10.0, 4.0]), [0.0, 2.0], "no floor is known");
+    }
+
+    #[test]
+    fn a_floor_of_the_torque_goes_with_the_inertia() {
+        let times = |times: f64| Floor([1.0, 2.0]).with_inertia(times).0;
+        assert_eq!(
+            [times(3.0), times(0.0), times(-1.0), times(f64::INFINITY)],
+            [[1.0, 6.0], [1.0, 2.0], [1.0, 2.0], [1.0, 2.0]]
+        );
+    }
+
+    #[test]
+    fn a_period_is_the_mains_or_what_the_filter_forgets() {
+        let recording = crate::rig::Setup::new(Kind::PmDc).seconds(1.0).run().unwrap().recording;
+        let mut e = Experiment::new(&recording, &crate::filtering::Filter::default()).unwrap();
+        let mut period = |mains_period_s, cutoff_hz| {
+            (e.mains_period_s, e.filter.cutoff_hz) = (mains_period_s, cutoff_hz);
+            period_s(std::slice::from_ref(&e))
+        };
+        assert_eq!([period(Some(1.0 / 60.0), 10.0), period(None, 10.0), period(None, 100.0)], [1.0 / 60.0, 0.05, 0.02]);
     }
 }

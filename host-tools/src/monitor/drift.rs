@@ -95,3 +95,45 @@ impl Baseline {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By numpy and scipy.stats: six checks teach 10.1 ± 0.236 643, t of 5 degrees of freedom, 99.5 %, is 4.032 143 as
+    /// in any table, and the formulas of the module's page give the shares of the limits.
+    #[test]
+    fn checks_are_compared_with_both_limits() {
+        let baseline = Baseline::new(&[10.0, 10.4, 9.8, 10.2, 9.9, 10.3], 0.01).unwrap();
+        assert!((baseline.mean - 10.1).abs() < 1e-12 && (baseline.deviation - 0.236_643_191).abs() < 1e-9);
+        assert!((baseline.quantile - 4.032_142_984).abs() < 1e-6, "{}", baseline.quantile);
+        assert_eq!(baseline.checks, 6);
+        let points = baseline.judge(&[10.5, 9.0, 11.5, 10.1]);
+        let expected = [
+            (0.388_111_632, 0.388_111_632),
+            (-1.067_306_987, -0.553_651_420),
+            (1.358_390_711, 0.466_296_007),
+            (0.0, 0.335_343_258),
+        ];
+        for (point, (individual, average)) in points.iter().zip(expected) {
+            assert!((point.individual - individual).abs() < 1e-6, "{point:?}: {individual}");
+            assert!((point.average - average).abs() < 1e-6, "{point:?}: {average}");
+        }
+        assert_eq!(points.iter().map(Point::calls).collect::<Vec<_>>(), [false, true, true, false]);
+    }
+
+    #[test]
+    fn either_rule_calls_on_either_side_and_only_beyond_the_limit() {
+        let calls = |individual, average| Point { individual, average }.calls();
+        assert!(calls(1.01, 0.0) && calls(-1.01, 0.0) && calls(0.0, 1.01) && calls(0.0, -1.01));
+        assert!(!calls(1.0, -1.0) && !calls(0.0, 0.0));
+    }
+
+    #[test]
+    fn too_few_checks_or_none_that_differ_teach_nothing() {
+        let values = [1.0, 2.0, 1.5, 1.2, 1.7];
+        assert!(Baseline::new(&values, 0.01).is_some() && Baseline::new(&values[..4], 0.01).is_none());
+        assert!(Baseline::new(&[1.0; 5], 0.01).is_none());
+        assert!(Baseline::new(&[1.0, 2.0, f64::INFINITY, 1.0, 1.0], 0.01).is_none());
+    }
+}

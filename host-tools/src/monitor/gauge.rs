@@ -140,3 +140,85 @@ pub fn crossed(values: &[Vec<Vec<f64>>]) -> Option<Gauge> {
         total: (noise + reproducibility + between_parts).sqrt(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} against {expected}");
+    }
+
+    /// Four parts, three appraisers, two trials, and an interaction that stays: two-way analysis of variance by numpy,
+    /// p-value by scipy.stats.f. (The tests of the master motor have the manual's example, in which it is pooled.)
+    #[test]
+    fn an_interaction_that_is_significant_is_the_appraisers() {
+        let values: Vec<Vec<Vec<f64>>> = [
+            [[1.0, 1.2], [4.0, 4.1], [6.5, 6.3]],
+            [[3.0, 3.1], [4.2, 4.5], [8.9, 9.1]],
+            [[5.0, 5.3], [8.1, 8.0], [9.0, 9.4]],
+            [[2.0, 2.2], [4.9, 5.1], [7.6, 7.2]],
+        ]
+        .iter()
+        .map(|part| part.iter().map(|cell| cell.to_vec()).collect())
+        .collect();
+        let g = crossed(&values).unwrap();
+        for (source, freedom, squares) in [
+            (g.parts, 3, 41.994_583_333),
+            (g.appraisers, 2, 106.110_833_333),
+            (g.interaction, 6, 6.839_166_667),
+            (g.error, 12, 0.365),
+        ] {
+            assert_eq!(source.freedom, freedom);
+            close(source.squares, squares);
+        }
+        assert!((g.interaction_p / 4.333_785e-7 - 1.0).abs() < 1e-4, "{}", g.interaction_p);
+        close(g.repeatability, 0.174_403_746_14);
+        close(g.reproducibility, 2.654_084_901_93);
+        close(g.gauge, 2.659_808_890_38);
+        close(g.part, 1.463_917_878_69);
+        close(g.total, 3.036_056_469_98);
+        close(g.of_total(), 0.876_073_589_76);
+        close(g.of_tolerance(20.0), 0.797_942_667_11);
+        // 1.41 · 1.464/2.660 = 0.776 of a category.
+        assert_eq!(g.categories(), 0);
+    }
+
+    /// By hand, one part and two appraisers of two trials: means 2 and 5, MS_a = 4 (1.5)² = 9, MS_ε = (1 + 1 + 1 +
+    /// 1)/2, σ²_a = (9 − 2)/2.
+    #[test]
+    fn a_single_part_has_no_scatter_of_parts() {
+        let g = crossed(&[vec![vec![1.0, 3.0], vec![4.0, 6.0]]]).unwrap();
+        assert_eq!((g.appraisers.squares, g.error.squares, g.part, g.interaction_p), (9.0, 4.0, 0.0, 1.0));
+        close(g.repeatability, 2f64.sqrt());
+        close(g.reproducibility, 3.5f64.sqrt());
+        close(g.total, 5.5f64.sqrt());
+    }
+
+    /// By hand, two parts and one appraiser: MS_p = 4 (1.5)² = 9, σ²_p = (9 − 2)/2, 1.41 √(3.5/2) = 1.87 categories.
+    #[test]
+    fn a_single_appraiser_has_no_scatter_of_appraisers() {
+        let g = crossed(&[vec![vec![1.0, 3.0]], vec![vec![4.0, 6.0]]]).unwrap();
+        assert_eq!((g.parts.squares, g.reproducibility, g.categories()), (9.0, 0.0, 1));
+        close(g.part, 3.5f64.sqrt());
+        close(g.gauge, 2f64.sqrt());
+    }
+
+    #[test]
+    fn a_study_takes_repetitions_parts_or_appraisers_and_balance() {
+        let twice = || vec![1.0, 2.0];
+        assert_eq!(crossed(&[vec![twice()]]), None, "one part, one appraiser");
+        assert_eq!(crossed(&[vec![vec![1.0]], vec![vec![2.0]]]), None, "no repetition");
+        assert_eq!(crossed(&[vec![twice(), twice()], vec![twice()]]), None, "an appraiser less");
+        assert_eq!(crossed(&[vec![twice()], vec![vec![1.0, 2.0, 3.0]]]), None, "a repetition more");
+        assert!(crossed(&[vec![twice()], vec![twice()]]).is_some() && crossed(&[vec![twice(), twice()]]).is_some());
+    }
+
+    #[test]
+    fn nothing_that_scatters_is_nothing_of_anything() {
+        let g = crossed(&[vec![vec![1.0, 1.0]], vec![vec![1.0, 1.0]]]).unwrap();
+        assert_eq!((g.of_total(), g.categories(), g.total), (0.0, 0, 0.0));
+        assert_eq!(Source { freedom: 0, squares: 3.0 }.mean(), 0.0);
+        assert_eq!(Source { freedom: 2, squares: 3.0 }.mean(), 1.5);
+    }
+}

@@ -96,3 +96,59 @@ pub fn upper(motors: &[Vec<f64>], logarithmic: bool, share: f64, confidence: f64
     let limit = s.mean + factor_of(s.motors, s.freedom, share, confidence)? * s.deviation;
     Some(if logarithmic { limit.exp() } else { limit })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Unequal numbers of runs, one motor with a single one.
+    fn motors() -> Vec<Vec<f64>> {
+        vec![vec![1.0, 1.4, 1.2], vec![2.0, 2.6], vec![0.5, 0.9, 0.7, 0.3], vec![1.7], vec![2.9, 2.5, 3.3]]
+    }
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-8 * expected.abs(), "{found} against {expected}");
+    }
+
+    /// The formula by scipy.stats.norm. That is Natrella's approximation: by the non-central t distribution, which is
+    /// exact, the three are 3.981, 2.396 and 2.134.
+    #[test]
+    fn factors_are_those_of_the_formula_by_another_program() {
+        close(factor(10, 0.99, 0.95).unwrap(), 3.940_000_959);
+        close(factor(20, 0.95, 0.95).unwrap(), 2.378_348_312);
+        close(factor(FEWEST, 0.9, 0.75).unwrap(), 1.905_217_868);
+        assert_eq!(factor(3, 0.9, 0.75), None, "too few");
+        // With z of 95 %, a is 1 − 2.7055/(2 · 1) of a single degree of freedom.
+        assert_eq!(factor_of(10, 1.0, 0.9, 0.95), None, "no such limit");
+    }
+
+    /// numpy and scipy.stats.hmean: the mean of five means, their scatter, and n₀ = 2.069 runs a motor.
+    #[test]
+    fn unequal_numbers_of_runs_have_a_harmonic_mean() {
+        let s = spread(&motors());
+        close(s.mean, 1.74);
+        close(s.deviation, 0.929_179_745_8);
+        close(s.freedom, 4.502_409_060_7);
+        close(s.within.unwrap(), 0.312_249_899_9);
+        assert_eq!(s.motors, 5);
+    }
+
+    #[test]
+    fn limits_are_of_the_values_or_of_their_logarithms() {
+        close(upper(&motors(), false, 0.95, 0.9).unwrap(), 4.601_362_365);
+        close(upper(&motors(), true, 0.95, 0.9).unwrap(), 11.421_869_337);
+    }
+
+    /// Motors that are all alike: nothing has a scatter, and ν is that of all runs.
+    #[test]
+    fn without_scatter_the_limit_is_the_mean() {
+        let s = spread(&vec![vec![2.0, 2.0]; 4]);
+        assert_eq!((s.mean, s.deviation, s.freedom, s.within), (2.0, 0.0, 7.0, Some(0.0)));
+        assert_eq!(upper(&vec![vec![2.0, 2.0]; 4], false, 0.95, 0.9), Some(2.0));
+        // By hand: two values have the variance (1 − 2)² + (3 − 2)²; one value has none.
+        assert_eq!(moments(&[1.0, 3.0]), (2.0, 2f64.sqrt()));
+        assert_eq!(moments(&[3.0]), (3.0, 0.0));
+        let one = spread(&[vec![3.0]]);
+        assert_eq!((one.mean, one.deviation, one.freedom), (3.0, 0.0, 1.0));
+    }
+}

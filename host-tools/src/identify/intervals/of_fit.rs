@@ -75,3 +75,93 @@ pub fn interval(entry: &Entry, theta: f64, half: f64) -> [f64; 2] {
 pub fn half_width(half: f64, value: f64) -> f64 {
     half.hypot(NORMAL_95 * SYSTEMATIC * value)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::OnceLock;
+
+    use greyrig::effects::EffectId;
+    use greyrig::motor::BaseParameter;
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::identify::scales::Scales;
+    use crate::identify::space::Space;
+    use crate::model::{Base, Kind};
+
+    fn space() -> Space {
+        let scales = Scales { voltage: 300.0, current: 10.0, heat: 100.0, speed: 3000.0, friction: 0.1 };
+        Space::new(Kind::Universal, Base::Full, &[]).with_effect(EffectId::TransformerEmf, &scales)
+    }
+
+    #[test]
+    fn keys_are_numbered_as_they_come() {
+        assert_eq!(numbered("baacab".chars()), [0, 1, 1, 2, 1, 0]);
+    }
+
+    /// √(3² + 3.92²) of 1e-4 for a value of 2: 1.96 · 1e-4 · 2 is the computation's share.
+    #[test]
+    fn the_computation_adds_its_own_uncertainty() {
+        assert!((half_width(3e-4, 2.0) - 4.936_233e-4).abs() < 1e-9, "{}", half_width(3e-4, 2.0));
+        assert_eq!(half_width(0.0, -1.0), 1.96e-4);
+    }
+
+    /// A resistance of 2 Ω, known to a tenth in its logarithm: from 2/e^0.1 to 2 e^0.1, and 1.96e-4 of it hardly adds.
+    #[test]
+    fn what_is_positive_has_an_interval_in_its_logarithm() {
+        let mut entry = space().get(BaseParameter::R).unwrap().clone();
+        (entry.value, entry.freedom) = (2.0, Freedom::Free(None));
+        assert!(entry.positive);
+        let [low, high] = interval(&entry, 2f64.ln(), 0.1);
+        assert!((low - 1.809_674_8).abs() < 1e-6 && (high - 2.210_341_8).abs() < 1e-6, "{low} {high}");
+    }
+
+    /// What may pass zero goes by its scale; between bounds 0 and 8, at θ = 0 in the middle of the sine, by 4.
+    #[test]
+    fn other_intervals_go_by_the_slope() {
+        let mut entry = space().get(Key::size_of(EffectId::TransformerEmf)).unwrap().clone();
+        (entry.value, entry.scale, entry.positive, entry.freedom) = (5.0, 2.0, false, Freedom::Free(None));
+        // √(0.6² + (1.96e-4 · 5)²).
+        let half = 0.600_000_8;
+        let [low, high] = interval(&entry, 2.5, 0.3);
+        assert!((low - (5.0 - half)).abs() < 1e-7 && (high - (5.0 + half)).abs() < 1e-7, "{low} {high}");
+        (entry.value, entry.freedom) = (4.0, Freedom::Free(Some((0.0, 8.0))));
+        let [low, high] = interval(&entry, 0.0, 0.3);
+        assert!((low - 2.8).abs() < 1e-6 && (high - 5.2).abs() < 1e-6, "{low} {high}");
+        // A positive one between bounds goes by them, too.
+        entry.positive = true;
+        assert_eq!(interval(&entry, 0.0, 0.3), [low, high]);
+    }
+
+    #[test]
+    fn a_shape_at_either_limit_is_held_and_no_size() {
+        let (size, shape) = (Key::size_of(EffectId::TransformerEmf), Key::Effect(EffectId::TransformerEmf, 1));
+        let pinned = |value: f64| {
+            let mut space = space();
+            let (low, high) = space.get(shape).unwrap().range;
+            space.start(shape, value.clamp(low, high));
+            let least = space.get(size).unwrap().range.0;
+            space.start(size, least.max(0.0));
+            let columns = space.free().count();
+            let mut fit = Fit {
+                space,
+                residuals: DVector::zeros(3),
+                jacobian: DMatrix::zeros(3, columns),
+                rms: [1.0; 2],
+                ended: true,
+                known_held_out: OnceLock::new(),
+            };
+            pin_shapes_at_limits(&mut fit);
+            let free = |key: Key| matches!(fit.space.get(key).unwrap().freedom, Freedom::Free(_));
+            assert!(free(size), "a size stays free");
+            assert_eq!(fit.jacobian.ncols(), columns - usize::from(!free(shape)));
+            !free(shape)
+        };
+        let (low, high) = space().get(shape).unwrap().range;
+        assert!(pinned(low) && pinned(high));
+        // A ten-thousandth in the logarithm is near enough, a thousandth is not.
+        assert!(pinned(low * 1.00005) && pinned(high * 0.99995));
+        assert!(!pinned(low * 1.001) && !pinned(high * 0.999));
+        assert!(!pinned((low * high).sqrt()));
+    }
+}
