@@ -176,8 +176,8 @@ pub fn diagnose_telling(
     ctx.install(|| diagnosed(recordings, options, None, ctx, ranked))
 }
 
-/// `beside` is a motor with its first effect that the same recordings have told before, with which slow samples are asked
-/// again.
+/// `beside` is a motor with its first effect that the same recordings have told before, with which slow samples are
+/// asked again.
 fn diagnosed(
     recordings: &[Recording],
     options: &Options,

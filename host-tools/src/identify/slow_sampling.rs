@@ -59,8 +59,9 @@ pub fn is_slow(experiments: &[Experiment]) -> bool {
 }
 
 /// Finds start values and the course of the voltage in each recording, if it is not known already; tells whether L is
-/// out of reach. Where none is sampled slowly, nothing changes but the voltage, if the user knows its course. `beside` is a whole motor that an earlier fit has
-/// ended with, effects and all: from it these fits start, in place of a bare one.
+/// out of reach. Where none is sampled slowly, nothing changes but the voltage, if the user knows its course. `beside`
+/// is a whole motor that an earlier fit has ended with, effects and all: from it these fits start, in place of a bare
+/// one.
 ///
 /// # Errors
 /// An interrupt.

@@ -1,8 +1,8 @@
 //! Which of a set of motors, of which a few may be bad, are of one lot.
 //!
 //! One bad motor of ten widens every scatter and hides itself and its like. So those that look most alike say what is
-//! usual, at least three quarters; each motor is judged by them, those beyond their limits leave, all others join, until
-//! the set stays the same. At first a motor is as unlike the others as its most unusual hypothesis:
+//! usual, at least three quarters; each motor is judged by them, those beyond their limits leave, all others join,
+//! until the set stays the same. At first a motor is as unlike the others as its most unusual hypothesis:
 //!
 //! ```text
 //! max |x − median|/(1.4826 MAD)      x = Z from the start, ln |Z| during the test
