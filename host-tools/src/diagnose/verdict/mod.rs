@@ -126,9 +126,10 @@ impl Verdict {
         if self.kind == VerdictKind::OutsideCatalogue { Self::but_for_a_form(self.sizes) } else { self }
     }
 
-    /// A parameter of the model changes in time: an effect if it jumps, and of no known law if it drifts.
+    /// A parameter of the model changes in time: an effect if it jumps and leaves next to nothing, and of no known law
+    /// else.
     pub fn changed(varies: &Variation) -> Self {
-        let jumps = jump().filter(|_| matches!(varies.with, With::Time(_)));
+        let jumps = jump().filter(|_| varies.explains && matches!(varies.with, With::Time(_)));
         let kind = if jumps.is_some() { VerdictKind::MissingEffect } else { VerdictKind::OutsideCatalogue };
         Self {
             effects: jumps.map(|d| d.id).into_iter().collect(),
