@@ -86,6 +86,17 @@ impl From<Between> for Course {
 }
 
 impl Course {
+    /// As on the command line and in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth",
+            Self::Linear => "linear",
+            Self::Held => "held",
+            Self::Mean => "mean",
+            Self::Edges => "edges",
+        }
+    }
+
     /// The same where no data tell more; of edges with the share of the interval by which they lie before a sample, or
     /// else half of it.
     pub fn between(self, share: Option<f64>) -> Between {

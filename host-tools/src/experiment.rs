@@ -452,24 +452,29 @@ impl Experiment {
         self
     }
 
-    /// Takes the voltage at each sample for what its known course between samples makes of it, at a rate at which that
-    /// is half an interval of delay or lead: the mean over the two half intervals around the sample,
+    /// Takes the voltage at each sample for what its known course between samples makes of it: the smooth signal whose
+    /// means over the intervals are those of the course,
     ///
     /// ```text
-    /// held      (u(n − 1) + u(n))/2
-    /// mean      (u(n) + u(n + 1))/2
+    /// held      (7 (u(n − 1) + u(n)) − u(n − 2) − u(n + 1))/12
+    /// mean      (7 (u(n) + u(n + 1)) − u(n − 1) − u(n + 2))/12
     /// ```
-    /// which of a tone differs from the course itself by (ω h)²/12 in size and by nothing in phase.
+    /// which is right to the fourth order of the interval (means of cells to values at their borders). For a rate at
+    /// which a motor's current goes on from sample to sample.
     pub fn take_voltage_as(&mut self, course: Course) {
         let u = &self.input;
-        let last = u.len() - 1;
-        let beside = |n: usize| match course {
-            Course::Held => n.saturating_sub(1),
-            Course::Mean => (n + 1).min(last),
-            Course::Smooth | Course::Linear | Course::Edges => n,
+        let last = u.len() as isize - 1;
+        let at = |n: isize| u[n.clamp(0, last) as usize];
+        let before = match course {
+            Course::Held => 1,
+            Course::Mean => 0,
+            Course::Smooth | Course::Linear | Course::Edges => return,
         };
         if self.drive == Drive::Voltage {
-            self.input = (0..u.len()).map(|n| 0.5 * (u[n] + u[beside(n)])).collect();
+            let border = |n: isize| {
+                (7.0 * (at(n - before) + at(n - before + 1)) - at(n - before - 1) - at(n - before + 2)) / 12.0
+            };
+            self.input = (0..u.len() as isize).map(border).collect();
         }
     }
 

@@ -144,7 +144,7 @@ impl Request {
             .option("--kind", self.kind)
             .option("--base", base)
             .option("--fix", self.fixed.iter().map(|fixed| format!("{}={}", fixed.name, fixed.value)))
-            .option("--input", self.course)
+            .option("--input", self.course.map(Course::name))
             .option("--effect", effects)
             .option("--term", terms)
             .option("--out", [unused(Path::new("model.toml")).display()])

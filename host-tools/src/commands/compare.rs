@@ -68,7 +68,7 @@ pub fn run(args: &Args, terminal: &Terminal) -> Result<ExitCode> {
             stdout::print_line(&format!("\nwritten: {}", path.display()))?;
         }
         let next = args.input.files().again(CommandLine::new("diagnose")).option("--model", [args.model.display()]);
-        stdout::print_next(Some(&next.option("--input", args.course)))?;
+        stdout::print_next(Some(&next.option("--input", args.course.map(Course::name))))?;
     }
     Ok(ExitCode::SUCCESS)
 }

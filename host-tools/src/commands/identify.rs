@@ -79,7 +79,7 @@ impl Args {
         line.option("--kind", self.kind)
             .option("--base", base)
             .option("--fix", self.fix.iter().map(|fixed| format!("{}={}", fixed.name, fixed.value)))
-            .option("--input", self.course)
+            .option("--input", self.course.map(Course::name))
     }
 }
 
