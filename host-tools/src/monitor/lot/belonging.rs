@@ -30,7 +30,9 @@ const OF_MAD: f64 = 1.4826;
 pub fn members(lot: &Lot<'_>, false_alarms: f64, ctx: &Context) -> Result<Option<Vec<usize>>> {
     let all: Vec<usize> = (0..lot.motors.len()).collect();
     let core = all.len() - all.len() / MOST_BAD;
-    let unlike = unlike(&lot.by_the_others(&all, ctx)?);
+    // A fault that several have would be a shape by which motors differ.
+    let plain = Lot { with_shapes: false, ..*lot };
+    let unlike = unlike(&plain.by_the_others(&all, ctx)?);
     let mut members = all.clone();
     members.sort_by(|a, b| unlike[*a].total_cmp(&unlike[*b]));
     members.truncate(core);

@@ -179,7 +179,7 @@ pub fn learn(
         let told = format!("the shortest of them has {shortest} blocks of {:.2} s", cut.block_s);
         return Ok(Learnt::nothing(told));
     }
-    let lot = Lot { cut, runs: &runs, motors };
+    let lot = Lot { cut, runs: &runs, motors, with_shapes: true };
     let all: Vec<usize> = (0..motors.len()).collect();
     let population = lot.usual(&all);
     if let Some(k) = (0..runs.len()).find(|k| !population.has_profile_of(&runs[*k])) {
@@ -220,10 +220,13 @@ pub fn learn(
 }
 
 /// The runs of a lot.
+#[derive(Clone, Copy)]
 struct Lot<'a> {
     cut: Cut,
     runs: &'a [Run],
     motors: &'a [Vec<usize>],
+    /// Whether its motors may differ by shapes over time besides.
+    with_shapes: bool,
 }
 
 impl Lot<'_> {
@@ -235,7 +238,7 @@ impl Lot<'_> {
     /// What is usual in some of its motors.
     fn usual(&self, members: &[usize]) -> Population {
         let runs: Vec<&Run> = members.iter().flat_map(|m| &self.motors[*m]).map(|k| &self.runs[*k]).collect();
-        Population::learn(&self.cut, &runs, members.len())
+        Population::learn(&self.cut, &runs, members.len(), self.with_shapes)
     }
 
     /// What each member shows when the others say what is usual.

@@ -61,8 +61,8 @@ fn shapes_of(motors: usize) -> usize {
 }
 
 impl Population {
-    /// What is usual in the runs of healthy motors, without limits.
-    pub fn learn(cut: &Cut, runs: &[&Run], motors: usize) -> Self {
+    /// What is usual in the runs of healthy motors, without limits; with or without shapes.
+    pub fn learn(cut: &Cut, runs: &[&Run], motors: usize, with_shapes: bool) -> Self {
         let count = runs.iter().map(|run| run.blocks.len()).min().unwrap_or(0);
         let mean = |get: &dyn Fn(&Block) -> f64| -> Vec<f64> {
             (0..count).map(|k| runs.iter().map(|run| get(&run.blocks[k])).sum::<f64>() / runs.len() as f64).collect()
@@ -98,7 +98,7 @@ impl Population {
         population.take_means(&population.left(runs, &[]), runs);
         population.take_covariances(&population.left(runs, &[]), runs);
         for round in 0..ROUNDS {
-            population.improve(runs, round >= WITHOUT_SHAPES, motors, &least);
+            population.improve(runs, with_shapes && round >= WITHOUT_SHAPES, motors, &least);
         }
         population
     }
