@@ -248,10 +248,10 @@ def calibrate(
     quarter at most; those that the others do not take for theirs are named and teach nothing.
     """
     known = _native_model(model)
+    options = {"blanking_s": blanking_s, "false_alarms": false_alarms, "unlabelled": unlabelled}
     with watching(progress, threads) as watch:
         given = natives(recordings, map, watch)
-        found = _native.calibrate(given, known, blanking_s, false_alarms, unlabelled, _to(out, force), watch)
-        return result(Calibration, found)
+        return result(Calibration, _native.calibrate(given, known, options, _to(out, force), watch))
 
 
 def monitor(

@@ -107,9 +107,7 @@ def train(
 def calibrate(
     recordings: Sequence[Recording],
     model: Model,
-    blanking_s: float,
-    false_alarms: float,
-    unlabelled: bool,
+    options: Mapping[str, Any],
     to: Mapping[str, Any],
     watch: Mapping[str, Any],
 ) -> Answer: ...

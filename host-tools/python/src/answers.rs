@@ -399,6 +399,15 @@ pub fn train(
     Answer::new(py, answer.as_json(out), Some(Model::of(&answer.model, out)), Told::Train(answer))
 }
 
+/// How limits are learnt.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Calibrate {
+    blanking_s: f64,
+    false_alarms: f64,
+    unlabelled: bool,
+}
+
 /// The detector's limits from healthy motors.
 ///
 /// # Errors
@@ -408,12 +417,11 @@ pub fn calibrate(
     py: Python<'_>,
     recordings: Vec<Py<Recording>>,
     model: &Model,
-    blanking_s: f64,
-    false_alarms: f64,
-    unlabelled: bool,
+    options: Calibrate,
     to: Destination,
     watch: Watch,
 ) -> PyResult<Answer> {
+    let Calibrate { blanking_s, false_alarms, unlabelled } = options;
     let labels = if unlabelled { Labels::Unknown } else { Labels::Healthy };
     let asked = || -> Result<_> {
         to.check()?;

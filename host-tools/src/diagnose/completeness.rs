@@ -341,6 +341,11 @@ impl Completeness {
         self.electrical < COMPLETE && self.mechanical < COMPLETE
     }
 
+    /// Whether structure is left in the torque balance, and in that alone.
+    pub fn is_of_the_torque(&self) -> bool {
+        self.electrical < COMPLETE && self.mechanical >= COMPLETE
+    }
+
     /// Whether a free run is no farther off than that of a healthy motor may be.
     pub fn may_be_healthy(&self) -> bool {
         self.electrical < HEALTHY && self.mechanical < HEALTHY

@@ -10,7 +10,7 @@
 //! c_k = σ² a^k      k = 1, 2, …       c_0 = σ² + w
 //! ```
 //! with autocovariances c of what is left, a and σ by least squares. If more than one in a hundred of these has a share
-//! as large, the rest is a load that fluctuates, or what acts like one.
+//! as large, and the process is most of it, the rest is a load that fluctuates, or what acts like one.
 //!
 //! Source: L. Ljung, System Identification, 2nd edition (1999), section 16.6; surrogates: J. Theiler et al., Testing
 //! for nonlinearity in time series: the method of surrogate data, Physica D 58 (1992) 77–94.
@@ -97,7 +97,8 @@ pub fn of(fit: &Fit, problem: &EquationError<'_>) -> Option<Fluctuation> {
         (0..SURROGATES).filter(|_| split.share(&split.beside(&process.draw(&times, &mut random))) >= share).count();
     let chance = (as_large + 1) as f64 / (SURROGATES + 1) as f64;
     let impulse = column(problem, &rows, |_, _, _| 1.0).iter().fold(0.0f64, |most, x| most.max(x.abs()));
-    (chance > CHANCE && process.variance > 0.0 && impulse > 0.0).then(|| Fluctuation {
+    let is_most = process.variance > process.white;
+    (chance > CHANCE && is_most && impulse > 0.0).then(|| Fluctuation {
         torque: process.variance.sqrt() * fit.rms[usize::from(TORQUE)] / impulse,
         time_constant_s: -process.step_s / process.kept.ln(),
     })
