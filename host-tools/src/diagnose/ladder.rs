@@ -135,8 +135,8 @@ impl Ladder {
         is_explained(&self.found, [self.before, self.after], self.free_run.as_ref())
     }
 
-    /// The same if what is left, structure of the torque balance alone, is a load that fluctuates: that is what it is in
-    /// the free run, too, whose speed adds it up, and whose current follows the speed.
+    /// The same if what is left, structure of the torque balance alone, is a load that fluctuates: that is what it is
+    /// in the free run, too, whose speed adds it up, and whose current follows the speed.
     pub fn is_explained_but_for_the_load(&self) -> bool {
         let after = Completeness { mechanical: 1.0, ..self.after };
         let free_run = self.free_run.as_ref().filter(|_| !self.found.is_empty());
