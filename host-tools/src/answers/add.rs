@@ -81,13 +81,24 @@ impl Request {
         let stages = with_effects.chain(with_terms).collect::<Result<Vec<Stage>>>()?;
         let (first, last) = (&stages[0], &stages[stages.len() - 1]);
         let judged = last.shows(model, &held_out, &ctx.quietly())?;
-        let accepted = judged && first.held_out.esr.falls_to(&last.held_out.esr);
+        // More effects cannot fit worse, unless the fit has ended in another valley.
+        let is_better =
+            |stage: &&Stage| last.training.falls_to(&stage.training) && last.held_out.esr.falls_to(&stage.held_out.esr);
+        let better = stages.iter().rev().find(is_better);
+        let accepted = judged && better.is_none() && first.held_out.esr.falls_to(&last.held_out.esr);
         // What is written has seen all the data; the judgement above has not.
         let Addition { effects: added, mut identification } = add_to(model, additions, recordings, ctx)?;
         if !judged {
             let note = "what was held out shows nothing of what was added, as a coast-down does of what goes with the current: give another \
                         recording";
             identification.notes.push(note.to_owned());
+        }
+        if let Some(better) = better.filter(|better| judged && better.label != first.label) {
+            let note = format!(
+                "the fit is better at '{}', on data held out, too: leave out what comes after it, which these data do not tell",
+                better.label
+            );
+            identification.notes.push(note);
         }
         identification.model.judged(accepted);
         Ok(Answer { given, effects: added, terms: self.terms.clone(), stages, identification, judged, accepted })

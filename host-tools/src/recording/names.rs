@@ -132,6 +132,10 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
             "datetime",
             "date_time",
             "x_value",
+            "x_axis",
+            "temps",
+            "tiempo",
+            "tempo",
         ],
         Role::Time,
         Bare::Si,
@@ -156,6 +160,10 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
             "ankerspannung",
             "motorspannung",
             "terminal_voltage",
+            "tension",
+            "tensión",
+            "voltaje",
+            "tensione",
         ],
         VOLTAGE,
         Bare::Si,
@@ -175,6 +183,9 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
             "ankerstrom",
             "motorstrom",
             "ampere",
+            "courant",
+            "corriente",
+            "corrente",
         ],
         CURRENT,
         Bare::Si,
@@ -189,11 +200,13 @@ const NAMES: &[(&[&str], Role, Bare)] = &[
         SPEED,
         Bare::Assumed,
     ),
+    (&["vitesse", "velocidad", "velocità"], SPEED, Bare::Ask),
     (&["n", "drehzahl", "motordrehzahl", "rotational_speed", "rev"], SPEED, Bare::Ask),
     (&["rpm", "erpm_mech"], SPEED, Bare::Unit("rpm")),
     (&["angle", "theta", "winkel", "phi", "angle_mech", "θ", "φ"], ANGLE, Bare::Assumed),
     (&["pos", "position", "q", "rotor_position", "shaft_angle", "lage", "weg"], ANGLE, Bare::Assumed),
     (&["torque", "tau", "drehmoment", "moment", "motor_torque", "shaft_torque"], TORQUE, Bare::Assumed),
+    (&["couple", "coppia"], TORQUE, Bare::Assumed),
     (&["force", "kraft"], TORQUE, Bare::Unit("N")),
     (&["temp", "temperature", "temperatur", "t_wdg", "winding_temperature", "t_winding"], Role::Temperature, Bare::Si),
     (&["rotor_locked", "locked"], Role::RotorLocked, Bare::Si),
@@ -224,8 +237,9 @@ const MEASURED: [&str; 8] = ["meas", "measured", "act", "actual", "ist", "fbk", 
 /// Takes a header apart: `Speed [rpm]`, `i (mA)`, `U / V`, `Zeit in s`, `speed_rpm`, `omega_rad_s`.
 pub fn header(label: &str) -> Header {
     let label = label.trim();
-    // The interface's names hold their unit already.
-    if let Some(&(name, role)) = Role::TARGETS.iter().find(|(n, _)| *n == label) {
+    // The interface's names hold their unit already, in a group of a file, too (`sig.u_v`).
+    let own = label.rsplit_once(['.', '/']).map_or(label, |(_, own)| own);
+    if let Some(&(name, role)) = Role::TARGETS.iter().find(|(n, _)| *n == own) {
         let unit = match name {
             "v_m_s" => Some("m/s"),
             "q_m" => Some("m"),
@@ -237,7 +251,7 @@ pub fn header(label: &str) -> Header {
             unit: unit.map(Into::into),
             role: Some(role),
             bare: Bare::Si,
-            exact: unit.is_none(),
+            exact: unit.is_none() && own == label,
         };
     }
     let (base, unit) = split_unit(label);
@@ -361,6 +375,12 @@ mod tests {
             ("torque_meas_Nm", TORQUE, Some("Nm")),
             ("force_N", TORQUE, Some("N")),
             ("omega_rad_s", SPEED, None),
+            ("sig.omega_rad_s", SPEED, None),
+            ("temps (s)", Role::Time, Some("s")),
+            ("tension (V)", VOLTAGE, Some("V")),
+            ("courant (A)", CURRENT, Some("A")),
+            ("vitesse (tr/min)", SPEED, Some("tr/min")),
+            ("x-axis", Role::Time, None),
         ] {
             let h = header(label);
             assert_eq!((h.role, h.unit.as_deref()), (Some(role), unit), "{label}");

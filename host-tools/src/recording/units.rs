@@ -123,6 +123,8 @@ const ALIASES: &[(&str, &str)] = &[
     ("r/min", "rpm"),
     ("rev/min", "rpm"),
     ("u/min", "rpm"),
+    ("tr/min", "rpm"),
+    ("giri/min", "rpm"),
     ("upm", "rpm"),
     ("min-1", "1/min"),
     ("min^-1", "1/min"),
