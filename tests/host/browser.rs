@@ -205,7 +205,9 @@ impl Browser {
         let end = Instant::now() + Duration::from_secs(10);
         loop {
             let entries = std::fs::read_dir(self.folder.path()).expect("the folder").flatten();
-            let found = entries.map(|e| e.path()).find(|p| p.extension().is_some_and(|e| e == ending));
+            // The browser keeps the name with an empty file until all is there.
+            let mut written = entries.filter(|e| e.metadata().is_ok_and(|m| m.len() > 0)).map(|e| e.path());
+            let found = written.find(|p| p.extension().is_some_and(|e| e == ending));
             if let Some(path) = found {
                 let bytes = std::fs::read(&path).expect("the download");
                 std::fs::remove_file(&path).expect("the download can be removed");

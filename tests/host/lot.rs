@@ -226,7 +226,8 @@ fn a_motor_that_looks_like_none_of_the_others_is_named() {
 fn motors_that_may_be_bad_teach_nothing_where_they_are() {
     let bad = [3, 7];
     let is_bad = |seed: u64| bad.contains(&(seed as usize - 1));
-    let lot: Vec<Recording> = (1..=12).map(|seed| motor(seed, is_bad(seed).then_some("friction_up=0.5@0"))).collect();
+    let lot: Vec<Recording> =
+        (1..=12).map(|seed| motor(seed, is_bad(seed).then_some("resistance_up=0.3@4.6"))).collect();
     let motors: Vec<Vec<usize>> = (0..lot.len()).map(|k| vec![k]).collect();
     let of = |lot: &[Recording], labels| {
         let motors = &motors[..lot.len()];
